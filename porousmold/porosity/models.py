@@ -1,0 +1,57 @@
+r"""Porosity against wall distance y for beads of diameter d and bulk porosity phi_b (thesis table 5.1).
+
+| name                | phi(y)                                                        | at the wall |
+|---------------------|---------------------------------------------------------------|-------------|
+| hunt-tien           | phi_b [1 + (1/phi_b - 1) exp(-8 y/d)]  slightly irregular     | 1           |
+| hunt-tien-spheres   | the same with 6: perfect spheres                              | 1           |
+| white-tien          | [1 + (1/phi_b - 1) sqrt(1 - exp(-2 y/d))]^-1                  | 1           |
+| cheng-hsu           | phi_b [1 + exp(-2 y/d)]                                       | 2 phi_b     |
+| vortmeyer-schuster  | phi_b [1 + (1/phi_b - 1) exp(-2 y/d)]                         | 1           |
+| constant            | phi_b                                                         | phi_b       |
+
+Sources: Hunt and Tien, Chem. Eng. Sci. 45 (1990) 55-63; White and Tien, Wärme- Stoffübertragung 21 (1987) 291-296;
+Cheng and Hsu, Int. J. Heat Mass Transfer 29 (1986) 1843-1853; Vortmeyer and Schuster, Chem. Eng. Sci. 38 (1983)
+1691-1699. Eq. 5.2 as printed has exp(1 - 2 y/d), which exceeds 1 at the wall (2.03 for phi_b = 0.4); the factor e
+is left out here, which makes it 1.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from ..closures.functions import exp, sqrt
+
+
+@dataclass(frozen=True)
+class PorosityModel:
+    """A porosity law phi(y/d, phi_b); `largest_bulk_porosity` keeps it below 1 at the wall."""
+
+    formula: Callable
+    source: str
+    largest_bulk_porosity: float = 1.0
+
+    def __call__(self, wall_distance, bead_diameter, bulk_porosity):
+        """Porosity for floats, arrays or UFL: wall_distance >= 0 and bead_diameter in m, bulk_porosity in (0, 1)."""
+        return self.formula(wall_distance / bead_diameter, bulk_porosity)
+
+
+def _exponential(steepness):
+    return lambda s, bulk: bulk + (1.0 - bulk) * exp(-steepness * s)
+
+
+def _white_tien(s, bulk):
+    # 1e-12 keeps the derivative of the square root finite at the wall itself
+    return 1.0 / (1.0 + (1.0 / bulk - 1.0) * sqrt(1.0 - exp(-2.0 * s) + 1e-12))
+
+
+POROSITY_MODELS = {
+    "hunt-tien": PorosityModel(_exponential(8.0), "Hunt, Tien, Chem. Eng. Sci. 45 (1990) 55-63, b = 8"),
+    "hunt-tien-spheres": PorosityModel(_exponential(6.0), "Hunt, Tien, Chem. Eng. Sci. 45 (1990) 55-63, b = 6"),
+    "white-tien": PorosityModel(_white_tien, "White, Tien, Wärme- Stoffübertragung 21 (1987) 291-296"),
+    "cheng-hsu": PorosityModel(
+        lambda s, bulk: bulk * (1.0 + exp(-2.0 * s)), "Cheng, Hsu, Int. J. Heat Mass Transfer 29 (1986) 1843-1853", 0.5
+    ),
+    "vortmeyer-schuster": PorosityModel(
+        _exponential(2.0), "Vortmeyer, Schuster, Chem. Eng. Sci. 38 (1983) 1691-1699, normalised at the wall"
+    ),
+    "constant": PorosityModel(lambda s, bulk: bulk + 0.0 * s, "constant"),
+}
