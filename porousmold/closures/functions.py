@@ -51,8 +51,11 @@ def minimum(a, b):
 
 
 def positive_part(x, width):
-    """Smooth positive part (x + sqrt(x^2 + width^2)) / 2: always > 0, equal to x where x >> width > 0."""
-    return 0.5 * (x + sqrt(x * x + width * width))
+    """Smooth positive part (x + sqrt(x^2 + width^2)) / 2 for width > 0: equal to x where x >> width.
+
+    A thousandth of the width on top keeps it positive where x << -width, and rounding would leave 0.
+    """
+    return 0.5 * (x + sqrt(x * x + width * width)) + 1e-3 * width
 
 
 def smooth_step(x, start, end):

@@ -1,0 +1,54 @@
+r"""Planar and axisymmetric calculus from one set of names.
+
+Axisymmetric fields have x[0] = z along the axis and x[1] = r; a volume is 2 pi r dr dz (the whole pipe), and the
+velocity gradient gains the hoop component u_r/r. Planar volumes are per metre of width.
+"""
+
+import math
+from dataclasses import dataclass
+
+import ufl
+
+
+@dataclass(frozen=True)
+class Coordinates:
+    """The measure and the differential operators of one kind of symmetry on one mesh."""
+
+    mesh: object
+    axisymmetric: bool
+
+    @property
+    def weight(self):
+        """Factor of dx and ds: 2 pi r, or 1."""
+        return 2.0 * math.pi * ufl.SpatialCoordinate(self.mesh)[1] if self.axisymmetric else 1.0
+
+    def velocity_gradient(self, velocity):
+        """Gradient of a vector field as 2 x 2 tensor, or 3 x 3 with the hoop component u_r/r."""
+        g = ufl.grad(velocity)
+        if not self.axisymmetric:
+            return g
+        hoop = velocity[1] / ufl.SpatialCoordinate(self.mesh)[1]
+        return ufl.as_tensor([[g[0, 0], g[0, 1], 0.0], [g[1, 0], g[1, 1], 0.0], [0.0, 0.0, hoop]])
+
+    def divergence(self, velocity):
+        """Divergence of a vector field."""
+        return ufl.tr(self.velocity_gradient(velocity))
+
+    def strain_rate(self, velocity):
+        """Symmetric part of the velocity gradient."""
+        return ufl.sym(self.velocity_gradient(velocity))
+
+    def shear_rate_squared(self, velocity):
+        """2 S:S, the factor of mu_t in the production of turbulent kinetic energy."""
+        strain = self.strain_rate(velocity)
+        return 2.0 * ufl.inner(strain, strain)
+
+    def stress(self, velocity, viscosity):
+        """Stress mu (grad u + grad u^T - 2/3 div u I) (thesis eq. 6.5)."""
+        gradient = self.velocity_gradient(velocity)
+        identity = ufl.Identity(3 if self.axisymmetric else 2)
+        return viscosity * (gradient + gradient.T - (2.0 / 3.0) * ufl.tr(gradient) * identity)
+
+    def meridional(self, tensor):
+        """The 2 x 2 part of a tensor that acts on vectors of the mesh's plane."""
+        return ufl.as_tensor([[tensor[0, 0], tensor[0, 1]], [tensor[1, 0], tensor[1, 1]]])

@@ -1,0 +1,199 @@
+r"""Weak form of the two-temperature energy equations with a conjugate wall.
+
+    fluid: phi rho C_f (dT_f/dt + u.grad T_f) = div(phi lambda_fe grad T_f) + b.(lambda_fe grad T_f) - a_v h_sf (T_f - T_s)
+    beads: (1-phi) rho_s C_s dT_s/dt = div((1-phi) lambda_s grad T_s) - b.(lambda_s grad T_s) - a_v h_sf (T_s - T_f)
+    wall:  rho_w C_w dT_w/dt = div(lambda_w grad T_w)
+
+lambda_fe = lambda_f + C_f mu_t/Pr_t. One continuous field T is T_f in the bed and T_w in the wall, which gives
+T_f = T_w and the balance of fluxes at the interface; no flux enters the wall from the beads.
+
+The fluid's heat comes in with the flow (Danckwerts): - int (rho phi u.n)(h(T) - h(T_in)) v ds over the inlet, h the
+enthalpy. Fixing the inlet's nodes instead would heat a conducting wall through their common corner (4 % of the
+heating time with an aluminium skin). The outlet has no diffusive flux. With b the sum of the fluid's and the beads'
+equations keeps b.(lambda_fe grad T_f - lambda_s grad T_s), which is no divergence: `rev_heat` is that amount.
+
+Storage of beads and wall is written with the enthalpy per volume H(T), so that the discrete balance closes whatever
+C(T); that of the fluid (10^-3 of the total) with rho C_f at the temperature of the flow's last solution.
+"""
+
+from dataclasses import dataclass
+
+import ufl
+
+from ..closures.nusselt import prandtl_number, specific_surface
+from ..closures.turbulence import PRANDTL_TURBULENT
+from ..materials import Solid
+from .coordinates import Coordinates
+from .flow import FlowEquations
+from .medium import Bed
+from .stabilisation import metric, time_scale
+
+
+@dataclass(frozen=True)
+class OuterWall:
+    """Heat exchange of the outer wall: `heat_flux` into the wall (W/m2) and/or `coefficient` (W/m2/K) to `ambient` (K)."""
+
+    ds: ufl.Measure
+    heat_flux: object = None
+    coefficient: object = None
+    ambient: object = None
+
+    def into_wall(self, temperature):
+        """Heat flux into the wall, W/m2."""
+        flux = 0.0
+        if self.heat_flux is not None:
+            flux += self.heat_flux
+        if self.coefficient is not None:
+            flux += self.coefficient * (self.ambient - temperature)
+        return flux
+
+
+@dataclass(frozen=True)
+class EnergyEquations:
+    """Forms of the energy balance for given flow fields.
+
+    `flow` with `flow_state` (velocity, pressure, k, epsilon with units) and `flow_temperature`, the temperature (K) the
+    flow was solved for; `wall` is None where the scene has none. `inlet` and `outlet` are facet measures, `dx_bed` and
+    `dx_wall` cell measures.
+    """
+
+    flow: FlowEquations
+    flow_state: object
+    flow_temperature: object
+    wall: Solid | None
+    inlet_temperature: object
+    inlet: ufl.Measure
+    outlet: ufl.Measure
+    outer: OuterWall | None
+    dx_bed: ufl.Measure
+    dx_wall: ufl.Measure
+
+    @property
+    def bed(self) -> Bed:
+        return self.flow.bed
+
+    @property
+    def coordinates(self) -> Coordinates:
+        return self.flow.coordinates
+
+    @property
+    def _laws(self):
+        return self.flow.fluid.fluid
+
+    @property
+    def _density(self):
+        return self.flow.fluid.density(self.flow_state.pressure, self.flow_temperature)
+
+    @property
+    def mass_flux(self):
+        """phi rho u as the flow's mass balance has it, kg/m2/s."""
+        return self.flow.mass_flux(self.flow_state, self.flow_temperature)
+
+    def _fluid_storage(self):
+        return self.bed.porosity * self._density * self._laws.heat_capacity(self.flow_temperature)
+
+    def exchange_coefficient(self, temperature):
+        """a_v h_sf per total volume, W/m3/K."""
+        bed, laws = self.bed, self._laws
+        conductivity, viscosity = laws.conductivity(temperature), laws.viscosity(temperature)
+        speed = self.flow_state.speed(self.flow.scales)
+        nusselt = bed.nusselt(
+            bed.reynolds_number(self._density, speed, viscosity),
+            prandtl_number(viscosity, laws.heat_capacity(temperature), conductivity),
+            bed.porosity,
+        )
+        return specific_surface(bed.porosity, bed.bead_diameter) * nusselt * conductivity / bed.bead_diameter
+
+    def effective_conductivity(self, temperature):
+        """lambda_fe, W/m/K (eq. 7.11)."""
+        molecular = self._laws.conductivity(temperature)
+        turbulence = self.flow.turbulence_state(
+            self.flow_state, self._density, self._laws.viscosity(self.flow_temperature)
+        )
+        if turbulence is None:
+            return molecular
+        return molecular + self._laws.heat_capacity(temperature) * turbulence.eddy_viscosity / PRANDTL_TURBULENT
+
+    def stored_heat(self, temperature, bead_temperature, test, bead_test):
+        """Form of the heat per volume (J/m3) against the tests; its change over time is the storage."""
+        beads, weight = self.bed.beads, self.coordinates.weight
+        form = weight * self._fluid_storage() * temperature * test * self.dx_bed
+        form += weight * (1.0 - self.bed.porosity) * volumetric_heat(beads, bead_temperature) * bead_test * self.dx_bed
+        if self.wall is not None:
+            form += weight * volumetric_heat(self.wall, temperature) * test * self.dx_wall
+        return form
+
+    def outflow_of_heat(self, temperature, bead_temperature, test, bead_test):
+        """Form of everything but the storage: what leaves each place, W against the tests.
+
+        SUPG along the flow with the fluid's advection and exchange in its residual; the fluid's storage, a thousandth
+        of the beads', is left out of it.
+        """
+        bed, weight, wall = self.bed, self.coordinates.weight, self.wall
+        phi, flux = bed.porosity, self.mass_flux
+        fluid_conductivity = self.effective_conductivity(temperature)
+        bead_conductivity = bed.beads.conductivity(bead_temperature)
+        exchange = self.exchange_coefficient(temperature)
+        heat_flux_along = self._laws.heat_capacity(temperature) * ufl.dot(flux, ufl.grad(temperature))
+        transfer = exchange * (temperature - bead_temperature)
+        fluid = (
+            (heat_flux_along + transfer) * test
+            + phi * fluid_conductivity * ufl.dot(ufl.grad(temperature), ufl.grad(test))
+        )
+        bead = (1.0 - phi) * bead_conductivity * ufl.dot(
+            ufl.grad(bead_temperature), ufl.grad(bead_test)
+        ) - transfer * bead_test
+        if bed.rev_vector is not None:
+            fluid -= fluid_conductivity * ufl.dot(bed.rev_vector, ufl.grad(temperature)) * test
+            bead += bead_conductivity * ufl.dot(bed.rev_vector, ufl.grad(bead_temperature)) * bead_test
+        # The upwinding's coefficients are held at the flow's temperature: they shift no solution, only the stabilisation
+        capacity = self._laws.heat_capacity(self.flow_temperature)
+        tau = time_scale(
+            metric(self.coordinates.mesh),
+            capacity * flux,
+            phi * self.effective_conductivity(self.flow_temperature),
+            self.exchange_coefficient(self.flow_temperature),
+        )
+        upwind = tau * (heat_flux_along + transfer) * capacity * ufl.dot(flux, ufl.grad(test))
+        form = weight * (fluid + upwind + bead) * self.dx_bed
+        form -= weight * self.enthalpy_entering(temperature) * test * self.inlet
+        if wall is not None:
+            form += weight * wall.conductivity(temperature) * ufl.dot(ufl.grad(temperature), ufl.grad(test)) * self.dx_wall
+        if self.outer is not None:
+            form -= weight * self.outer.into_wall(temperature) * test * self.outer.ds
+        return form
+
+    def enthalpy_entering(self, temperature):
+        """-(rho phi u.n)(h(T_in) - h(T)): heat that the inflow brings beyond what it finds, W/m2 of inlet."""
+        enthalpy = self._laws.heat_capacity.integral
+        inward = -ufl.dot(self.mass_flux, ufl.FacetNormal(self.coordinates.mesh))
+        return inward * (enthalpy(self.inlet_temperature) - enthalpy(temperature))
+
+    def heat_input(self, temperature):
+        """Form (scalar, W) of the heat that the fluid leaves behind: enthalpy in at T_in less enthalpy out."""
+        weight, enthalpy = self.coordinates.weight, self._laws.heat_capacity.integral
+        outward = ufl.dot(self.mass_flux, ufl.FacetNormal(self.coordinates.mesh))
+        return (
+            -weight * outward * enthalpy(self.inlet_temperature) * self.inlet
+            - weight * outward * enthalpy(temperature) * self.outlet
+        )
+
+    def heat_through_outer_wall(self, temperature):
+        """Form (scalar, W) of the heat that enters through the outer wall; None where it is insulated."""
+        if self.outer is None:
+            return None
+        return self.coordinates.weight * self.outer.into_wall(temperature) * self.outer.ds
+
+    def rev_heat(self, temperature, bead_temperature):
+        """Form (scalar, W) of the heat that the printed REV terms create; None without them."""
+        b = self.bed.rev_vector
+        if b is None:
+            return None
+        fluid = self.effective_conductivity(temperature) * ufl.dot(b, ufl.grad(temperature))
+        beads = self.bed.beads.conductivity(bead_temperature) * ufl.dot(b, ufl.grad(bead_temperature))
+        return self.coordinates.weight * (fluid - beads) * self.dx_bed
+
+
+def volumetric_heat(solid, temperature):
+    """Enthalpy per volume rho int C dT of a solid, J/m3."""
+    return solid.density(temperature) * solid.heat_capacity.integral(temperature)

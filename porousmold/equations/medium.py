@@ -1,0 +1,47 @@
+"""What the equations need to know of bed, beads and fluid, as UFL expressions and property laws."""
+
+from dataclasses import dataclass
+
+import ufl
+
+from ..closures.drag import DragLaw
+from ..closures.nusselt import NusseltCorrelation, bead_reynolds_number
+from ..materials import Fluid, Solid
+
+
+@dataclass(frozen=True)
+class Bed:
+    """The packing: porosity phi_V, the REV vector b of section 2.1 (None: terms absent), beads and their laws."""
+
+    porosity: ufl.core.expr.Expr
+    wall_distance: ufl.core.expr.Expr
+    bead_diameter: object
+    beads: Solid
+    drag: DragLaw
+    nusselt: NusseltCorrelation
+    rev_vector: ufl.core.expr.Expr | None = None
+
+    def reynolds_number(self, density, speed, viscosity):
+        """Local superficial bead Reynolds number (eq. 6.12)."""
+        return bead_reynolds_number(self.porosity, density, speed, self.bead_diameter, viscosity)
+
+
+@dataclass(frozen=True)
+class FluidState:
+    """The fluid's laws and the absolute pressure that belongs to gauge pressure 0 (Pa)."""
+
+    fluid: Fluid
+    reference_pressure: object
+
+    def density(self, gauge_pressure, temperature):
+        """Density in kg/m3 at a gauge pressure (Pa) and temperature (K)."""
+        return self.fluid.density(gauge_pressure + self.reference_pressure, temperature)
+
+
+def rev_vector(porosity_difference, wall_distance, largest_diameter):
+    r"""b = (phi_V - phi_A) grad V/V with the REV's diameter D = min(2 y, D_max) (thesis eq. 5.5).
+
+    grad V/V = 3 grad y/y where 2 y < D_max, else 0. `porosity_difference` is phi_V - phi_A.
+    """
+    varying = ufl.conditional(ufl.lt(2.0 * wall_distance, largest_diameter), 3.0 / wall_distance, 0.0)
+    return porosity_difference * varying * ufl.grad(wall_distance)

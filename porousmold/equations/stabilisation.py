@@ -1,0 +1,29 @@
+r"""Intrinsic time scales of the residual-based stabilisation (SUPG, PSPG) on anisotropic cells.
+
+With the metric G = 4 K^T K of the map from the reference cell (K its inverse Jacobian; G -> 4/h^2 on a rectangle's
+axes), tau = [ (a.G a) + (12/4)^2 m^2 G:G + s^2 ]^-1/2 for advection a, diffusion m and reaction s: the smallest of
+h/2|a|, h^2/12m and 1/s, direction by direction (Shakib, Hughes, Johan, CMAME 89 (1991) 141-219).
+"""
+
+import ufl
+
+
+def metric(mesh):
+    """G = 4 K^T K of the mesh's cells."""
+    inverse = ufl.JacobianInverse(mesh)
+    return 4.0 * inverse.T * inverse
+
+
+def time_scale(metric_tensor, advection, diffusion, reaction):
+    """tau for a vector `advection` and scalars `diffusion` and `reaction`, in the inverse unit of `reaction`."""
+    return 1.0 / ufl.sqrt(
+        ufl.dot(advection, ufl.dot(metric_tensor, advection))
+        + 9.0 * diffusion**2 * ufl.inner(metric_tensor, metric_tensor)
+        + reaction**2
+    )
+
+
+def streamline_time_scale(metric_tensor, advection, diffusion):
+    """tau = [a.G a + 9 m^2 (a.G a/|a|^2)^2]^-1/2: size of the cell along the flow only, whatever its height."""
+    length = ufl.dot(advection, ufl.dot(metric_tensor, advection)) + 1e-30
+    return 1.0 / ufl.sqrt(length + 9.0 * (diffusion * length / (ufl.dot(advection, advection) + 1e-30)) ** 2)

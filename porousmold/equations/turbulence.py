@@ -1,0 +1,115 @@
+r"""Weak form of the two-layer k-epsilon equations with bead sources.
+
+Theory and constants: `porousmold.closures.turbulence`. Two regularisations, neither active in a converged solution:
+
+- epsilon enters the outer layer's formulas no smaller than k^1.5/(5 C_l y), a turbulent length five times that of a
+  wall layer, so that Newton's early iterates cannot divide by zero;
+- in the inner layer epsilon is tied to its algebraic value by a relaxation 100 times faster than its own turnover
+  (`INNER_RELAXATION`), which is the smooth form of "epsilon is not solved there": the k equation and the eddy
+  viscosity use the algebraic value itself, weighted by the blend.
+"""
+
+from dataclasses import dataclass
+
+import ufl
+
+from ..closures import turbulence as closure
+from ..closures.functions import positive_part
+from .stabilisation import streamline_time_scale
+
+INNER_RELAXATION = 100.0
+LONGEST_LENGTH = 5.0
+
+
+@dataclass(frozen=True)
+class TurbulenceModel:
+    """Which terms a scene switches on: bead sources at all, and their damping."""
+
+    bead_sources: bool = False
+    damped: bool = False
+
+    def source_fraction(self, bead_reynolds_number):
+        """f_d of the bead sources: 0, 1 or the damping of eq. 7.33."""
+        if not self.bead_sources:
+            return 0.0
+        return closure.damping(bead_reynolds_number) if self.damped else 1.0
+
+
+class TwoLayerState:
+    """Everything of the turbulence that follows from k, epsilon, density, viscosity and wall distance at a point.
+
+    `scale` (m2/s2) sets the width of the smooth positive part of k; arguments are UFL or numpy.
+    """
+
+    def __init__(self, kinetic_energy, dissipation_rate, density, viscosity, wall_distance, scale):
+        self.kinetic_energy = kinetic_energy
+        self.kinematic_viscosity = viscosity / density
+        k = positive_part(kinetic_energy, 1e-9 * scale)
+        shortest = k**1.5 / (LONGEST_LENGTH * closure.C_LENGTH * wall_distance)
+        self.dissipation_positive = shortest + positive_part(
+            dissipation_rate - shortest, 1e-3 * shortest + 1e-9 * scale**1.5 / wall_distance
+        )
+        reynolds = closure.wall_reynolds_number(density, wall_distance, k, viscosity)
+        self.reynolds_wall = reynolds
+        self.outer = closure.outer_fraction(reynolds)
+        self.turnover_inner = closure.inner_dissipation_rate(1.0, reynolds, wall_distance, self.kinematic_viscosity)
+        self.turnover_outer = self.dissipation_positive / k
+        self.eddy_viscosity = self.outer * closure.outer_eddy_viscosity(density, k, self.dissipation_positive) + (
+            1.0 - self.outer
+        ) * closure.inner_eddy_viscosity(density, k, reynolds, wall_distance)
+
+    @property
+    def dissipation(self):
+        """epsilon of the blend, as the k equation takes it."""
+        return self.outer * self.dissipation_positive + (1.0 - self.outer) * self.turnover_inner * self.kinetic_energy
+
+
+def turbulence_residual(
+    k, epsilon, k_test, epsilon_test, state, velocity, density, viscosity, bed, model, coordinates, metric, speed, dx
+):
+    """Residual of the k and epsilon equations over the bed without boundary and pseudo-time terms (form).
+
+    Per total volume, so multiplied by the porosity. Streamline upwinding: first order along the flow, where both
+    vary little, in exchange for fields without undershoots behind the inlet.
+    """
+    phi = bed.porosity
+    advection = phi * density * velocity
+    production = state.eddy_viscosity * coordinates.shear_rate_squared(velocity)
+    fraction = model.source_fraction(bed.reynolds_number(density, speed, viscosity))
+    k_source = production - density * state.dissipation
+    epsilon_source = state.turnover_outer * (
+        closure.C_EPSILON_1 * production - closure.C_EPSILON_2 * density * epsilon
+    )
+    if model.bead_sources:
+        k_source += fraction * density * closure.bead_dissipation_rate(phi, speed, bed.bead_diameter)
+        epsilon_source += (
+            closure.C_EPSILON_2
+            * fraction
+            * density
+            * closure.bead_dissipation_squared_over_energy(phi, speed, bed.bead_diameter)
+        )
+    tie = (
+        INNER_RELAXATION
+        * density
+        * state.turnover_inner
+        * (1.0 - state.outer)
+        * (epsilon - state.turnover_inner * state.kinetic_energy)
+    )
+    form = 0
+    for unknown, test, schmidt, reaction in (
+        (k, k_test, closure.SIGMA_K, -phi * k_source),
+        (epsilon, epsilon_test, closure.SIGMA_EPSILON, phi * (tie - state.outer * epsilon_source)),
+    ):
+        diffusivity = phi * (viscosity + state.eddy_viscosity / schmidt)
+        along = ufl.dot(advection, ufl.grad(unknown))
+        upwind = streamline_time_scale(metric, advection, diffusivity)
+        form += (
+            coordinates.weight
+            * (
+                (along + reaction) * test
+                + diffusivity * ufl.dot(ufl.grad(unknown), ufl.grad(test))
+                + upwind * along * ufl.dot(advection, ufl.grad(test))
+            )
+            * dx
+        )
+    return form

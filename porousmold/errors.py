@@ -1,0 +1,25 @@
+"""The errors that end a run with one line: what the user wrote wrong, and what could not be solved."""
+
+
+class InputError(ValueError):
+    """Bad input: names the key, its value, what is allowed and (where known) the file it stands in."""
+
+    def __init__(self, key, value, allowed, where=None):
+        self.key, self.value, self.allowed, self.where = key, value, allowed, where
+        super().__init__(key, value, allowed, where)
+
+    def __str__(self):
+        place = f" (in {self.where})" if self.where else ""
+        shown = f" = {self.value!r}" if self.value is not None else ""
+        return f"{self.key}{shown}: {self.allowed}{place}"
+
+
+class SolveError(RuntimeError):
+    """A solve that failed: at which time (s), which block, the residuals, and what to try."""
+
+    def __init__(self, block, time, detail, advice):
+        self.block, self.time, self.detail, self.advice = block, time, detail, advice
+        super().__init__(block, time, detail, advice)
+
+    def __str__(self):
+        return f"{self.block} failed at t = {self.time:.6g} s: {self.detail}; try {self.advice}"

@@ -1,0 +1,100 @@
+"""What is known of a scene before it is solved: speeds, wall shear, heat capacities, and what follows for the mesh.
+
+Order-of-magnitude figures from the scene's own correlations in the middle of the bed. They choose defaults (first
+cell, cells through the wall, largest step) and scale the unknowns; no result depends on them.
+"""
+
+import math
+from dataclasses import dataclass
+
+from .closures.nusselt import prandtl_number
+
+FIRST_CELL_IN_WALL_UNITS = 1.5
+LARGEST_STEP_FRACTION = 24.0
+
+
+@dataclass(frozen=True)
+class Estimates:
+    """Of the developed flow in the middle of the bed at the inlet temperature (SI units)."""
+
+    speed: float
+    pressure_gradient: float
+    mass_flux: float
+    reynolds_number: float
+    exchange_coefficient: float
+    bead_biot_number: float
+    first_cell: float
+    wall_cells: int
+    heating_duration: float
+
+    @property
+    def largest_step(self):
+        """Default cap of the time steps, s."""
+        return self.heating_duration / LARGEST_STEP_FRACTION
+
+
+def estimate(scene, fluid, beads, wall, drag, nusselt, bulk_porosity):
+    """Estimates of a scene with its property laws and correlations; `wall` may be None."""
+    operation, bead_diameter, phi = scene.operation, scene.bed.bead_diameter, bulk_porosity
+    temperature = operation.inlet_temperature.values[-1]
+    pressure = operation.outlet_pressure
+    if operation.pressure_drop is not None:
+        pressure += 0.5 * operation.pressure_drop.range[1]
+    viscosity, conductivity = fluid.viscosity(temperature), fluid.conductivity(temperature)
+    heat_capacity, density = fluid.heat_capacity(temperature), fluid.density(pressure, temperature)
+    length, width, area = _bed_size(scene)
+    slowest = viscosity / (density * bead_diameter)  # Re = 1: the scale of a scene without flow
+    if operation.pressure_drop is not None:
+        speed = _speed(phi * operation.pressure_drop.range[1] / length, phi, bead_diameter, density, viscosity, drag)
+    elif operation.inlet_velocity is not None:
+        speed = operation.inlet_velocity.range[1] / phi
+    else:
+        speed = operation.mass_flow.range[1] / (density * phi * area)
+    speed = max(speed, slowest)
+    gradient = drag.coefficient(phi, bead_diameter, density, viscosity, speed) * speed / phi
+    reynolds = density * phi * speed * bead_diameter / viscosity
+    coefficient = (
+        nusselt(reynolds, prandtl_number(viscosity, heat_capacity, conductivity), phi) * conductivity / bead_diameter
+    )
+    layer = math.sqrt(2.0 * viscosity * speed / gradient)
+    friction_velocity = math.sqrt(gradient * layer / density)
+    first_cell = min(FIRST_CELL_IN_WALL_UNITS * viscosity / (density * friction_velocity), 0.01 * bead_diameter)
+    bead_heat = (1.0 - phi) * beads.density(temperature) * beads.heat_capacity(temperature) * area * length
+    wall_heat, wall_cells = 0.0, 1
+    if wall is not None and scene.wall.thickness is not None:
+        thickness = scene.wall.thickness
+        perimeter = 1.0 if scene.geometry.kind == "mold" else 2.0 * math.pi * (width + thickness / 2)
+        wall_heat = wall.density(temperature) * wall.heat_capacity(temperature) * perimeter * thickness * length
+        biot = coefficient * thickness / wall.conductivity(temperature)
+        wall_cells = min(max(math.ceil(8.0 * math.sqrt(biot)), 1), 12)
+    return Estimates(
+        speed=speed,
+        pressure_gradient=gradient,
+        mass_flux=density * phi * speed,
+        reynolds_number=reynolds,
+        exchange_coefficient=coefficient,
+        bead_biot_number=coefficient * bead_diameter / 6.0 / beads.conductivity(temperature),
+        first_cell=first_cell,
+        wall_cells=wall_cells,
+        heating_duration=(bead_heat + wall_heat) / (density * phi * speed * area * heat_capacity),
+    )
+
+
+def _speed(force, phi, bead_diameter, density, viscosity, drag):
+    """Positive root of drag(u) u = force, a quadratic."""
+    viscous = drag.coefficient(phi, bead_diameter, density, viscosity, 0.0)
+    inertial = drag.coefficient(phi, bead_diameter, density, viscosity, 1.0) - viscous
+    if inertial == 0.0:
+        return force / viscous
+    return 2.0 * force / (viscous + math.sqrt(viscous**2 + 4.0 * inertial * force))
+
+
+def _bed_size(scene):
+    """Length, width (half height or radius) and cross-section (per metre width for a mold) of the bed in m, m2."""
+    geometry = scene.geometry
+    if geometry.kind == "mold":
+        return geometry.length, geometry.cavity_height / 2, geometry.cavity_height / 2
+    if geometry.kind == "pipe":
+        radius = geometry.diameter / 2
+        return geometry.length, radius, math.pi * radius**2
+    return 1.0, 10.0 * scene.bed.bead_diameter, 10.0 * scene.bed.bead_diameter

@@ -1,0 +1,198 @@
+"""Meshes of bed and wall with their tags, and the distance to the wall.
+
+x[0] runs along the flow, x[1] across it: from the symmetry plane (mold) or the axis (pipe) through the bed to the
+wall. The bed's cells have the tag `BED`, those of the wall `WALL`; the boundary's parts have the tags `INLET` ...
+below. One mesh carries both, so that one temperature is continuous across the interface.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import ufl
+from dolfinx import fem, mesh
+from scipy.optimize import brentq
+
+from . import fenicsx
+from .errors import InputError
+
+BED, WALL = 1, 2
+INLET, OUTLET, INTERFACE, OUTER, SYMMETRY = 1, 2, 3, 4, 5
+REGION_NAMES = {"bed": BED, "wall": WALL}
+BOUNDARY_NAMES = {"inlet": INLET, "outlet": OUTLET, "interface": INTERFACE, "outer": OUTER, "symmetry": SYMMETRY}
+
+
+@dataclass
+class Domain:
+    """A tagged mesh. `wall_distance` is a UFL expression (m); `stations(fraction)` gives named points (m) at that
+    fraction of the length; `stretch` undoes the grading of the mesh for pictures."""
+
+    mesh: mesh.Mesh
+    cell_tags: object
+    facet_tags: object
+    axisymmetric: bool
+    wall_distance: ufl.core.expr.Expr
+    length: float
+    stations: Callable[[float], dict[str, tuple[float, float]]]
+
+    @property
+    def communicator(self):
+        return self.mesh.comm
+
+    @property
+    def has_wall(self):
+        """Whether any cell of any rank lies in the wall."""
+        return self.communicator.allreduce(len(self.cell_tags.find(WALL)) > 0, op=max_of)
+
+    def cells(self, *tags):
+        """Local cells with any of the tags, sorted."""
+        return np.sort(np.concatenate([self.cell_tags.find(tag) for tag in tags]).astype(np.int32))
+
+    def facets(self, tag):
+        """Local facets with the tag."""
+        return self.facet_tags.find(tag)
+
+    def cell_measure(self, quadrature_degree):
+        """dx with the regions' tags as subdomains."""
+        metadata = {"quadrature_degree": quadrature_degree}
+        return ufl.Measure("dx", domain=self.mesh, subdomain_data=self.cell_tags, metadata=metadata)
+
+    def facet_measure(self, quadrature_degree):
+        """ds with the boundary's tags as subdomains."""
+        metadata = {"quadrature_degree": quadrature_degree}
+        return ufl.Measure("ds", domain=self.mesh, subdomain_data=self.facet_tags, metadata=metadata)
+
+
+def max_of(a, b):
+    """Reduction for `allreduce` of Python objects."""
+    return max(a, b)
+
+
+def graded_coordinates(width, first_cell, growth):
+    """Nodes from 0 (the wall) to `width`, cells growing from about `first_cell` by at most about `growth`.
+
+    The number of cells is the smallest whose growth does not exceed `growth`; the first cell is met exactly unless
+    it is wider than a uniform cell.
+    """
+    if first_cell >= width:
+        return np.array([0.0, width])
+    count = int(np.ceil(np.log(1.0 + width * (growth - 1.0) / first_cell) / np.log(growth)))
+
+    def excess(ratio):
+        return first_cell * np.sum(ratio ** np.arange(count)) - width
+
+    if excess(1.0) >= 0.0:
+        return np.linspace(0.0, width, count + 1)
+    sizes = first_cell * brentq(excess, 1.0, growth + 1e-6) ** np.arange(count)
+    nodes = np.concatenate([[0.0], np.cumsum(sizes)])
+    return nodes * (width / nodes[-1])
+
+
+def strip(communicator, *, length, width, wall_thickness, axial_nodes, bed_nodes, wall_nodes, axisymmetric):
+    """Mesh of a straight bed from x[1] = 0 to `width` and a wall outside it.
+
+    `axial_nodes` run from 0 to the length; `bed_nodes` are distances from the wall, 0 to `width`; `wall_nodes` are
+    depths into the wall, 0 to its thickness (empty: no wall). All in m.
+    """
+    across = np.concatenate([width - bed_nodes[::-1], width + np.asarray(wall_nodes)[1:]])
+    bed_cells, cells = len(bed_nodes) - 1, len(across) - 1
+    domain = fenicsx.rectangle_mesh(communicator, (len(axial_nodes) - 1, cells))
+    tags = _tag_regions(domain, lambda x: x[1] < bed_cells / cells)
+    facets = _tag_boundary(
+        domain,
+        {
+            INLET: lambda x: np.isclose(x[0], 0.0) & (x[1] < (bed_cells + 0.25) / cells),
+            OUTLET: lambda x: np.isclose(x[0], 1.0) & (x[1] < (bed_cells + 0.25) / cells),
+            SYMMETRY: lambda x: np.isclose(x[1], 0.0),
+            OUTER: lambda x: np.isclose(x[1], 1.0) & (cells > bed_cells),
+        },
+        {INTERFACE: lambda x: np.isclose(x[1], bed_cells / cells)},
+    )
+    points = domain.geometry.x
+    index = np.rint(points[:, :2] * [len(axial_nodes) - 1, cells]).astype(int)
+    points[:, 0] = np.asarray(axial_nodes)[index[:, 0]]
+    points[:, 1] = across[index[:, 1]]
+
+    def stations(fraction):
+        z = fraction * length
+        named = {"centre": (z, 0.0), "bed_side": (z, width)}
+        return named | {"outer": (z, width + wall_thickness)} if len(wall_nodes) > 1 else named
+
+    wall_distance = width - ufl.SpatialCoordinate(domain)[1]
+    return Domain(domain, tags, facets, axisymmetric, wall_distance, length, stations)
+
+
+def _tag_regions(domain, in_bed):
+    dimension = domain.topology.dim
+    count = domain.topology.index_map(dimension).size_local + domain.topology.index_map(dimension).num_ghosts
+    cells = np.arange(count, dtype=np.int32)
+    middle = domain.geometry.x[fenicsx.cell_vertices(domain)].mean(axis=1)
+    values = np.where(in_bed(middle.T), BED, WALL).astype(np.int32)
+    return mesh.meshtags(domain, dimension, cells, values)
+
+
+def _tag_boundary(domain, exterior, interior):
+    dimension = domain.topology.dim - 1
+    found = {tag: mesh.locate_entities_boundary(domain, dimension, where) for tag, where in exterior.items()}
+    found |= {tag: mesh.locate_entities(domain, dimension, where) for tag, where in interior.items()}
+    facets = np.concatenate(list(found.values()))
+    values = np.concatenate([np.full(len(part), tag, dtype=np.int32) for tag, part in found.items()])
+    facets, first = np.unique(facets, return_index=True)
+    return mesh.meshtags(domain, dimension, facets.astype(np.int32), values[first])
+
+
+def from_file(communicator, path, *, axisymmetric):
+    """Mesh of a gmsh file (.geo or .msh) whose physical groups have the names of `REGION_NAMES` and `BOUNDARY_NAMES`.
+
+    Bed and wall are physical surfaces, the boundary's parts physical curves; the symmetry line, if any, lies along
+    x[1] = constant. The distance to the wall is that to the nearest interface segment, at the nodes. Raises
+    `InputError` where the file cannot be read or lacks a group.
+    """
+    domain, cell_tags, facet_tags = fenicsx.read_gmsh(path, communicator, REGION_NAMES, BOUNDARY_NAMES)
+    present = {int(value) for value in np.concatenate(communicator.allgather(np.unique(facet_tags.values)))}
+    missing = [name for name in ("inlet", "outlet", "interface") if BOUNDARY_NAMES[name] not in present]
+    if missing:
+        raise InputError("geometry.mesh", str(path), f"a mesh with a physical curve named {missing[0]!r}")
+    segments = _gathered_segments(domain, facet_tags, INTERFACE)
+    space = fenicsx.lagrange_space(domain)
+    distance = fem.Function(space)
+    nodes = space.tabulate_dof_coordinates()[:, :2]
+    distance.x.array[:] = distance_to_segments(nodes, segments)
+    order = np.argsort(segments[:, :, 0].mean(axis=1))
+    path_length = np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1)[order]
+    middle = segments.mean(axis=1)[order]
+    along = np.cumsum(path_length) - 0.5 * path_length
+    outer = _gathered_segments(domain, facet_tags, OUTER)
+    symmetry = _gathered_segments(domain, facet_tags, SYMMETRY)
+
+    def stations(fraction):
+        place = np.clip(fraction * along[-1], along[0], along[-1])
+        bed_side = np.array([np.interp(place, along, middle[:, i]) for i in range(2)])
+        named = {"bed_side": tuple(bed_side)}
+        for name, curve in (("outer", outer), ("centre", symmetry)):
+            if len(curve):
+                ends = curve.reshape(-1, 2)
+                named[name] = tuple(ends[np.argmin(np.linalg.norm(ends - bed_side, axis=1))])
+        return named
+
+    return Domain(domain, cell_tags, facet_tags, axisymmetric, distance, float(along[-1]), stations)
+
+
+def _gathered_segments(domain, facet_tags, tag):
+    facets = facet_tags.find(tag)
+    owned = facets[facets < domain.topology.index_map(domain.topology.dim - 1).size_local]
+    nodes = mesh.entities_to_geometry(domain, domain.topology.dim - 1, owned.astype(np.int32), False)
+    mine = domain.geometry.x[np.asarray(nodes, dtype=np.int64).reshape(-1, 2)][:, :, :2]
+    return np.concatenate(domain.comm.allgather(mine))
+
+
+def distance_to_segments(points, segments):
+    """Distance of points (n, 2) to the nearest of the segments (m, 2, 2), in m."""
+    start, along = segments[:, 0], segments[:, 1] - segments[:, 0]
+    square = np.einsum("ij,ij->i", along, along)
+    result = np.empty(len(points))
+    for i, point in enumerate(points):
+        offset = point - start
+        fraction = np.clip(np.einsum("ij,ij->i", offset, along) / square, 0.0, 1.0)
+        result[i] = np.sqrt(np.min(np.sum((offset - fraction[:, None] * along) ** 2, axis=1)))
+    return result

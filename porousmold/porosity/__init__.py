@@ -1,0 +1,1 @@
+"""Porosity against wall distance: models of the literature and tabulated profiles."""

@@ -1,0 +1,65 @@
+"""Tabulated porosity profiles: CSV files with wall distance over bead diameter, phi_V and phi_A."""
+
+import csv
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from ..errors import InputError
+
+HEAD = ("wall_distance_over_bead_diameter", "phi_v", "phi_a")
+
+
+@dataclass(frozen=True)
+class PorosityProfile:
+    """phi_V and phi_A at points y/d, constant beyond the last.
+
+    Between the points the monotone cubic of Fritsch and Carlson (PCHIP): continuous slope, so that grad phi exists
+    everywhere, and no overshoot above 1 or below 0 between measured points.
+    """
+
+    positions: np.ndarray
+    volume_porosity: np.ndarray
+    area_porosity: np.ndarray
+
+    @classmethod
+    def read(cls, key, path):
+        """From a CSV file whose head begins with `HEAD` (later columns, and lines that start with #, are ignored).
+
+        Raises `InputError` for a file that is unreadable, has another head, positions that do not increase from 0,
+        or porosities outside (0, 1].
+        """
+        path = Path(path)
+        try:
+            with path.open(newline="", encoding="utf-8") as file:
+                rows = [row for row in csv.reader(file) if row and not row[0].lstrip().startswith("#")]
+        except (OSError, UnicodeDecodeError, csv.Error) as error:
+            raise InputError(key, str(path), f"must be a readable CSV file: {error}") from error
+        if not rows or tuple(name.strip().lower() for name in rows[0][:3]) != HEAD:
+            raise InputError(key, str(path), f"must begin with the head {','.join(HEAD)}")
+        try:
+            table = np.array([[float(cell) for cell in row[:3]] for row in rows[1:]])
+        except ValueError as error:
+            raise InputError(key, str(path), f"holds a cell that is no number: {error}") from error
+        if table.ndim != 2 or table.shape[0] < 2 or table.shape[1] != 3:
+            raise InputError(key, str(path), "must have at least two rows of three columns")
+        position, porosities = table[:, 0], table[:, 1:]
+        if position[0] != 0.0 or np.any(np.diff(position) <= 0.0):
+            raise InputError(key, str(path), "must have wall distances that increase from 0")
+        if not np.all((porosities > 0.0) & (porosities <= 1.0)):
+            raise InputError(key, str(path), "must have porosities within (0, 1]")
+        return cls(position, porosities[:, 0], porosities[:, 1])
+
+    def __call__(self, wall_distance, bead_diameter):
+        """phi_V and phi_A (arrays) at wall distances (m)."""
+        place = np.clip(np.asarray(wall_distance) / bead_diameter, 0.0, self.positions[-1])
+        return tuple(
+            PchipInterpolator(self.positions, values)(place) for values in (self.volume_porosity, self.area_porosity)
+        )
+
+    @property
+    def bulk_porosity(self):
+        """phi_V at the last point."""
+        return float(self.volume_porosity[-1])

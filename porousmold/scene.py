@@ -1,0 +1,356 @@
+"""A scene: what the user writes in TOML, validated before anything is computed.
+
+`KEYS` is the whole language: every key with its unit, default, bounds and meaning (`docs/scene.md` lists them). Values
+are SI numbers or texts with a unit. A key that is unknown, of the wrong dimension or out of bounds is refused by one
+line that names it.
+"""
+
+import copy
+import difflib
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from types import SimpleNamespace
+
+from .closures.drag import DRAG_LAWS
+from .closures.nusselt import NUSSELT_CORRELATIONS
+from .errors import InputError
+from .materials import FLUIDS, SOLIDS
+from .porosity.models import POROSITY_MODELS
+from .series import TimeSeries
+from .units import to_si
+
+INFINITY = float("inf")
+
+
+@dataclass(frozen=True)
+class Key:
+    """One key: `kind` is a unit of `units.to_si`, or 'choice', 'integer', 'flag', 'file'.
+
+    Numbers lie strictly between `low` and `high` (or at them, if `closed`). `series` keys also take a CSV file.
+    """
+
+    kind: str
+    meaning: str
+    default: object = None
+    low: float = -INFINITY
+    high: float = INFINITY
+    closed: bool = False
+    choices: tuple[str, ...] = ()
+    series: bool = False
+
+    def allowed(self):
+        """The bounds in words."""
+        unit = {"delta_degC": "K"}.get(self.kind, self.kind)
+        if self.low == -INFINITY and self.high == INFINITY:
+            return f"must be a number in {unit}"
+        less, more = ("<=", ">=") if self.closed else ("<", ">")
+        bounds = [f"{more} {self.low:g}"] if self.low > -INFINITY else []
+        bounds += [f"{less} {self.high:g}"] if self.high < INFINITY else []
+        return f"must be {' and '.join(bounds)} {unit}".rstrip()
+
+
+def _length(meaning, default=None):
+    return Key("m", meaning, default, low=0.0, high=1e4)
+
+
+def _choice(meaning, choices, default):
+    return Key("choice", meaning, default, choices=tuple(choices))
+
+
+def _property(kind, meaning):
+    return Key(kind, meaning, low=0.0, high=1e7)
+
+
+def _solid_properties(whose):
+    return {
+        "density": _property("kg/m^3", f"density of {whose}; overrides the material's"),
+        "heat_capacity": _property("J/(kg*K)", f"specific heat capacity of {whose}; overrides the material's"),
+        "conductivity": _property("W/(m*K)", f"thermal conductivity of {whose}; overrides the material's"),
+    }
+
+
+KEYS: dict[str, dict[str, Key]] = {
+    "geometry": {
+        "kind": _choice("what is heated", ("mold", "pipe", "mesh"), None),
+        "length": _length("length of the bed along the flow"),
+        "cavity_height": _length("full height of a mold's cavity; half of it is computed"),
+        "diameter": _length("inner diameter of a pipe"),
+        "mesh": Key("file", "gmsh file (.geo, .msh) with named physical groups, for kind 'mesh'"),
+        "symmetry": _choice("of a mesh: planar, or about the axis x[1] = 0", ("planar", "axisymmetric"), "planar"),
+    },
+    "bed": {
+        "bead_diameter": _length("diameter of the beads"),
+        "bead_material": _choice("material of the beads", SOLIDS, "ceramic"),
+        **{f"bead_{name}": key for name, key in _solid_properties("the beads").items()},
+        "porosity_model": _choice("porosity against wall distance", POROSITY_MODELS, "hunt-tien"),
+        "bulk_porosity": Key("", "porosity far from the wall", 0.4, low=0.0, high=1.0),
+        "porosity_profile": Key("file", "CSV profile (wall distance over bead diameter, phi_V, phi_A), in place of a model"),
+        "averaging_diameter_ratio": Key("", "largest averaging sphere over bead diameter, D_max/d", 5.5, low=0.0, high=100),
+        "allow_small_ratio": Key("flag", "accept a bed narrower than 10 beads, with a warning", False),
+    },
+    "wall": {
+        "material": _choice("material of the wall", SOLIDS, "aluminium"),
+        "thickness": _length("thickness of the wall"),
+        **_solid_properties("the wall"),
+    },
+    "fluid": {
+        "material": _choice("the fluid", FLUIDS, "air"),
+        "density": _property("kg/m^3", "constant density: makes the fluid a liquid"),
+        "viscosity": _property("Pa*s", "constant viscosity; overrides the material's"),
+        "heat_capacity": _property("J/(kg*K)", "constant heat capacity; overrides the material's"),
+        "conductivity": _property("W/(m*K)", "constant thermal conductivity; overrides the material's"),
+    },
+    "operation": {
+        "initial_temperature": Key("K", "of fluid, beads and wall", low=0.0, high=5000.0),
+        "inlet_temperature": Key("K", "of the incoming fluid", low=0.0, high=5000.0, series=True),
+        "pressure_drop": Key("Pa", "static pressure, inlet minus outlet", low=0.0, high=1e8, closed=True, series=True),
+        "inlet_velocity": Key("m/s", "superficial: volume flow over the empty cross-section", low=0.0, high=1e3, series=True),
+        "mass_flow": Key("kg/s", "whole pipe, or half cavity per metre width of a mold", low=0.0, high=1e6, series=True),
+        "outlet_pressure": Key("Pa", "absolute static pressure at the outlet", 101325.0, low=0.0, high=1e9),
+        "gravity": Key("m/s^2", "acceleration along the flow (negative: against it)", 0.0, low=-1e3, high=1e3),
+        "outer_heat_flux": Key("W/m^2", "heat into the outer wall (negative: loss)", low=-1e7, high=1e7, series=True),
+        "outer_coefficient": Key("W/(m^2*K)", "heat transfer coefficient of the outer wall", low=0.0, high=1e6),
+        "ambient_temperature": Key("K", "outside the outer wall", low=0.0, high=5000.0, series=True),
+        "heating_margin": Key("delta_degC", "heated when T_in - min T_wall falls below it", 2.0, low=0.0, high=1000.0),
+        "end_time": Key("s", "stop here if not heated before", 1e5, low=0.0, high=1e9),
+    },
+    "model": {
+        "flow": _choice("flow equations", ("full",), "full"),
+        "turbulence": _choice(
+            "turbulence and bead sources",
+            ("none", "k-epsilon", "nakayama-kuwahara", "damped-nakayama-kuwahara"),
+            "damped-nakayama-kuwahara",
+        ),
+        "energy": _choice("energy equations", ("two-temperature",), "two-temperature"),
+        "wall": _choice("wall", ("conjugate",), "conjugate"),
+        "rev_terms": _choice("terms of the non-constant averaging volume", ("off", "consistent", "as-published"), "off"),
+        "flow_update": _choice("how the flow follows the temperature", ("quasi-steady", "frozen"), "quasi-steady"),
+        "nusselt": _choice("heat exchange between fluid and beads", NUSSELT_CORRELATIONS, "wakao"),
+        "drag": _choice("resistance of the beads", DRAG_LAWS, "macdonald"),
+    },
+    "solver": {
+        "axial_cells": Key("integer", "cells along the flow", 18, low=2, high=100000, closed=True),
+        "first_cell": _length("height of the cell at the wall; default from the expected wall shear"),
+        "cell_growth": Key("", "largest ratio of neighbouring cells across the bed", 1.3, low=1.001, high=3.0),
+        "wall_cells": Key("integer", "cells through the wall; default from its Biot number", low=1, high=1000, closed=True),
+        "first_step": Key("s", "first time step", 1.0, low=0.0, high=1e6),
+        "step_growth": Key("", "ratio of successive steps", 1.5, low=1.0, high=10.0, closed=True),
+        "largest_step": Key("s", "largest time step; default a 24th of the time the fluid needs to bring the heat",
+                            low=0.0, high=1e7),
+        "step_tolerance": Key("delta_degC", "estimated error of a step above which it is repeated smaller", 5.0,
+                              low=0.0, high=1e3),
+        "flow_tolerance": Key("", "relative change of the flow above which it is iterated within a step", 0.02,
+                              low=0.0, high=1.0),
+    },
+    "output": {
+        "pictures": Key("flag", "draw the PNG pictures", True),
+        "fields": Key("flag", "write fields.h5 and fields.xdmf", True),
+        "field_times": Key("integer", "number of times at which fields are kept, spread over the run", 4, low=1, high=1000,
+                           closed=True),
+    },
+}  # fmt: skip
+
+
+class Scene:
+    """A validated scene. `scene.wall.thickness` and the like are SI values; series keys hold `TimeSeries`.
+
+    `source` is the file it came from, or None.
+    """
+
+    def __init__(self, tables, source=None):
+        self.source = str(source) if source else None
+        base = Path(source).parent if source else Path()
+        self._given = _checked_names(tables, self.source)
+        values = {
+            table: {
+                name: _checked_value(f"{table}.{name}", key, self._given.get(table, {}).get(name), base, self.source)
+                for name, key in keys.items()
+            }
+            for table, keys in KEYS.items()
+        }
+        for table, content in values.items():
+            setattr(self, table, SimpleNamespace(**content))
+        _check_together(self)
+
+    @classmethod
+    def load(cls, path, **overrides):
+        """Read a TOML file; overrides are written table__key=value, for example wall__thickness='2 mm'."""
+        return cls.from_file(path, {name.replace("__", ".", 1): value for name, value in overrides.items()})
+
+    @classmethod
+    def from_file(cls, path, settings=None):
+        """Read a TOML file and apply settings {'table.key': value} on top."""
+        path = Path(path)
+        try:
+            tables = tomllib.loads(path.read_text(encoding="utf-8"))
+        except FileNotFoundError as error:
+            raise InputError("scene", str(path), "no such file") from error
+        except (OSError, UnicodeDecodeError) as error:
+            raise InputError("scene", str(path), "must be a readable TOML text file") from error
+        except tomllib.TOMLDecodeError as error:
+            raise InputError("scene", str(path), f"is not valid TOML: {error}") from error
+        for name, value in (settings or {}).items():
+            table, dot, key = name.partition(".")
+            if not dot or table not in KEYS:
+                raise InputError(name, value, _unknown(name, _full_names()), "--set")
+            if not isinstance(tables.setdefault(table, {}), dict):
+                raise InputError(table, tables[table], "must be a table", str(path))
+            tables[table][key] = value
+        return cls(tables, path)
+
+    def with_changes(self, **overrides):
+        """A copy with other values, written table__key=value."""
+        tables = copy.deepcopy(self._given)
+        for name, value in overrides.items():
+            table, _, key = name.partition("__")
+            tables.setdefault(table, {})[key] = value
+        return Scene(tables, self.source)
+
+    def as_tables(self):
+        """Every key with its value, defaults included, ready for TOML; keys without a value are left out."""
+        tables = {}
+        for table, keys in KEYS.items():
+            content = {}
+            for name in keys:
+                value = getattr(getattr(self, table), name)
+                if isinstance(value, TimeSeries):
+                    value = value.source or value.values[0]
+                if value is not None:
+                    content[name] = str(value) if isinstance(value, Path) else value
+            tables[table] = content
+        return tables
+
+
+def _full_names():
+    return [f"{table}.{name}" for table, keys in KEYS.items() for name in keys]
+
+
+def _unknown(name, known):
+    near = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
+    return "is not a known key" + (f"; did you mean {near[0]!r}?" if near else "")
+
+
+def _checked_names(tables, where):
+    if not tables:
+        raise InputError("scene", None, "is empty: it needs at least [geometry], [bed] and [operation]", where)
+    for table, content in tables.items():
+        if table not in KEYS:
+            raise InputError(table, None, _unknown(table, list(KEYS)), where)
+        if not isinstance(content, dict):
+            raise InputError(table, content, "must be a table", where)
+        for name in content:
+            if name not in KEYS[table]:
+                raise InputError(f"{table}.{name}", content[name], _unknown(f"{table}.{name}", _full_names()), where)
+    return copy.deepcopy(tables)
+
+
+def _checked_value(name, key, value, base, where):
+    if value is None:
+        value = key.default
+        if value is None:
+            return None
+        return TimeSeries.constant(value) if key.series else value
+    if key.kind == "choice":
+        if not isinstance(value, str) or value not in key.choices:
+            raise InputError(name, value, f"must be one of {', '.join(map(repr, key.choices))}", where)
+        return value
+    if key.kind == "flag":
+        flags = {"true": True, "false": False}
+        value = flags.get(value, value) if isinstance(value, str) else value
+        if not isinstance(value, bool):
+            raise InputError(name, value, "must be true or false", where)
+        return value
+    if key.kind == "file":
+        path = (base / value).resolve() if isinstance(value, str) and value else None
+        if path is None or not path.is_file():
+            raise InputError(name, value, "must name an existing file", where)
+        return path
+    if key.kind == "integer":
+        if isinstance(value, str) and value.strip().isdigit():
+            value = int(value)
+        if isinstance(value, bool) or not isinstance(value, int) or not key.low <= value <= key.high:
+            raise InputError(name, value, f"must be a whole number from {key.low:g} to {key.high:g}", where)
+        return value
+    if key.series and isinstance(value, str) and value.lower().endswith(".csv"):
+        series = TimeSeries.read(name, (base / value).resolve(), key.kind)
+        for number in series.values:
+            _check_bounds(name, number, key, series.source)
+        return series
+    number = to_si(name, value, key.kind, where)
+    _check_bounds(name, number, key, where)
+    return TimeSeries.constant(number) if key.series else number
+
+
+def _check_bounds(name, number, key, where):
+    inside = key.low <= number <= key.high if key.closed else key.low < number < key.high
+    if not inside:
+        raise InputError(name, number, key.allowed(), where)
+
+
+_NEEDED = {
+    "mold": {"geometry": ("length", "cavity_height")},
+    "pipe": {"geometry": ("length", "diameter")},
+    "mesh": {"geometry": ("mesh",)},
+}
+_FOREIGN = {"mold": ("diameter", "mesh", "symmetry"), "pipe": ("cavity_height", "mesh", "symmetry"),
+            "mesh": ("length", "cavity_height", "diameter")}  # fmt: skip
+_DRIVES = ("pressure_drop", "inlet_velocity", "mass_flow")
+SMALLEST_RATIO = 10.0
+
+
+def _check_together(scene):
+    geometry, bed, operation, where = scene.geometry, scene.bed, scene.operation, scene.source
+
+    def need(table, name):
+        if getattr(getattr(scene, table), name) is None:
+            raise InputError(f"{table}.{name}", None, f"is missing; {KEYS[table][name].meaning}", where)
+
+    need("geometry", "kind")
+    for name in _NEEDED[geometry.kind]["geometry"]:
+        need("geometry", name)
+    for name in _FOREIGN[geometry.kind]:
+        if name in scene._given.get("geometry", {}):
+            raise InputError(f"geometry.{name}", getattr(geometry, name), f"has no place in a {geometry.kind}", where)
+    need("bed", "bead_diameter")
+    if geometry.kind != "mesh":
+        need("wall", "thickness")
+    elif scene.wall.thickness is not None:
+        raise InputError("wall.thickness", scene.wall.thickness, "has no place in a mesh, which has its own wall", where)
+    need("operation", "initial_temperature")
+    need("operation", "inlet_temperature")
+    drives = [name for name in _DRIVES if getattr(operation, name) is not None]
+    if len(drives) != 1:
+        names = ", ".join(f"operation.{name}" for name in _DRIVES)
+        raise InputError(" and ".join(f"operation.{n}" for n in drives) or "operation.pressure_drop", None,
+                         f"exactly one of {names} must be given", where)  # fmt: skip
+    limit = POROSITY_MODELS[bed.porosity_model].largest_bulk_porosity
+    if bed.porosity_profile is None and bed.bulk_porosity > limit:
+        raise InputError("bed.bulk_porosity", bed.bulk_porosity,
+                         f"must be <= {limit:g} with porosity_model {bed.porosity_model!r}", where)  # fmt: skip
+    width = {"mold": geometry.cavity_height, "pipe": geometry.diameter}.get(geometry.kind)
+    if width is not None:
+        name = "cavity_height" if geometry.kind == "mold" else "diameter"
+        if width < SMALLEST_RATIO * bed.bead_diameter * (1 - 1e-9) and not bed.allow_small_ratio:
+            raise InputError(f"geometry.{name}", width,
+                             f"must be at least {SMALLEST_RATIO:g} bead diameters ({SMALLEST_RATIO * bed.bead_diameter:g} m)"
+                             ", or set bed.allow_small_ratio = true", where)  # fmt: skip
+        if bed.bead_diameter >= width:
+            raise InputError("bed.bead_diameter", bed.bead_diameter, f"must be smaller than geometry.{name}", where)
+    if geometry.kind != "mesh" and scene.solver.first_cell is not None and scene.solver.first_cell >= width / 2:
+        raise InputError("solver.first_cell", scene.solver.first_cell, f"must be < {width / 2:g} m, half the bed", where)
+    difference = max(abs(value - operation.initial_temperature) for value in operation.inlet_temperature.values)
+    if operation.heating_margin >= difference > 0.0:
+        raise InputError("operation.heating_margin", operation.heating_margin,
+                         f"must be < {difference:g} K, the difference of inlet and initial temperature", where)  # fmt: skip
+    if (operation.outer_coefficient is None) != (operation.ambient_temperature is None):
+        raise InputError("operation.outer_coefficient", operation.outer_coefficient,
+                         "and operation.ambient_temperature must be given together", where)  # fmt: skip
+    if operation.pressure_drop is not None and operation.pressure_drop.range[1] > 10.0 * operation.outlet_pressure:
+        raise InputError("operation.pressure_drop", operation.pressure_drop.range[1],
+                         f"must be <= 10 x operation.outlet_pressure ({10 * operation.outlet_pressure:g} Pa)", where)  # fmt: skip
+    given_fluid = scene._given.get("fluid", {})
+    if "density" in given_fluid:
+        for name in ("viscosity", "heat_capacity", "conductivity"):
+            if name not in given_fluid:
+                raise InputError(f"fluid.{name}", None, "is missing: a liquid needs all four properties", where)

@@ -1,0 +1,1 @@
+"""PETSc and time stepping: how the forms are solved. No correlation and no scene here."""

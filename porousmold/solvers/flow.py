@@ -1,0 +1,174 @@
+"""The quasi-steady flow: Newton's method, and pseudo-transient continuation where that fails."""
+
+import numpy as np
+import ufl
+from dolfinx import fem
+
+from .. import fenicsx
+from ..errors import SolveError
+from ..geometry import BED, INTERFACE, SYMMETRY, WALL
+from .newton import NewtonSystem
+
+CONVERGED_UPDATE = 1e-8
+"""Relative update of the scaled unknown at which the flow counts as converged."""
+
+FIRST_PSEUDO_STEP = 0.1
+LAST_PSEUDO_STEP = 1e4
+"""Pseudo-time steps in transit times of one bead at the reference speed: continuation starts and ends with these."""
+
+
+class SteadyFlow:
+    """The flow over the bed of a domain for a given temperature field.
+
+    `equations` are `FlowEquations`; `openings` the inlet and outlet; `temperature` the function (K) that density and
+    viscosity are taken at. The scaled unknown is `unknown`; `state` has the fields with units.
+    """
+
+    def __init__(self, domain, equations, openings, temperature, dx, body_force=None, fixed=()):
+        self.domain, self.equations, self.temperature = domain, equations, temperature
+        turbulent = equations.model is not None
+        elements = [fenicsx.lagrange_element(domain.mesh, 1, 2)]
+        elements += [fenicsx.lagrange_element(domain.mesh, 1)] * (3 if turbulent else 1)
+        self.space = fenicsx.mixed_space(domain.mesh, elements)
+        self.unknown = fem.Function(self.space)
+        self._previous = fem.Function(self.space)
+        self._inverse_step = fem.Constant(domain.mesh, 0.0)
+        residual = equations.residual(
+            self.unknown, self._previous, self._inverse_step, temperature, openings, dx(BED), body_force
+        )
+        # the matrix needs entries for the unknowns that are held at 0 inside the wall
+        nothing = fem.Constant(domain.mesh, 0.0)
+        residual += nothing * ufl.inner(self.unknown, ufl.TestFunction(self.space)) * dx(WALL)
+        held = np.concatenate([held_unknowns(domain, self.space, turbulent), *fixed])
+        self._system = NewtonSystem(residual, self.unknown, np.unique(held))
+        self._turbulence_unknowns = (
+            np.concatenate([fenicsx.collapse(self.space, part)[1] for part in (2, 3)]) if turbulent else np.empty(0, int)
+        )
+        self.newton_iterations = 0
+        self.solves = 0
+        self.continuation_steps = 0
+
+    @property
+    def unknowns(self):
+        """Number of unknowns solved for."""
+        return self._system.active_unknowns
+
+    def guess_uniform(self, velocity, turbulence_intensity=0.05):
+        """Start from one velocity (two scaled components) everywhere off the wall, and a uniform turbulence."""
+        _, numbers = fenicsx.collapse(self.space, 0)
+        values = self.unknown.x.array
+        values[:] = 0.0
+        values[numbers[0::2]], values[numbers[1::2]] = velocity
+        if self._turbulence_unknowns.size:
+            for part, value in ((2, turbulence_intensity**2), (3, turbulence_intensity**2)):
+                values[fenicsx.collapse(self.space, part)[1]] = value
+        self._clear_held()
+
+    def _clear_held(self):
+        self.unknown.x.array[self._system.held] = 0.0
+        self.unknown.x.scatter_forward()
+
+    def solve(self, time=0.0):
+        """Converge the steady flow; raises `SolveError` (named with `time`) if continuation does not either."""
+        start = self.unknown.x.array.copy()
+        converged, iterations = self._system.solve(max_iterations=12, relative_update=CONVERGED_UPDATE)
+        self._count(iterations)
+        if converged and self._physical():
+            return
+        self.unknown.x.array[:] = start
+        self._continue_in_pseudo_time(time)
+
+    def renew(self, time, tolerance):
+        """Follow a changed temperature: one Newton iteration, more only while the update exceeds `tolerance`."""
+        start = self.unknown.x.array.copy()
+        for _ in range(4):
+            _, iterations = self._system.solve(max_iterations=1, relative_update=1e-14)
+            self._count(iterations)
+            update = self._system.relative_update
+            if not np.isfinite(update) or not self._physical():
+                break
+            if update < tolerance:
+                return
+        self.unknown.x.array[:] = start
+        self.solve(time)
+
+    def _count(self, iterations):
+        self.solves += 1
+        self.newton_iterations += iterations
+
+    def _physical(self):
+        """No NaN, and no clearly negative k; an undershoot of a hundredth of the largest value passes."""
+        if not self._turbulence_unknowns.size:
+            return True
+        values = self.unknown.x.array[self._kinetic_energy_unknowns()]
+        low, high = (
+            self.domain.communicator.allreduce(float(value), op=op)
+            for value, op in ((np.min(values, initial=0.0), min), (np.max(values, initial=0.0), max))
+        )
+        return bool(low >= -0.01 * max(high, 1e-12))
+
+    def _kinetic_energy_unknowns(self):
+        return self._turbulence_unknowns[: self._turbulence_unknowns.size // 2]
+
+    def _continue_in_pseudo_time(self, time):
+        """Implicit steps of a false transient, doubled while Newton's method follows, cut to a quarter where not."""
+        bead_transit = float(self.equations.scales.length.value / self.equations.scales.speed.value)
+        step, failures = FIRST_PSEUDO_STEP * bead_transit, 0
+        while step < LAST_PSEUDO_STEP * bead_transit:
+            self._previous.x.array[:] = self.unknown.x.array
+            self._inverse_step.value = 1.0 / step
+            converged, iterations = self._system.solve(max_iterations=5, relative_update=1e-3)
+            self._count(iterations)
+            self.continuation_steps += 1
+            if converged:
+                self._remove_negative_turbulence()
+                step *= 4.0 if iterations <= 2 else 2.0 if iterations <= 3 else 1.2
+                continue
+            self.unknown.x.array[:] = self._previous.x.array
+            step /= 4.0
+            failures += 1
+            if failures > 60:
+                self._fail(time, f"pseudo-time step down to {step:.1e} s")
+        self._inverse_step.value = 0.0
+        converged, iterations = self._system.solve(max_iterations=20, relative_update=CONVERGED_UPDATE)
+        self._count(iterations)
+        if not (converged and self._physical()):
+            self._fail(time, "no convergence after continuation")
+
+    def _fail(self, time, what):
+        self._inverse_step.value = 0.0
+        raise SolveError(
+            "flow (u, p, k, epsilon)",
+            time,
+            f"{what}, residual {self._system.residual_norm:.3e}, last update {self._system.relative_update:.3e}",
+            "a finer mesh (solver.axial_cells, solver.first_cell), model.turbulence = 'none', or a smaller pressure drop",
+        )
+
+    def _remove_negative_turbulence(self):
+        values = self.unknown.x.array
+        values[self._turbulence_unknowns] = np.maximum(values[self._turbulence_unknowns], 0.0)
+
+
+def held_unknowns(domain, space, turbulent):
+    """Unknowns that are held at 0: velocity and k at the wall, the velocity across the symmetry plane, all in the wall."""
+    held = [unknowns_outside(domain, space, range(4 if turbulent else 2), BED)]
+    facet_dimension = domain.mesh.topology.dim - 1
+    parts = [(space.sub(0), INTERFACE), (space.sub(0).sub(1), SYMMETRY)]
+    if turbulent:
+        parts.append((space.sub(2), INTERFACE))
+    for part, tag in parts:
+        held.append(fem.locate_dofs_topological(part, facet_dimension, domain.facets(tag)))
+    return np.concatenate(held)
+
+
+def unknowns_outside(domain, space, parts, tag):
+    """Local unknowns of the mixed space's parts that no cell with the tag touches: where the field does not live."""
+    dimension = domain.mesh.topology.dim
+    outside = []
+    for part in parts:
+        everywhere = fenicsx.collapse(space, part)[1]
+        inside = fem.locate_dofs_topological(space.sub(part), dimension, domain.cells(tag))
+        outside.append(np.setdiff1d(everywhere, inside))
+    return np.concatenate(outside).astype(np.int64)
+
+

@@ -1,0 +1,157 @@
+r"""Transient two-temperature heating: L-stable SDIRK steps of the energy equations.
+
+Two stages, gamma = 1 - 1/sqrt 2 (Alexander, SIAM J. Numer. Anal. 14 (1977) 1006-1021): second order, L-stable,
+stiffly accurate. With S(T) the heat stored and A(T) the heat leaving (vectors against the tests),
+
+    stage 1: [S(T_1) - S(T_n)]/(gamma dt) + A(T_1) = 0
+    stage 2: [S(T_2) - S(T_n)]/(gamma dt) + A(T_2) + (1 - gamma)/gamma A(T_1) = 0,   T_{n+1} = T_2.
+
+Both stages have the same matrix; it is factorised once a step, and Newton's method iterates the residual, with its
+temperature-dependent properties, to convergence on these factors. Because S is the enthalpy itself, the discrete
+heat balance closes to the tolerance of that iteration.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import ufl
+from dolfinx import fem
+
+from .. import fenicsx
+from ..errors import SolveError
+from ..geometry import BED
+from .flow import unknowns_outside
+from .newton import NewtonSystem
+
+GAMMA = 1.0 - 1.0 / math.sqrt(2.0)
+STAGE_TIMES = (GAMMA, 1.0)
+STAGE_WEIGHTS = (1.0 - GAMMA, GAMMA)
+
+
+@dataclass
+class HeatBalance:
+    """Heat since the start (J): brought in by the fluid, through the outer wall, stored, created by REV terms."""
+
+    by_fluid: float = 0.0
+    through_outer_wall: float = 0.0
+    stored: float = 0.0
+    by_rev_terms: float = 0.0
+
+    @property
+    def imbalance(self):
+        """What is missing, as a fraction of the heat put in (the larger of stored and brought in)."""
+        scale = max(abs(self.by_fluid + self.through_outer_wall), abs(self.stored), 1e-300)
+        return (self.by_fluid + self.through_outer_wall + self.by_rev_terms - self.stored) / scale
+
+
+class TransientHeat:
+    """The temperatures over a domain. `make_equations(temperature)` gives `EnergyEquations`.
+
+    `unknown` holds T (fluid and wall) and T_s (beads, held where there are none); `set_time(t)` is called before each
+    stage to update the boundary values.
+    """
+
+    def __init__(self, domain, equations, initial_temperature, set_time, dx):
+        self.domain, self.equations, self._set_time = domain, equations, set_time
+        element = fenicsx.lagrange_element(domain.mesh, 1)
+        self.space = fenicsx.mixed_space(domain.mesh, [element, element])
+        self.unknown = fem.Function(self.space)
+        self.unknown.x.array[:] = initial_temperature
+        self._start, self._first = fem.Function(self.space), fem.Function(self.space)
+        parts, tests = ufl.split(self.unknown), ufl.TestFunctions(self.space)
+        self._inverse_stage = fem.Constant(domain.mesh, 1.0)
+        stored = equations.stored_heat(*parts, *tests)
+        nothing = fem.Constant(domain.mesh, 0.0)
+        # the matrix needs entries for the bead temperatures that are held inside the wall
+        residual = self._inverse_stage * stored + equations.outflow_of_heat(*parts, *tests)
+        residual += nothing * parts[1] * tests[1] * dx
+        held = unknowns_outside(domain, self.space, (1,), BED)
+        self._system = NewtonSystem(residual, self.unknown, held, keep_jacobian=True)
+        self._stored_form = fenicsx.compiled_form(stored)
+        self._stored_start, self._stored_now, self._outflow = (
+            fenicsx.petsc_vector(self.unknown).duplicate() for _ in range(3)
+        )
+        self._scalars = {
+            "by_fluid": equations.heat_input(parts[0]),
+            "through_outer_wall": equations.heat_through_outer_wall(parts[0]),
+            "by_rev_terms": equations.rev_heat(*parts),
+        }
+        self._scalars = {name: fenicsx.compiled_form(form) for name, form in self._scalars.items() if form is not None}
+        _, self.temperature_unknowns = fenicsx.collapse(self.space, 0)
+        self.balance = HeatBalance()
+        self.newton_iterations = 0
+
+    @property
+    def unknowns(self):
+        """Number of unknowns solved for."""
+        return self._system.active_unknowns
+
+    def step(self, time, step):
+        """One step of `step` seconds from `time`; gives the estimated error (K). The heat balance is brought forward.
+
+        Raises `SolveError` if a stage does not converge; the unknown and the balance are then as before.
+        """
+        values = self.unknown.x.array
+        self._start.x.array[:] = values
+        self._inverse_stage.value = 1.0 / (GAMMA * step)
+        self._system.renew_jacobian()
+        flows = dict.fromkeys(self._scalars, 0.0)
+        fenicsx.assemble_vector(self._stored_start, self._stored_form)
+        for stage, (place, weight) in enumerate(zip(STAGE_TIMES, STAGE_WEIGHTS, strict=True)):
+            self._set_time(time + place * step)
+            addend = self._stored_start.copy()
+            addend.scale(-self._inverse_stage.value)
+            if stage == 1:
+                addend.axpy((1.0 - GAMMA) / GAMMA, self._outflow)
+                values[:] = self._start.x.array + (values - self._start.x.array) / GAMMA
+            self._solve_stage(time, step, addend)
+            fenicsx.assemble_vector(self._stored_now, self._stored_form)
+            if stage == 0:
+                self._first.x.array[:] = values
+                # A(T_1) from the stage's own equation
+                self._stored_now.copy(self._outflow)
+                self._outflow.axpy(-1.0, self._stored_start)
+                self._outflow.scale(-self._inverse_stage.value)
+            for name, form in self._scalars.items():
+                flows[name] += step * weight * self._sum(fem.assemble_scalar(form))
+        for name, heat in flows.items():
+            setattr(self.balance, name, getattr(self.balance, name) + heat)
+        self.balance.stored += self._stored_now.sum() - self._stored_start.sum()
+        return self._estimated_error()
+
+    def _sum(self, value):
+        return self.domain.communicator.allreduce(float(value))
+
+    def _solve_stage(self, time, step, addend):
+        self._system.addend = addend
+        converged, iterations = self._system.solve(max_iterations=20, relative_update=1e-10)
+        self.newton_iterations += iterations
+        if not converged:
+            self._system.renew_jacobian()
+            converged, iterations = self._system.solve(max_iterations=20, relative_update=1e-10)
+            self.newton_iterations += iterations
+        if not converged:
+            self.unknown.x.array[:] = self._start.x.array
+            raise SolveError(
+                "energy (T_f, T_s, T_w)",
+                time,
+                f"step of {step:.3g} s, residual {self._system.residual_norm:.3e}, "
+                f"last update {self._system.relative_update:.3e}",
+                "a smaller solver.largest_step or solver.first_step",
+            )
+
+    def _estimated_error(self):
+        """Largest difference (K) between the step and its continuation of the first stage's slope, over all ranks.
+
+        That is the local error of the backward Euler method: of the order dt^2 d2T/dt2.
+        """
+        start, first = self._start.x.array, self._first.x.array
+        straight = start + (first - start) / GAMMA
+        return self.domain.communicator.allreduce(
+            float(np.max(np.abs(self.unknown.x.array - straight), initial=0.0)), op=max
+        )
+
+    def undo(self):
+        """Back to the start of the last step (the balance is the caller's to restore)."""
+        self.unknown.x.array[:] = self._start.x.array

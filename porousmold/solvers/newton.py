@@ -1,0 +1,128 @@
+"""One nonlinear system F(x) = 0 of UFL forms, driven by PETSc SNES with a direct solver."""
+
+from itertools import count
+
+import numpy as np
+import ufl
+from dolfinx import fem
+from petsc4py import PETSc
+
+from .. import fenicsx
+
+_numbers = count()
+
+# MUMPS: 14 is the head-room (in percent) for pivoting, which saddle points with pinned unknowns need.
+_OPTIONS = {
+    "snes_type": "newtonls",
+    "snes_linesearch_type": "basic",
+    "ksp_type": "preonly",
+    "pc_type": "lu",
+    "pc_factor_mat_solver_type": "mumps",
+    "mat_mumps_icntl_14": 80,
+}
+
+
+class NewtonSystem:
+    """Residual form F(x; v), its derivative, and homogeneous Dirichlet conditions, solved by SNES.
+
+    The unknowns `held` (local numbers in the function's own space, ghosts included) stay as they are in `unknown`.
+    `addend` is a PETSc vector added to the assembled residual. The Jacobian is renewed at every iteration, or with
+    `keep_jacobian` only when `renew_jacobian()` was called: then the factors serve until the next call.
+    """
+
+    def __init__(self, residual, unknown, held, *, keep_jacobian=False, jacobian=None):
+        self.unknown = unknown
+        self.space = unknown.function_space
+        zero = fem.Function(self.space)
+        self._conditions = [fem.dirichletbc(zero, np.asarray(held, dtype=np.int32))]
+        self.held = np.asarray(held)
+        self._held_owned = np.asarray(held)[np.asarray(held) < self._owned_size()]
+        trial = ufl.TrialFunction(self.space)
+        self.residual_form = fenicsx.compiled_form(residual)
+        self.jacobian_form = fenicsx.compiled_form(jacobian or ufl.derivative(residual, unknown, trial))
+        self.matrix = fenicsx.create_matrix(self.jacobian_form)
+        self.vector = self.matrix.createVecLeft()
+        self._assembled = fenicsx.petsc_vector(fem.Function(self.space)).duplicate()
+        self.addend = None
+        self._keep_jacobian, self._jacobian_due = keep_jacobian, True
+        self.jacobians_assembled = 0
+        self._snes = PETSc.SNES().create(self.space.mesh.comm)
+        prefix = f"porousmold_{next(_numbers)}_"
+        options = PETSc.Options()
+        for name, value in _OPTIONS.items():
+            options[prefix + name] = value
+        self._snes.setOptionsPrefix(prefix)
+        self._snes.setFunction(self._assemble_residual, self.vector)
+        self._snes.setJacobian(self._assemble_jacobian, self.matrix)
+        self._snes.setFromOptions()
+        self._iterate = self.matrix.createVecRight()
+
+    def _owned_size(self):
+        dofmap = self.space.dofmap
+        return dofmap.index_map.size_local * dofmap.index_map_bs
+
+    @property
+    def active_unknowns(self):
+        """Number of unknowns that are solved for, over all ranks."""
+        return self.space.mesh.comm.allreduce(self._owned_size() - len(self._held_owned))
+
+    def renew_jacobian(self):
+        """Have the next solve assemble and factorise the Jacobian anew."""
+        self._jacobian_due = True
+
+    def _store(self, x):
+        x.copy(self._view())
+        self.unknown.x.scatter_forward()
+
+    def _view(self):
+        return fenicsx.petsc_vector(self.unknown)
+
+    def _assemble_residual(self, snes, x, residual):
+        self._store(x)
+        self.assemble_residual_into(residual)
+
+    def assemble_residual_into(self, residual):
+        """Residual of the present unknown, 0 at the held unknowns."""
+        fenicsx.assemble_vector(self._assembled, self.residual_form)
+        self._assembled.copy(residual)
+        if self.addend is not None:
+            residual.axpy(1.0, self.addend)
+        residual.array[self._held_owned] = 0.0
+
+    def _assemble_jacobian(self, snes, x, matrix, preconditioner):
+        if self._keep_jacobian and not self._jacobian_due:
+            return
+        fenicsx.assemble_matrix(self.matrix, self.jacobian_form, self._conditions)
+        self._jacobian_due = False
+        self.jacobians_assembled += 1
+
+    def solve(self, *, max_iterations, relative_update, absolute_residual=1e-50, relative_residual=1e-50):
+        """Iterate until |dx| < relative_update |x|, or the residual is below a bound; give (converged, iterations).
+
+        A factorisation that fails, a NaN or the iteration limit count as not converged; the unknown then holds the
+        last iterate.
+        """
+        self._snes.setTolerances(
+            rtol=relative_residual, atol=absolute_residual, stol=relative_update, max_it=max_iterations
+        )
+        self._view().copy(self._iterate)
+        try:
+            self._snes.solve(None, self._iterate)
+            reason = self._snes.getConvergedReason()
+        except PETSc.Error:  # MUMPS reports a singular matrix (error 76) as an exception
+            reason = PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE
+        if reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE:
+            self._snes.getKSP().reset()  # else the factorisation's failure sticks to later solves
+        self._store(self._iterate)
+        finite = np.isfinite(self._iterate.norm())
+        return bool(reason > 0 and finite), self._snes.getIterationNumber()
+
+    @property
+    def residual_norm(self):
+        """Residual norm of the last solve."""
+        return self._snes.getFunctionNorm()
+
+    @property
+    def relative_update(self):
+        """|dx|/|x| of the last iteration of the last solve."""
+        return self._snes.getSolutionUpdate().norm() / max(self._iterate.norm(), 1e-300)

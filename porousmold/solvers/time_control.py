@@ -1,0 +1,57 @@
+"""Sizes of the time steps: a geometric ramp under a cap, cut back at kinks and after steps that went wrong."""
+
+from dataclasses import dataclass, field
+
+from ..errors import SolveError
+
+SMALLEST_FRACTION = 1e-6
+"""Steps below this fraction of the first step mean that no step converges."""
+
+
+@dataclass
+class TimeControl:
+    """Proposes steps (s). `kinks` are times at which given series change slope: steps end there and start small again.
+
+    `tolerance` (K) bounds the estimated error of one step, as a safety net: under a cap of a few per cent of the
+    heating time it seldom acts. State is `step` (the next one) and counters.
+    """
+
+    first_step: float
+    growth: float
+    largest_step: float
+    tolerance: float
+    end_time: float
+    kinks: tuple[float, ...] = ()
+    step: float = field(init=False)
+    rejected: int = field(init=False, default=0)
+
+    def __post_init__(self):
+        self.step = min(self.first_step, self.largest_step)
+
+    def propose(self, time):
+        """The step to try from `time`: never across a kink or the end."""
+        stops = [stop for stop in (*self.kinks, self.end_time) if stop > time * (1 + 1e-12)]
+        room = min(stops, default=self.end_time) - time
+        if room <= self.step * (1 + 1e-9):
+            return room
+        return room / 2 if room < 2 * self.step else self.step
+
+    def accept(self, time, step, error):
+        """After a good step to `time`: give True, or False if its estimated `error` (K) asks for a repetition."""
+        if error > self.tolerance and step > self.first_step * SMALLEST_FRACTION:
+            self.rejected += 1
+            self.step = step * max(0.2, 0.8 * (self.tolerance / error) ** 0.5)
+            return False
+        if any(abs(time - kink) <= 1e-9 * max(kink, 1.0) for kink in self.kinks):
+            self.step = min(self.first_step, self.largest_step)
+            return True
+        room = (self.tolerance / max(error, 1e-12)) ** 0.5
+        self.step = min(self.largest_step, max(self.step, step) * min(self.growth, max(0.5, 0.9 * room)))
+        return True
+
+    def reject_failed(self, time, step, failure):
+        """After a step that did not converge: a quarter of it next; raises `failure` when that gets absurdly small."""
+        self.rejected += 1
+        self.step = step / 4.0
+        if self.step < self.first_step * SMALLEST_FRACTION:
+            raise failure if isinstance(failure, SolveError) else SolveError("energy", time, str(failure), "less")
