@@ -85,9 +85,10 @@ class EnergyEquations:
         return self.flow.fluid.density(self.flow_state.pressure, self.flow_temperature)
 
     @property
-    def mass_flux(self):
-        """phi rho u as the flow's mass balance has it, kg/m2/s."""
-        return self.flow.mass_flux(self.flow_state, self.flow_temperature)
+    def outward_mass_flux(self):
+        """phi rho u.n through inlet and outlet, kg/m2/s."""
+        flux = self.flow.mass_flux_through_boundary(self.flow_state, self.flow_temperature)
+        return ufl.dot(flux, ufl.FacetNormal(self.coordinates.mesh))
 
     def _fluid_storage(self):
         return self.bed.porosity * self._density * self._laws.heat_capacity(self.flow_temperature)
@@ -130,7 +131,7 @@ class EnergyEquations:
         of the beads', is left out of it.
         """
         bed, weight, wall = self.bed, self.coordinates.weight, self.wall
-        phi, flux = bed.porosity, self.mass_flux
+        phi, flux = bed.porosity, self.flow.mass_flux(self.flow_state, self.flow_temperature)
         fluid_conductivity = self.effective_conductivity(temperature)
         bead_conductivity = bed.beads.conductivity(bead_temperature)
         exchange = self.exchange_coefficient(temperature)
@@ -166,13 +167,12 @@ class EnergyEquations:
     def enthalpy_entering(self, temperature):
         """-(rho phi u.n)(h(T_in) - h(T)): heat that the inflow brings beyond what it finds, W/m2 of inlet."""
         enthalpy = self._laws.heat_capacity.integral
-        inward = -ufl.dot(self.mass_flux, ufl.FacetNormal(self.coordinates.mesh))
-        return inward * (enthalpy(self.inlet_temperature) - enthalpy(temperature))
+        return -self.outward_mass_flux * (enthalpy(self.inlet_temperature) - enthalpy(temperature))
 
     def heat_input(self, temperature):
         """Form (scalar, W) of the heat that the fluid leaves behind: enthalpy in at T_in less enthalpy out."""
         weight, enthalpy = self.coordinates.weight, self._laws.heat_capacity.integral
-        outward = ufl.dot(self.mass_flux, ufl.FacetNormal(self.coordinates.mesh))
+        outward = self.outward_mass_flux
         return (
             -weight * outward * enthalpy(self.inlet_temperature) * self.inlet
             - weight * outward * enthalpy(temperature) * self.outlet

@@ -70,11 +70,22 @@ class FlowState:
 
 
 @dataclass(frozen=True)
-class Opening:
-    """An inlet or outlet: its measure, and either the gauge pressure outside or the mass flux in (kg/m2/s).
+class Momentum:
+    """Parts of the momentum balance: `force` is its residual but for the stress (N/m3), `stress` that of mu + mu_t (Pa),
+    `fine_scale_velocity` (m/s) the stabilisation's -tau r."""
 
-    `temperature` (inlets) is that of the fluid outside.
-    """
+    density: object
+    viscosity: object
+    speed: object
+    turbulence: TwoLayerState | None
+    stress: object
+    force: object
+    fine_scale_velocity: object
+
+
+@dataclass(frozen=True)
+class Opening:
+    """An inlet or outlet: its measure, and either the gauge pressure outside (Pa) or the mass flux in (kg/m2/s)."""
 
     ds: ufl.Measure
     pressure: object = None
@@ -106,69 +117,84 @@ class FlowEquations:
             self.scales.kinetic_energy,
         )
 
-    def mass_flux(self, state, temperature):
-        """Superficial mass flux phi rho u (kg/m2/s)."""
-        return self.bed.porosity * self.fluid.density(state.pressure, temperature) * state.velocity
-
-    def residual(self, scaled, previous, inverse_step, temperature, openings, dx, body_force=None):
-        """Form of the scaled unknown's residual.
-
-        `previous` is the scaled unknown one pseudo-time step ago and `inverse_step` (1/s) the step's inverse, 0 for
-        the steady equations; `temperature` (K) is given; `dx` is over the bed; `body_force` (N/m3, and with
-        turbulence the sources of k and epsilon) is for manufactured solutions.
-        """
-        bed, coordinates, scales = self.bed, self.coordinates, self.scales
-        weight, phi = coordinates.weight, bed.porosity
-        state, old = FlowState.of(scaled, scales), FlowState.of(previous, scales)
-        tests = ufl.TestFunctions(scaled.function_space)
-        u, p, v, q = state.velocity, state.pressure, tests[0], tests[1]
+    def momentum(self, state, temperature, old_velocity=None, inverse_step=0.0, body_force=None):
+        """What the momentum balance is made of, as `Momentum`."""
+        bed, coordinates = self.bed, self.coordinates
+        phi, u = bed.porosity, state.velocity
         viscosity = self.fluid.fluid.viscosity(temperature)
-        density = self.fluid.density(p, temperature)
-        speed = state.speed(scales)
+        density = self.fluid.density(state.pressure, temperature)
+        speed = state.speed(self.scales)
         turbulence = self.turbulence_state(state, density, viscosity)
         effective_viscosity = viscosity if turbulence is None else viscosity + turbulence.eddy_viscosity
-
         resistance = bed.drag.coefficient(phi, bed.bead_diameter, density, viscosity, speed)
         advection = phi * density * u
         stress = coordinates.stress(u, effective_viscosity)
         plane_stress = coordinates.meridional(stress)
-        inertia = ufl.dot(ufl.grad(u), advection) + phi * density * inverse_step * (u - old.velocity)
-        force = inertia + phi * ufl.grad(p) + resistance * u
+        force = ufl.dot(ufl.grad(u), advection) + phi * ufl.grad(state.pressure) + resistance * u
+        if old_velocity is not None:
+            force += phi * density * inverse_step * (u - old_velocity)
         if self.gravity is not None:
             force -= phi * density * self.gravity
         if bed.rev_vector is not None:
             force -= ufl.dot(plane_stress, bed.rev_vector)
             if self.published_pressure_term:
-                force += p * bed.rev_vector
+                force += state.pressure * bed.rev_vector
         if body_force is not None:
-            force -= body_force[0]
-
-        g = metric(coordinates.mesh)
+            force -= body_force
         tau = time_scale(
-            g, advection, phi * effective_viscosity, resistance + phi * density * inverse_step
+            metric(coordinates.mesh),
+            advection,
+            phi * effective_viscosity,
+            resistance + phi * density * inverse_step,
         )
-        strong = force - ufl.dot(plane_stress, ufl.grad(phi))
+        fine_scale = -tau * (force - ufl.dot(plane_stress, ufl.grad(phi)))
+        return Momentum(density, viscosity, speed, turbulence, stress, force, fine_scale)
+
+    def mass_flux(self, state, temperature):
+        """Superficial mass flux phi rho (u + u') (kg/m2/s) with the fine-scale velocity u', which the discrete mass
+        balance conserves: heat carried by it is conserved too."""
+        momentum = self.momentum(state, temperature)
+        return self.bed.porosity * momentum.density * (state.velocity + momentum.fine_scale_velocity)
+
+    def mass_flux_through_boundary(self, state, temperature):
+        """Superficial mass flux phi rho u (kg/m2/s) as inlets and outlets have it."""
+        return self.bed.porosity * self.fluid.density(state.pressure, temperature) * state.velocity
+
+    def residual(self, scaled, previous, inverse_step, temperature, openings, dx, sources=None):
+        """Form of the scaled unknown's residual.
+
+        `previous` is the scaled unknown one pseudo-time step ago and `inverse_step` (1/s) the step's inverse, 0 for
+        the steady equations; `temperature` (K) is given; `dx` is over the bed; `sources` (momentum in N/m3, mass in
+        kg/m3/s, and with turbulence those of k and epsilon) are for manufactured solutions.
+        """
+        coordinates, scales = self.coordinates, self.scales
+        weight, phi = coordinates.weight, self.bed.porosity
+        state, old = FlowState.of(scaled, scales), FlowState.of(previous, scales)
+        tests = ufl.TestFunctions(scaled.function_space)
+        u, v, q = state.velocity, tests[0], tests[1]
+        m = self.momentum(state, temperature, old.velocity, inverse_step, sources[0] if sources else None)
+        advection = phi * m.density * u
         momentum_scale = 1.0 / scales.pressure
         mass_scale = 1.0 / scales.speed
         momentum = (
-            ufl.dot(force, v)
-            + phi * ufl.inner(stress, coordinates.velocity_gradient(v))
-            + tau * ufl.dot(strong, ufl.dot(ufl.grad(v), advection))
+            ufl.dot(m.force, v)
+            + phi * ufl.inner(m.stress, coordinates.velocity_gradient(v))
+            - ufl.dot(m.fine_scale_velocity, ufl.dot(ufl.grad(v), advection))
         )
-        mass = ufl.dot(phi * density * (tau * strong - u), ufl.grad(q))
-        if bed.rev_vector is not None:
-            mass += density * ufl.dot(bed.rev_vector, u) * q
-        if body_force is not None:
-            mass -= body_force[1] * q
+        mass = -ufl.dot(phi * m.density * (u + m.fine_scale_velocity), ufl.grad(q))
+        if self.bed.rev_vector is not None:
+            mass += m.density * ufl.dot(self.bed.rev_vector, u) * q
+        if sources:
+            mass -= sources[1] * q
         form = weight * (momentum_scale * momentum + mass_scale * mass) * dx
         for opening in openings:
-            form += self._opening(opening, state, v, q, density, momentum_scale, mass_scale)
-        if turbulence is not None:
-            form += self._turbulence(state, old, tests, turbulence, density, viscosity, speed, inverse_step, g, dx)
+            form += self._opening(opening, state, v, q, m.density, momentum_scale, mass_scale)
+        if self.model is not None:
+            form += self._turbulence(state, old, tests, m, inverse_step, dx)
             for opening in openings:
-                form += self._turbulence_inflow(opening, state, tests, density, viscosity, speed)
-            if body_force is not None:
-                for test, source, size in zip(tests[2:], body_force[2:], self._turbulence_sizes(), strict=True):
+                form += self._turbulence_inflow(opening, state, tests, m)
+            if sources:
+                for test, source, size in zip(tests[2:], sources[2:], self._turbulence_sizes(), strict=True):
                     form -= weight * size * source * test * dx
         return form
 
@@ -188,53 +214,35 @@ class FlowEquations:
         rate = self.scales.speed / self.scales.length
         return 1.0 / (self.scales.kinetic_energy * rate), 1.0 / (self.scales.dissipation_rate * rate)
 
-    def _turbulence(self, state, old, tests, turbulence, density, viscosity, speed, inverse_step, g, dx):
-        weight = self.coordinates.weight
-        storage = weight * self.bed.porosity * density * inverse_step
+    def _turbulence(self, state, old, tests, m, inverse_step, dx):
+        storage = self.coordinates.weight * self.bed.porosity * m.density * inverse_step
         k_test, epsilon_test = (size * test for size, test in zip(self._turbulence_sizes(), tests[2:], strict=True))
         form = turbulence_residual(
-            state.kinetic_energy,
-            state.dissipation_rate,
-            k_test,
-            epsilon_test,
-            turbulence,
-            state.velocity,
-            density,
-            viscosity,
-            self.bed,
-            self.model,
-            self.coordinates,
-            g,
-            speed,
-            dx,
+            state, (k_test, epsilon_test), m, self.bed, self.model, self.coordinates, metric(self.coordinates.mesh), dx
         )
-        return form + storage * (
+        changes = (
             (state.kinetic_energy - old.kinetic_energy) * k_test
             + (state.dissipation_rate - old.dissipation_rate) * epsilon_test
-        ) * dx
+        )
+        return form + storage * changes * dx
 
-    def _turbulence_inflow(self, opening, state, tests, density, viscosity, speed):
+    def _turbulence_inflow(self, opening, state, tests, m):
         """What flows in is in equilibrium with the beads, k = f_d k_inf and epsilon = f_d eps_inf, on a small floor."""
-        normal = ufl.FacetNormal(self.coordinates.mesh)
-        phi, weight = self.bed.porosity, self.coordinates.weight
-        outward = phi * density * ufl.dot(state.velocity, normal)
+        bed, speed = self.bed, m.speed
+        outward = bed.porosity * m.density * ufl.dot(state.velocity, ufl.FacetNormal(self.coordinates.mesh))
         inward = ufl.conditional(ufl.lt(outward, 0.0), -outward, 0.0)
-        fraction = self.model.source_fraction(self.bed.reynolds_number(density, speed, viscosity))
-        k_in = fraction * closure.bead_kinetic_energy(phi, speed) + INLET_INTENSITY * speed**2
+        fraction = self.model.source_fraction(bed.reynolds_number(m.density, speed, m.viscosity))
+        k_in = fraction * closure.bead_kinetic_energy(bed.porosity, speed) + INLET_INTENSITY * speed**2
         epsilon_in = (
-            fraction * closure.bead_dissipation_rate(phi, speed, self.bed.bead_diameter)
-            + INLET_INTENSITY * speed**3 / self.bed.bead_diameter
+            fraction * closure.bead_dissipation_rate(bed.porosity, speed, bed.bead_diameter)
+            + INLET_INTENSITY * speed**3 / bed.bead_diameter
         )
-        sizes = self._turbulence_sizes()
-        return (
-            weight
-            * inward
-            * (
-                sizes[0] * (state.kinetic_energy - k_in) * tests[2]
-                + sizes[1] * (state.dissipation_rate - epsilon_in) * tests[3]
-            )
-            * opening.ds
+        k_size, epsilon_size = self._turbulence_sizes()
+        difference = (
+            k_size * (state.kinetic_energy - k_in) * tests[2]
+            + epsilon_size * (state.dissipation_rate - epsilon_in) * tests[3]
         )
+        return self.coordinates.weight * inward * difference * opening.ds
 
 
 INLET_INTENSITY = 1e-5

@@ -64,43 +64,42 @@ class TwoLayerState:
         return self.outer * self.dissipation_positive + (1.0 - self.outer) * self.turnover_inner * self.kinetic_energy
 
 
-def turbulence_residual(
-    k, epsilon, k_test, epsilon_test, state, velocity, density, viscosity, bed, model, coordinates, metric, speed, dx
-):
+def turbulence_residual(state, tests, m, bed, model, coordinates, metric, dx):
     """Residual of the k and epsilon equations over the bed without boundary and pseudo-time terms (form).
 
-    Per total volume, so multiplied by the porosity. Streamline upwinding: first order along the flow, where both
-    vary little, in exchange for fields without undershoots behind the inlet.
+    `state` is the flow's `FlowState`, `m` its `Momentum`, `tests` the two test functions. Per total volume, so
+    multiplied by the porosity. Streamline upwinding: first order along the flow, where both vary little, in exchange
+    for fields without undershoots behind the inlet.
     """
-    phi = bed.porosity
-    advection = phi * density * velocity
-    production = state.eddy_viscosity * coordinates.shear_rate_squared(velocity)
-    fraction = model.source_fraction(bed.reynolds_number(density, speed, viscosity))
-    k_source = production - density * state.dissipation
-    epsilon_source = state.turnover_outer * (
+    k, epsilon = state.kinetic_energy, state.dissipation_rate
+    phi, density, speed, layers = bed.porosity, m.density, m.speed, m.turbulence
+    advection = phi * density * state.velocity
+    production = layers.eddy_viscosity * coordinates.shear_rate_squared(state.velocity)
+    k_source = production - density * layers.dissipation
+    epsilon_source = layers.turnover_outer * (
         closure.C_EPSILON_1 * production - closure.C_EPSILON_2 * density * epsilon
     )
     if model.bead_sources:
-        k_source += fraction * density * closure.bead_dissipation_rate(phi, speed, bed.bead_diameter)
+        bead_source = model.source_fraction(bed.reynolds_number(density, speed, m.viscosity)) * density
+        k_source += bead_source * closure.bead_dissipation_rate(phi, speed, bed.bead_diameter)
         epsilon_source += (
             closure.C_EPSILON_2
-            * fraction
-            * density
+            * bead_source
             * closure.bead_dissipation_squared_over_energy(phi, speed, bed.bead_diameter)
         )
     tie = (
         INNER_RELAXATION
         * density
-        * state.turnover_inner
-        * (1.0 - state.outer)
-        * (epsilon - state.turnover_inner * state.kinetic_energy)
+        * layers.turnover_inner
+        * (1.0 - layers.outer)
+        * (epsilon - layers.turnover_inner * k)
     )
     form = 0
     for unknown, test, schmidt, reaction in (
-        (k, k_test, closure.SIGMA_K, -phi * k_source),
-        (epsilon, epsilon_test, closure.SIGMA_EPSILON, phi * (tie - state.outer * epsilon_source)),
+        (k, tests[0], closure.SIGMA_K, -phi * k_source),
+        (epsilon, tests[1], closure.SIGMA_EPSILON, phi * (tie - layers.outer * epsilon_source)),
     ):
-        diffusivity = phi * (viscosity + state.eddy_viscosity / schmidt)
+        diffusivity = phi * (m.viscosity + layers.eddy_viscosity / schmidt)
         along = ufl.dot(advection, ufl.grad(unknown))
         upwind = streamline_time_scale(metric, advection, diffusivity)
         form += (

@@ -24,7 +24,7 @@ class SteadyFlow:
     viscosity are taken at. The scaled unknown is `unknown`; `state` has the fields with units.
     """
 
-    def __init__(self, domain, equations, openings, temperature, dx, body_force=None, fixed=()):
+    def __init__(self, domain, equations, openings, temperature, dx, sources=None, fixed=()):
         self.domain, self.equations, self.temperature = domain, equations, temperature
         turbulent = equations.model is not None
         elements = [fenicsx.lagrange_element(domain.mesh, 1, 2)]
@@ -34,7 +34,7 @@ class SteadyFlow:
         self._previous = fem.Function(self.space)
         self._inverse_step = fem.Constant(domain.mesh, 0.0)
         residual = equations.residual(
-            self.unknown, self._previous, self._inverse_step, temperature, openings, dx(BED), body_force
+            self.unknown, self._previous, self._inverse_step, temperature, openings, dx(BED), sources
         )
         # the matrix needs entries for the unknowns that are held at 0 inside the wall
         nothing = fem.Constant(domain.mesh, 0.0)
