@@ -15,7 +15,7 @@ from .equations.coordinates import Coordinates
 from .equations.energy import EnergyEquations, OuterWall
 from .equations.flow import FlowEquations, FlowScales, FlowState, Opening
 from .equations.medium import Bed, FluidState, rev_vector
-from .equations.turbulence import TurbulenceModel
+from .equations.turbulence import TurbulenceModel, TwoLayerState
 from .errors import InputError, SolveError
 from .estimates import estimate
 from .heating_time import crossing_time
@@ -299,6 +299,7 @@ class Simulation:
             "bed_side": fem.locate_dofs_topological(space, dimension - 1, self.domain.facets(geometry.INTERFACE)),
             "bed": fem.locate_dofs_topological(space, dimension, self.domain.cells(geometry.BED)),
         }
+        self._bed_nodes = where["bed"]
         if not self.domain.has_wall:
             where["wall"] = where["bed_side"]
         self._places = {name: numbers[nodes] for name, nodes in where.items()}
@@ -352,6 +353,103 @@ class Simulation:
         target = inlet(self.time)
         return target - low if inlet.values[-1] >= self.scene.operation.initial_temperature else high - target
 
+    def property_laws(self):
+        """All property laws in use: (owner, name of the property, law)."""
+        owners = [self.fluid, self.beads] + ([self.wall_material] if self.domain.has_wall else [])
+        return [(owner.name, name, law) for owner in owners for name, law in owner.laws().items()]
+
+    def sources(self):
+        """Where the closures and properties of this run come from, by what they are used for."""
+        bed = self.scene.bed
+        porosity = POROSITY_MODELS[bed.porosity_model].source if self.profile is None else str(bed.porosity_profile)
+        sources = {"drag": self.drag.source, "nusselt": self.nusselt.source, "porosity": porosity}
+        return sources | {f"{owner} {name}": law.source for owner, name, law in self.property_laws()}
+
+    def flow_fields(self):
+        """Present flow fields as functions with units, by name (collective)."""
+        scales = self.estimates
+        pressure = scales.pressure_gradient * self.domain.length
+        factors = {"velocity": scales.speed, "pressure": pressure}
+        if self.equations.model is not None:
+            factors["turbulent_kinetic_energy"] = scales.speed**2
+            factors["dissipation_rate"] = scales.speed**3 / self.scene.bed.bead_diameter
+        fields = {}
+        for index, (name, factor) in enumerate(factors.items()):
+            space, numbers = fenicsx.collapse(self.flow.space, index)
+            fields[name] = fem.Function(space, name=name)
+            fields[name].x.array[:] = factor * self.flow.unknown.x.array[numbers]
+        return fields
+
+    def highest_mach_number(self):
+        """Largest nodal |u|/c with the speed of sound of an ideal gas; 0 for a liquid (collective)."""
+        density = self.fluid.density
+        if not density.compressible:
+            return 0.0
+        velocity = self.flow_fields()["velocity"].x.array
+        fastest = self.communicator.allreduce(
+            float(np.max(np.hypot(velocity[0::2], velocity[1::2]), initial=0.0)), op=max
+        )
+        temperature = self.scene.operation.inlet_temperature(self.time)
+        heat_capacity = self.fluid.heat_capacity(temperature)
+        ratio = heat_capacity / (heat_capacity - density.gas_constant)
+        return fastest / np.sqrt(ratio * density.gas_constant * temperature)
+
+    def profile_near_wall(self, fraction=0.5, points=120):
+        """Columns and units of porosity and flow against wall distance on the line from wall to centre at a fraction
+        of the length (collective); None where the domain has no centre line."""
+        stations = self.domain.stations(fraction)
+        if "centre" not in stations:
+            return None
+        wall, centre = np.array(stations["bed_side"]), np.array(stations["centre"])
+        distance = np.linalg.norm(centre - wall) * np.concatenate([[0.0], np.geomspace(2e-4, 1.0, points - 1)])
+        line = wall + np.outer(distance / distance[-1], centre - wall)
+        probe = PointProbe(self.domain, line)
+        values = {name: probe(function) for name, function in self.flow_fields().items()}
+        temperature, beads = (probe(function)[:, 0] for function in (self.temperature, self.bead_temperature))
+        if self.profile is None:
+            bed = self.scene.bed
+            porosity = POROSITY_MODELS[bed.porosity_model](distance, bed.bead_diameter, bed.bulk_porosity)
+        else:
+            porosity = self.profile(distance, self.scene.bed.bead_diameter)[0]
+        columns = {
+            "wall_distance": distance,
+            "porosity": porosity + np.zeros_like(distance),
+            "speed": np.linalg.norm(values["velocity"], axis=1),
+            "fluid_temperature": temperature,
+            "bead_temperature": beads,
+        }
+        units = {"wall_distance": "m", "porosity": "1", "speed": "m/s", "fluid_temperature": "K", "bead_temperature": "K"}
+        if self.equations.model is not None:
+            absolute = values["pressure"][:, 0] + self.scene.operation.outlet_pressure
+            viscosity = self.fluid.viscosity(temperature)
+            layers = TwoLayerState(
+                values["turbulent_kinetic_energy"][:, 0],
+                values["dissipation_rate"][:, 0],
+                self.fluid.density(absolute, temperature),
+                viscosity,
+                np.maximum(distance, 1e-12),
+                self.estimates.speed**2,
+            )
+            columns["turbulent_kinetic_energy"] = values["turbulent_kinetic_energy"][:, 0]
+            columns["eddy_viscosity_ratio"] = layers.eddy_viscosity / viscosity
+            units |= {"turbulent_kinetic_energy": "m2/s2", "eddy_viscosity_ratio": "1"}
+        return {name: list(map(float, column)) for name, column in columns.items()}, units
+
+    def field_snapshots(self):
+        """(time, functions) at `output.field_times` times spread geometrically up to the end (collective)."""
+        wanted = self.time * 0.5 ** np.arange(self.scene.output.field_times - 1, -1, -1)
+        times = np.array([snapshot[0] for snapshot in self.snapshots])
+        space = self.flow_temperature.function_space
+        in_bed = fem.Function(space, name="in_bed")
+        in_bed.x.array[self._bed_nodes] = 1.0
+        now = self.heat.unknown.x.array.copy(), self.flow.unknown.x.array.copy()
+        for index in sorted({int(np.argmin(np.abs(times - time))) for time in wanted}):
+            time, self.heat.unknown.x.array[:], self.flow.unknown.x.array[:] = self.snapshots[index]
+            temperature, beads = self.temperature, self.bead_temperature
+            temperature.name, beads.name = "temperature", "bead_temperature"
+            yield time, [in_bed, temperature, beads, *self.flow_fields().values()]
+        self.heat.unknown.x.array[:], self.flow.unknown.x.array[:] = now
+
     # -- marching ------------------------------------------------------------------------------------------------
 
     def march(self, progress=lambda time, deficit: None):
@@ -374,6 +472,7 @@ class Simulation:
             self.flow.guess_uniform((1.0, 0.0))
             self.flow.solve()
         self._record(0.0)
+        self._keep_snapshot()
         previous, last_step = None, None
         while self.time < operation.end_time * (1 - 1e-12) and self.heating_time is None:
             step = control.propose(self.time)
@@ -396,6 +495,7 @@ class Simulation:
             previous, last_step = start, step
             self.time += step
             self._record(step)
+            self._keep_snapshot()
             progress(self.time, self.history["deficit_wall"][-1])
         return self
 
@@ -433,12 +533,11 @@ class Simulation:
             "heat_stored": (balance.stored, "J"),
             "heat_by_rev_terms": (balance.by_rev_terms, "J"),
         }
-        low, high = (f(values) for f, values in zip((min, max), zip(self.extremes("bed"), self.extremes("wall"), strict=True), strict=True))
-        rows |= {"lowest_temperature": (low, "K"), "highest_temperature": (high, "K")}
+        bed, wall = self.extremes("bed"), self.extremes("wall")
+        rows |= {"lowest_temperature": (min(bed[0], wall[0]), "K"), "highest_temperature": (max(bed[1], wall[1]), "K")}
         stations = self._stations(self.temperature)[:, 0]
         rows |= {f"temperature_{name}": (v, "K") for name, v in zip(self.station_names, stations, strict=True)}
         self.history.add(**rows)
-        self._keep_snapshot()
         margin, times = operation.heating_margin, self.history["time"]
         self.heating_time = self.heating_time or crossing_time(times, self.history["deficit_wall"], margin)
         self.heating_time_bed_side = self.heating_time_bed_side or crossing_time(
@@ -447,9 +546,10 @@ class Simulation:
 
     def _keep_snapshot(self):
         """Keep the fields of this time; beyond `MOST_SNAPSHOTS` every second goes and the spacing doubles."""
-        if self.snapshots and self.time < self.snapshots[-1][0] + self._snapshot_spacing:
+        finished = self.heating_time is not None or self.time >= self.scene.operation.end_time
+        if self.snapshots and not finished and self.time < self.snapshots[-1][0] + self._snapshot_spacing:
             return
         self.snapshots.append((self.time, self.heat.unknown.x.array.copy(), self.flow.unknown.x.array.copy()))
-        if len(self.snapshots) > MOST_SNAPSHOTS:
+        if len(self.snapshots) > MOST_SNAPSHOTS and not finished:
             self.snapshots = self.snapshots[::2]
             self._snapshot_spacing = max(2.0 * self._snapshot_spacing, self.time / MOST_SNAPSHOTS)

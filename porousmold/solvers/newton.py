@@ -37,6 +37,7 @@ class NewtonSystem:
         self._conditions = [fem.dirichletbc(zero, np.asarray(held, dtype=np.int32))]
         self.held = np.asarray(held)
         self._held_owned = np.asarray(held)[np.asarray(held) < self._owned_size()]
+        self.active_unknowns = self.space.mesh.comm.allreduce(self._owned_size() - len(self._held_owned))
         trial = ufl.TrialFunction(self.space)
         self.residual_form = fenicsx.compiled_form(residual)
         self.jacobian_form = fenicsx.compiled_form(jacobian or ufl.derivative(residual, unknown, trial))
@@ -60,11 +61,6 @@ class NewtonSystem:
     def _owned_size(self):
         dofmap = self.space.dofmap
         return dofmap.index_map.size_local * dofmap.index_map_bs
-
-    @property
-    def active_unknowns(self):
-        """Number of unknowns that are solved for, over all ranks."""
-        return self.space.mesh.comm.allreduce(self._owned_size() - len(self._held_owned))
 
     def renew_jacobian(self):
         """Have the next solve assemble and factorise the Jacobian anew."""

@@ -1,0 +1,26 @@
+"""porousmold: heating and cooling of bead-filled molds and pipes, volume-averaged, with dolfinx.
+
+    from porousmold import Scene, run
+    result = run(Scene.load("studies/mold/aluminium.toml", wall__thickness="2 mm"))
+    print(result.heating_time)
+"""
+
+from importlib.metadata import PackageNotFoundError, version
+
+from .errors import InputError, SolveError
+from .scene import Scene
+
+try:
+    __version__ = version("porousmold")
+except PackageNotFoundError:  # used from the source tree without installation
+    __version__ = "0+source"
+
+__all__ = ["InputError", "Scene", "SolveError", "run"]
+
+
+def __getattr__(name):
+    if name == "run":  # imported on demand: a scene can be checked without dolfinx
+        from .run import run
+
+        return run
+    raise AttributeError(f"module 'porousmold' has no attribute {name!r}")

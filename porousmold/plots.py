@@ -1,0 +1,131 @@
+"""Pictures of a run, drawn from the files in its folder (one process, no MPI)."""
+
+import json
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import h5py
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+
+from .errors import InputError
+from .results import read_table
+
+PLACES = {"centre": ("bed centre", "-"), "bed_side": ("wall, bed side", "--"), "outer": ("wall, outside", ":")}
+STYLE = {"font.size": 11, "axes.grid": True, "grid.alpha": 0.3, "figure.dpi": 130, "savefig.bbox": "tight"}
+
+
+def draw(folder):
+    """Draw every picture that the folder's files allow; gives the paths. `InputError` if it holds no run."""
+    folder = Path(folder)
+    if not (folder / "result.json").is_file() or not (folder / "history.csv").is_file():
+        raise InputError("RUN", str(folder), "is not the folder of a run (no result.json and history.csv)")
+    summary = json.loads((folder / "result.json").read_text())
+    with plt.rc_context(STYLE):
+        drawn = [_temperatures(folder, summary)]
+        if (folder / "near_wall.csv").is_file():
+            drawn.append(_near_wall(folder))
+        if (folder / "fields.xdmf").is_file():
+            drawn.append(_fields(folder))
+    return drawn
+
+
+def _temperatures(folder, summary):
+    history, _ = read_table(folder / "history.csv")
+    minutes = np.array(history["time"]) / 60.0
+    figure, axes = plt.subplots(figsize=(8.0, 5.0))
+    labels = list(dict.fromkeys(name.rsplit("_", 1)[1] for name in history if name.startswith("temperature_")))
+    colours = plt.get_cmap("viridis")(np.linspace(0.0, 0.85, len(labels)))
+    for label, colour in zip(labels, colours, strict=True):
+        for place, (_, dashes) in PLACES.items():
+            name = f"temperature_{place}_{label}"
+            if name in history:
+                axes.plot(minutes, np.array(history[name]) - 273.15, dashes, color=colour, linewidth=1.6)
+    axes.plot(minutes, np.array(history["inlet_temperature"]) - 273.15, color="0.4", linewidth=1.0)
+    entries = [plt.Line2D([], [], color=colour, label=f"z = {label}") for label, colour in zip(labels, colours, strict=True)]
+    shown = [p for p in PLACES if any(name.startswith(f"temperature_{p}") for name in history)]
+    entries += [plt.Line2D([], [], color="k", linestyle=PLACES[p][1], label=PLACES[p][0]) for p in shown]
+    entries.append(plt.Line2D([], [], color="0.4", linewidth=1.0, label="inlet"))
+    if summary["heating_time"] is not None:
+        time = summary["heating_time"]
+        axes.axvline(time / 60.0, color="tab:red", linewidth=1.2)
+        entries.append(plt.Line2D([], [], color="tab:red", label=f"heating time {time:.0f} s"))
+    axes.set(xlabel="time in min", ylabel="temperature in °C", xlim=(0, minutes[-1] or 1))
+    axes.legend(handles=entries, fontsize=9, loc="lower right")
+    return _save(figure, folder / "temperatures.png")
+
+
+def _near_wall(folder):
+    profile, _ = read_table(folder / "near_wall.csv")
+    distance = np.array(profile["wall_distance"]) * 1e3
+    panels = [
+        ("porosity", "porosity $\\phi_V$"),
+        ("speed", "speed $|u|$ in m/s"),
+        ("eddy_viscosity_ratio", "$\\mu_t/\\mu$"),
+        ("turbulent_kinetic_energy", "$k$ in m²/s²"),
+    ]
+    panels = [(name, label) for name, label in panels if name in profile]
+    figure, all_axes = plt.subplots(1, len(panels), figsize=(3.4 * len(panels), 3.4))
+    for axes, (name, label) in zip(np.atleast_1d(all_axes), panels, strict=True):
+        axes.semilogx(distance[1:], profile[name][1:], color="tab:blue")
+        axes.set(xlabel="wall distance in mm", title=label, xlim=(distance[1], distance[-1]), ylim=(0, None))
+    figure.suptitle("at half length, end of the run", fontsize=10)
+    figure.tight_layout()
+    return _save(figure, folder / "near_wall.png")
+
+
+def _fields(folder):
+    nodes, cells, steps = read_fields(folder / "fields.xdmf")
+    triangles = np.concatenate([cells[:, [0, 1, 2]], cells[:, [0, 2, 3]]]) if cells.shape[1] == 4 else cells
+    times = sorted(steps)
+    everything = np.concatenate([steps[t]["temperature"] for t in times]) - 273.15
+    levels = np.linspace(everything.min(), everything.max() + 1e-9, 25)
+    figure, axes = plt.subplots(len(times), 2, figsize=(11.0, 1.5 * len(times) + 0.9), squeeze=False, sharex=True)
+    in_bed = steps[times[0]]["in_bed"] > 0.5
+    bed_triangles = triangles[np.all(in_bed[triangles], axis=1)]
+    wall_starts = nodes[in_bed, 1].max()
+    for row, time in enumerate(times):
+        for column, (name, shapes) in enumerate((("temperature", triangles), ("bead_temperature", bed_triangles))):
+            panel = axes[row, column]
+            drawn = panel.tricontourf(
+                nodes[:, 0], nodes[:, 1] * 1e3, shapes, steps[time][name] - 273.15, levels=levels, cmap="inferno"
+            )
+            panel.set_ylim(nodes[:, 1].min() * 1e3, nodes[:, 1].max() * 1e3)
+            if np.any(~in_bed):
+                panel.axhline(wall_starts * 1e3, color="w", linewidth=0.7)
+            panel.grid(False)
+        axes[row, 0].set_ylabel(f"t = {time:.0f} s\nacross in mm", fontsize=9)
+    axes[0, 0].set_title("fluid and wall")
+    axes[0, 1].set_title("beads")
+    for panel in axes[-1]:
+        panel.set_xlabel("along the flow in m")
+    figure.colorbar(drawn, ax=axes, label="temperature in °C", fraction=0.03, pad=0.02)
+    return _save(figure, folder / "fields.png")
+
+
+def read_fields(path):
+    """Nodes (n, 2) in m, cells (rows of node numbers in drawing order) and {time: {name: nodal values}} of an XDMF file."""
+    root = ElementTree.parse(path).getroot()
+    with h5py.File(Path(path).with_suffix(".h5"), "r") as file:
+
+        def data(element):
+            item = element.find("DataItem")
+            return file[item.text.strip().split(":", 1)[1]][()]
+
+        nodes = data(next(root.iter("Geometry")))[:, :2]
+        cells = data(next(root.iter("Topology")))
+        steps: dict[float, dict[str, np.ndarray]] = {}
+        for grid in root.iter("Grid"):
+            time, attribute = grid.find("Time"), grid.find("Attribute")
+            if time is not None and attribute is not None:
+                steps.setdefault(float(time.get("Value")), {})[attribute.get("Name")] = data(attribute).squeeze()
+    return nodes, cells, steps
+
+
+def _save(figure, path):
+    figure.savefig(path)
+    plt.close(figure)
+    return path

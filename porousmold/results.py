@@ -1,0 +1,77 @@
+"""The folder of a run: result.json, history.csv, near_wall.csv, fields.h5 + fields.xdmf, scene.toml."""
+
+import csv
+import json
+import os
+from pathlib import Path
+
+import tomli_w
+from dolfinx import io
+
+from . import fenicsx
+from .errors import InputError
+
+
+class RunFolder:
+    """A folder that a run writes; made at once, so that one that cannot be written is found before the run."""
+
+    def __init__(self, path, communicator):
+        self.path, self._communicator = Path(path), communicator
+        problem = None
+        if communicator.rank == 0:
+            try:
+                self.path.mkdir(parents=True, exist_ok=True)
+                if not os.access(self.path, os.W_OK):
+                    problem = "is not writable"
+            except OSError as error:
+                problem = f"cannot be made: {error.strerror}"
+        problem = communicator.bcast(problem)
+        if problem:
+            raise InputError("--out", str(path), problem)
+
+    def write_data(self, simulation):
+        """Everything but the summary (collective)."""
+        profile = simulation.profile_near_wall()
+        if self._communicator.rank == 0:
+            self._replace("scene.toml", tomli_w.dumps(simulation.scene.as_tables()))
+            history = simulation.history
+            self._write_table("history.csv", history.columns, history.units)
+            if profile is not None:
+                self._write_table("near_wall.csv", *profile)
+        if simulation.scene.output.fields:
+            self._write_fields(simulation)
+
+    def write_summary(self, summary):
+        """result.json (rank 0 writes)."""
+        if self._communicator.rank == 0:
+            self._replace("result.json", json.dumps(summary, indent=2) + "\n")
+
+    def _write_table(self, name, columns, units):
+        temporary = self.path / f".{name}.part"
+        with temporary.open("w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file)
+            writer.writerow([f"{column} [{units[column]}]" for column in columns])
+            writer.writerows(zip(*columns.values(), strict=True))
+        temporary.replace(self.path / name)
+
+    def _replace(self, name, text):
+        temporary = self.path / f".{name}.part"
+        temporary.write_text(text, encoding="utf-8")
+        temporary.replace(self.path / name)
+
+    def _write_fields(self, simulation):
+        with io.XDMFFile(simulation.communicator, str(self.path / "fields.xdmf"), "w") as file:
+            fenicsx.write_mesh(file, simulation.domain.mesh)
+            for time, functions in simulation.field_snapshots():
+                for function in functions:
+                    file.write_function(function, time)
+
+
+def read_table(path):
+    """Columns and units of a table that `RunFolder` wrote: ({name: list of floats}, {name: unit})."""
+    with Path(path).open(newline="", encoding="utf-8") as file:
+        head, *rows = csv.reader(file)
+    names = [cell.split(" [")[0] for cell in head]
+    units = {name: cell.split("[")[1].rstrip("]") for name, cell in zip(names, head, strict=True)}
+    columns = {name: [float(row[i]) for row in rows] for i, name in enumerate(names)}
+    return columns, units

@@ -1,0 +1,159 @@
+"""One run from scene to result: march, warn, sum up, write."""
+
+import platform
+import time as clock
+from dataclasses import dataclass, field
+
+import dolfinx
+import numpy as np
+import petsc4py
+from mpi4py import MPI
+
+from . import __version__
+from .errors import SolveError
+from .results import RunFolder
+from .simulation import Simulation
+
+HIGHEST_MACH_NUMBER = 0.3
+HIGHEST_BIOT_NUMBER = 0.1
+LARGEST_OVERSHOOT = 0.5
+
+
+@dataclass
+class Result:
+    """What a run gives: `summary` is the content of result.json, `history` arrays by name with `units` by name."""
+
+    summary: dict
+    history: dict[str, np.ndarray]
+    units: dict[str, str]
+    failure: SolveError | None = field(default=None)
+
+    @property
+    def heating_time(self):
+        """Heating time of the whole wall, s; None if not reached."""
+        return self.summary["heating_time"]
+
+
+class Interrupted(Exception):
+    """The user stopped the run; what was computed is written."""
+
+
+def run(scene, out=None, communicator=MPI.COMM_WORLD, progress=None):
+    """Run a scene on a communicator (collective) and give its `Result`.
+
+    out: folder to write, or None to write nothing. progress: called as progress(time, deficit, simulation) after every
+    step. Raises `InputError` before anything is written, and `SolveError` after what was computed has been written.
+    """
+    start = clock.perf_counter()
+    simulation = Simulation(scene, communicator)
+    folder = RunFolder(out, communicator) if out is not None else None
+    failure = interruption = None
+    try:
+        simulation.march(lambda time, deficit: progress(time, deficit, simulation) if progress else None)
+    except SolveError as error:
+        failure = error
+    except KeyboardInterrupt as error:
+        interruption = error
+    summary = summarise(simulation, failure, interrupted=interruption is not None)
+    with simulation.stopwatch("output"):
+        if folder is not None and simulation.history.columns:
+            folder.write_data(simulation)
+    summary["wall_seconds"] = {"total": clock.perf_counter() - start} | simulation.stopwatch.seconds
+    if folder is not None:
+        folder.write_summary(summary)
+    result = Result(
+        summary,
+        {name: np.array(values) for name, values in simulation.history.columns.items()},
+        simulation.history.units,
+        failure,
+    )
+    if failure is not None:
+        raise failure
+    if interruption is not None:
+        raise Interrupted(f"stopped at t = {simulation.time:.6g} s") from interruption
+    return result
+
+
+def summarise(simulation, failure=None, interrupted=False):
+    """The content of result.json (a collective call), all but the seconds."""
+    history, balance, scene = simulation.history, simulation.heat.balance, simulation.scene
+    flow, heat = simulation.flow, simulation.heat
+    recorded = bool(history.columns)
+    lows, highs = (history.columns.get(name, []) for name in ("lowest_temperature", "highest_temperature"))
+    bounds = [min(lows), max(highs)] if recorded else None
+    return {
+        "status": "failed" if failure else "interrupted" if interrupted else "done",
+        "failure": str(failure) if failure else None,
+        "heating_time": simulation.heating_time,
+        "heating_time_bed_side": simulation.heating_time_bed_side,
+        "end_time": simulation.time,
+        "mass_flow_initial": history["mass_flow"][0] if recorded else None,
+        "mass_flow_final": history["mass_flow"][-1] if recorded else None,
+        "mass_imbalance": simulation.mass_imbalance if recorded else None,
+        "energy_imbalance": balance.imbalance,
+        "energy_rev_residual": balance.by_rev_terms / balance.by_fluid if balance.by_fluid else 0.0,
+        "heat_by_fluid": balance.by_fluid,
+        "heat_stored": balance.stored,
+        "temperature_bounds": bounds,
+        "time_steps": len(history["time"]) - 1 if recorded else 0,
+        "rejected_steps": simulation.control.rejected,
+        "flow_solves": flow.solves,
+        "continuation_steps": flow.continuation_steps,
+        "newton_iterations": {"flow": flow.newton_iterations, "energy": heat.newton_iterations},
+        "unknowns": {"flow": flow.unknowns, "energy": heat.unknowns},
+        "bead_biot_number": simulation.estimates.bead_biot_number,
+        "bead_reynolds_number": simulation.estimates.reynolds_number,
+        "model": scene.as_tables()["model"],
+        "sources": simulation.sources(),
+        "versions": {
+            "porousmold": __version__,
+            "dolfinx": dolfinx.__version__,
+            "petsc4py": petsc4py.__version__,
+            "numpy": np.__version__,
+            "python": platform.python_version(),
+            "ranks": simulation.communicator.size,
+        },
+        "warnings": warnings_of(simulation, bounds),
+    }
+
+
+def warnings_of(simulation, bounds):
+    """Everything the reader of the result should know: limits of the model that this run touched (collective)."""
+    scene, estimates = simulation.scene, simulation.estimates
+    operation = scene.operation
+    found = []
+    if simulation.heating_time is None and simulation.time >= operation.end_time * (1 - 1e-9):
+        found.append(f"not heated to within {operation.heating_margin:g} K by operation.end_time {operation.end_time:g} s")
+    if estimates.bead_biot_number > HIGHEST_BIOT_NUMBER:
+        found.append(
+            f"bead Biot number {estimates.bead_biot_number:.2g} > {HIGHEST_BIOT_NUMBER}: "
+            "beads are taken as isothermal, which they are not"
+        )
+    low, high = simulation.nusselt.reynolds_range
+    if not low <= estimates.reynolds_number <= high:
+        found.append(
+            f"bead Reynolds number {estimates.reynolds_number:.3g} is outside {low:g} to {high:g}, "
+            f"the range of model.nusselt {scene.model.nusselt!r}"
+        )
+    if bounds is not None:
+        mach = simulation.highest_mach_number()
+        if mach > HIGHEST_MACH_NUMBER:
+            found.append(f"Mach number {mach:.2g} > {HIGHEST_MACH_NUMBER}: the energy balance is that of low Mach numbers")
+        for owner, law_name, law in simulation.property_laws():
+            first, last = law.temperature_range
+            if bounds[0] < first or bounds[1] > last:
+                found.append(
+                    f"{owner} {law_name} is given for {first:g} to {last:g} K, used for {bounds[0]:.4g} to {bounds[1]:.4g} K"
+                )
+        given = [operation.initial_temperature, *operation.inlet_temperature.range]
+        if operation.ambient_temperature is not None:
+            given += operation.ambient_temperature.range
+        beyond = max(min(given) - bounds[0], bounds[1] - max(given))
+        if beyond > LARGEST_OVERSHOOT and operation.outer_heat_flux is None:
+            found.append(
+                f"temperatures reached {beyond:.2g} K beyond those given, behind the sharp first front: "
+                "more solver.axial_cells lessen it"
+            )
+    if scene.bed.allow_small_ratio and scene.geometry.kind != "mesh":
+        found.append("the bed may be narrower than 10 beads: averages over a packing lose their meaning there")
+    return found
