@@ -52,6 +52,18 @@ class Domain:
         """Local facets with the tag."""
         return self.facet_tags.find(tag)
 
+    def entrance(self):
+        """Function that is 1 in the cells with a node on the inlet, else 0."""
+        dimension = self.mesh.topology.dim
+        nodes = fem.Function(fenicsx.lagrange_space(self.mesh))
+        space = nodes.function_space
+        nodes.x.array[fem.locate_dofs_topological(space, dimension - 1, self.facets(INLET))] = 1.0
+        nodes.x.scatter_forward()
+        cells = fem.Function(fenicsx.cell_constant_space(self.mesh))
+        touched = nodes.x.array[fenicsx.dof_table(space)].max(axis=1)
+        cells.x.array[fenicsx.dof_table(cells.function_space)[:, 0]] = touched
+        return cells
+
     def cell_measure(self, quadrature_degree):
         """dx with the regions' tags as subdomains."""
         metadata = {"quadrature_degree": quadrature_degree}

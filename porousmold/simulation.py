@@ -229,6 +229,7 @@ class Simulation:
                 self.equations,
                 self.flow_state,
                 self.flow_temperature,
+                domain.entrance(),
                 self._with_constants(self.wall_material) if domain.has_wall else None,
                 self._inlet_temperature,
                 ds(geometry.INLET),

@@ -26,7 +26,7 @@ from ..materials import Solid
 from .coordinates import Coordinates
 from .flow import FlowEquations
 from .medium import Bed
-from .stabilisation import metric, time_scale
+from .stabilisation import metric, streamline_time_scale, time_scale
 
 
 @dataclass(frozen=True)
@@ -53,13 +53,14 @@ class EnergyEquations:
     """Forms of the energy balance for given flow fields.
 
     `flow` with `flow_state` (velocity, pressure, k, epsilon with units) and `flow_temperature`, the temperature (K) the
-    flow was solved for; `wall` is None where the scene has none. `inlet` and `outlet` are facet measures, `dx_bed` and
+    flow was solved for; `entrance` is 1 in the cells that touch the inlet, else 0; `wall` is None where the scene has none. `inlet` and `outlet` are facet measures, `dx_bed` and
     `dx_wall` cell measures.
     """
 
     flow: FlowEquations
     flow_state: object
     flow_temperature: object
+    entrance: object
     wall: Solid | None
     inlet_temperature: object
     inlet: ufl.Measure
@@ -128,7 +129,8 @@ class EnergyEquations:
         """Form of everything but the storage: what leaves each place, W against the tests.
 
         SUPG along the flow with the fluid's advection and exchange in its residual; the fluid's storage, a thousandth
-        of the beads', is left out of it.
+        of the beads', is left out of it. Near the wall, where conduction across flat cells balances the advection, tau
+        is small; in the first cells of the flow (`entrance`) it is not, else the inflow's temperature overshoots there.
         """
         bed, weight, wall = self.bed, self.coordinates.weight, self.wall
         phi, flux = bed.porosity, self.flow.mass_flux(self.flow_state, self.flow_temperature)
@@ -149,12 +151,13 @@ class EnergyEquations:
             bead += bead_conductivity * ufl.dot(bed.rev_vector, ufl.grad(bead_temperature)) * bead_test
         # The upwinding's coefficients are held at the flow's temperature: they shift no solution, only the stabilisation
         capacity = self._laws.heat_capacity(self.flow_temperature)
-        tau = time_scale(
+        sizes = (
             metric(self.coordinates.mesh),
             capacity * flux,
             phi * self.effective_conductivity(self.flow_temperature),
             self.exchange_coefficient(self.flow_temperature),
         )
+        tau = self.entrance * streamline_time_scale(*sizes) + (1.0 - self.entrance) * time_scale(*sizes)
         upwind = tau * (heat_flux_along + transfer) * capacity * ufl.dot(flux, ufl.grad(test))
         form = weight * (fluid + upwind + bead) * self.dx_bed
         form -= weight * self.enthalpy_entering(temperature) * test * self.inlet

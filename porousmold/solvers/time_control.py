@@ -46,7 +46,7 @@ class TimeControl:
             self.step = min(self.first_step, self.largest_step)
             return True
         room = (self.tolerance / max(error, 1e-12)) ** 0.5
-        self.step = min(self.largest_step, max(self.step, step) * min(self.growth, max(0.5, 0.9 * room)))
+        self.step = min(self.largest_step, max(self.step, step) * min(self.growth, max(1.0, 0.9 * room)))
         return True
 
     def reject_failed(self, time, step, failure):
