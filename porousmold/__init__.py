@@ -1,8 +1,8 @@
 """porousmold: heating and cooling of bead-filled molds and pipes, volume-averaged, with dolfinx.
 
-    from porousmold import Scene, run
-    result = run(Scene.load("studies/mold/aluminium.toml", wall__thickness="2 mm"))
-    print(result.heating_time)
+from porousmold import Scene, run
+result = run(Scene.load("studies/mold/aluminium.toml", wall__thickness="2 mm"))
+print(result.heating_time)
 """
 
 from importlib.metadata import PackageNotFoundError, version

@@ -1,7 +1,6 @@
 """The command `porousmold`."""
 
 import argparse
-
 import math
 import signal
 import sys
@@ -37,7 +36,9 @@ def _rank():
 
 
 def _parser():
-    parser = argparse.ArgumentParser(prog="porousmold", description="Heating and cooling of bead-filled molds and pipes.")
+    parser = argparse.ArgumentParser(
+        prog="porousmold", description="Heating and cooling of bead-filled molds and pipes."
+    )
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     run = commands.add_parser("run", help="run a scene to its heating time")
     run.add_argument("scene", metavar="SCENE.toml")
@@ -70,14 +71,14 @@ def _run(options):
     # dolfinx takes a second to import: only a scene that is sound pays for it
     from mpi4py import MPI
 
-    from .run import Interrupted, run
+    from .run import RunInterrupted, run
 
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     rank = MPI.COMM_WORLD.rank
     bar = None if options.quiet or rank else Bar(scene)
     try:
         result = run(scene, out, progress=bar)
-    except Interrupted as error:
+    except RunInterrupted as error:
         return _end(INTERRUPTED, f"{error}; what was computed is in {out}")
     except SolveError:
         if (out / "history.csv").is_file():
@@ -113,12 +114,14 @@ class Bar:
         from tqdm import tqdm
 
         self._margin, self._end_time = scene.operation.heating_margin, scene.operation.end_time
-        self._bar = tqdm(total=1.0, unit="s", bar_format="{desc} |{bar}| {n:.0f}/{total:.0f} s simulated, {remaining} left")
+        self._bar = tqdm(
+            total=1.0, unit="s", bar_format="{desc} |{bar}| {n:.0f}/{total:.0f} s simulated, {remaining} left"
+        )
         self._bar.set_description_str("compiling or starting")
         self._last = None
 
     def __call__(self, time, deficit, simulation):
-        foreseen = 1.7 * simulation.estimates.heating_duration
+        foreseen = 1.7 * simulation.problem.estimates.heating_duration
         if self._last is not None and 0.0 < deficit < 0.5 * self._last[2] and deficit < self._last[1]:
             rate = math.log(self._last[1] / deficit) / (time - self._last[0])
             foreseen = time + max(math.log(deficit / self._margin), 0.0) / rate
@@ -157,7 +160,6 @@ def summary_text(scene, summary, out, pictures):
     lines += [f"warning: {text}" for text in summary["warnings"]]
     lines.append(f"written to {out}" + (f": {', '.join(path.name for path in pictures)}" if pictures else ""))
     return "\n".join(lines)
-
 
 
 if __name__ == "__main__":

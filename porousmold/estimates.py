@@ -33,8 +33,11 @@ class Estimates:
         return self.heating_duration / LARGEST_STEP_FRACTION
 
 
-def estimate(scene, fluid, beads, wall, drag, nusselt, bulk_porosity):
-    """Estimates of a scene with its property laws and correlations; `wall` may be None."""
+def estimate(scene, bed_size, fluid, beads, wall, drag, nusselt, bulk_porosity):
+    """Estimates of a scene with its property laws and correlations.
+
+    `bed_size` is (length, width, cross-section) of the bed as `bed_size(scene)` gives it for molds and pipes.
+    """
     operation, bead_diameter, phi = scene.operation, scene.bed.bead_diameter, bulk_porosity
     temperature = operation.inlet_temperature.values[-1]
     pressure = operation.outlet_pressure
@@ -42,7 +45,7 @@ def estimate(scene, fluid, beads, wall, drag, nusselt, bulk_porosity):
         pressure += 0.5 * operation.pressure_drop.range[1]
     viscosity, conductivity = fluid.viscosity(temperature), fluid.conductivity(temperature)
     heat_capacity, density = fluid.heat_capacity(temperature), fluid.density(pressure, temperature)
-    length, width, area = _bed_size(scene)
+    length, width, area = bed_size
     slowest = viscosity / (density * bead_diameter)  # Re = 1: the scale of a scene without flow
     if operation.pressure_drop is not None:
         speed = _speed(phi * operation.pressure_drop.range[1] / length, phi, bead_diameter, density, viscosity, drag)
@@ -61,7 +64,7 @@ def estimate(scene, fluid, beads, wall, drag, nusselt, bulk_porosity):
     first_cell = min(FIRST_CELL_IN_WALL_UNITS * viscosity / (density * friction_velocity), 0.01 * bead_diameter)
     bead_heat = (1.0 - phi) * beads.density(temperature) * beads.heat_capacity(temperature) * area * length
     wall_heat, wall_cells = 0.0, 1
-    if wall is not None and scene.wall.thickness is not None:
+    if scene.wall.thickness is not None:
         thickness = scene.wall.thickness
         perimeter = 1.0 if scene.geometry.kind == "mold" else 2.0 * math.pi * (width + thickness / 2)
         wall_heat = wall.density(temperature) * wall.heat_capacity(temperature) * perimeter * thickness * length
@@ -89,12 +92,10 @@ def _speed(force, phi, bead_diameter, density, viscosity, drag):
     return 2.0 * force / (viscous + math.sqrt(viscous**2 + 4.0 * inertial * force))
 
 
-def _bed_size(scene):
-    """Length, width (half height or radius) and cross-section (per metre width for a mold) of the bed in m, m2."""
+def bed_size(scene):
+    """Length, width (half height or radius) and cross-section (per metre width for a mold) of the bed in m, m, m2."""
     geometry = scene.geometry
     if geometry.kind == "mold":
         return geometry.length, geometry.cavity_height / 2, geometry.cavity_height / 2
-    if geometry.kind == "pipe":
-        radius = geometry.diameter / 2
-        return geometry.length, radius, math.pi * radius**2
-    return 1.0, 10.0 * scene.bed.bead_diameter, 10.0 * scene.bed.bead_diameter
+    radius = geometry.diameter / 2
+    return geometry.length, radius, math.pi * radius**2

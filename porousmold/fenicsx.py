@@ -3,12 +3,13 @@
 No other file asks for a version or for `hasattr` of dolfinx, UFL or basix.
 """
 
+import importlib
 import logging
 
 import dolfinx
 import numpy as np
 import ufl
-from dolfinx import fem, io, mesh
+from dolfinx import fem, mesh
 from dolfinx.fem import petsc as fem_petsc
 from petsc4py import PETSc
 
@@ -66,7 +67,7 @@ def petsc_vector(function):
 def compiled_form(form):
     """The UFL form, compiled (cached on disk by FFCx)."""
     try:
-        return fem.form(form, jit_options=_COMPILER_OPTIONS)
+        return fem.form(form, jit_options=_COMPILER_OPTIONS)  # type: ignore[call-arg]
     except TypeError:  # dolfinx 0.5
         return fem.form(form, jit_params=_COMPILER_OPTIONS)
 
@@ -76,7 +77,7 @@ def compiled_expression(expression, space):
     points = space.element.interpolation_points
     points = points() if callable(points) else points
     try:
-        return fem.Expression(expression, points, jit_options=_COMPILER_OPTIONS)
+        return fem.Expression(expression, points, jit_options=_COMPILER_OPTIONS)  # type: ignore[call-arg]
     except TypeError:  # dolfinx 0.5
         return fem.Expression(expression, points, jit_params=_COMPILER_OPTIONS)
 
@@ -133,30 +134,60 @@ def create_connectivities(domain):
     domain.topology.create_connectivity(dimension - 1, dimension)
 
 
-def read_gmsh(path, communicator):
-    """Mesh, cell tags and facet tags of a gmsh file with 2-D cells; `OSError` if gmsh cannot read it."""
+def read_gmsh(path, communicator, regions, boundaries):
+    """Mesh, cell tags and facet tags of a gmsh file with 2-D cells (a collective call).
+
+    Physical surfaces and curves get the numbers that `regions` and `boundaries` give to their names. Raises `OSError`
+    on every rank if gmsh cannot read the file, cannot mesh it, or it holds no physical surface of such a name.
+    """
     import gmsh
 
+    problem = None
     if communicator.rank == 0:
         gmsh.initialize()
         gmsh.option.setNumber("General.Terminal", 0)
         try:
             gmsh.open(str(path))
-            if gmsh.model.mesh.getNodes()[0].size == 0:
+            if len(gmsh.model.mesh.getNodes()[0]) == 0:
                 gmsh.model.mesh.generate(2)
-        except Exception as error:
+            _renumber_physical_groups(gmsh.model, regions, boundaries)
+        except Exception as error:  # gmsh raises plain Exception for everything
+            problem = str(error)
             gmsh.finalize()
-            raise OSError(str(error)) from error
-    reader = io.gmshio if hasattr(io, "gmshio") else __import__("dolfinx.io.gmsh", fromlist=["gmsh"])
-    result = reader.model_to_mesh(gmsh.model, communicator, 0, gdim=2)
+    problem = communicator.bcast(problem)
+    if problem is not None:
+        raise OSError(problem)
+    try:
+        reader = importlib.import_module("dolfinx.io.gmshio")
+    except ImportError:  # dolfinx 0.10 on
+        reader = importlib.import_module("dolfinx.io.gmsh")
+    domain, cell_tags, facet_tags = tuple(reader.model_to_mesh(gmsh.model, communicator, 0, gdim=2))[:3]
     if communicator.rank == 0:
         gmsh.finalize()
-    if isinstance(result, tuple):
-        domain, cell_tags, facet_tags = result[:3]
-    else:  # dolfinx 0.10 on: a named tuple of more
-        domain, cell_tags, facet_tags = result.mesh, result.cell_tags, result.facet_tags
     create_connectivities(domain)
     return domain, cell_tags, facet_tags
+
+
+def _renumber_physical_groups(model, regions, boundaries):
+    numbers = {2: regions, 1: boundaries}
+    groups = [
+        (dimension, numbers[dimension][name], model.getEntitiesForPhysicalGroup(dimension, tag))
+        for dimension, tag in model.getPhysicalGroups()
+        if dimension in numbers and (name := model.getPhysicalName(dimension, tag)) in numbers[dimension]
+    ]
+    if not any(dimension == 2 for dimension, _, _ in groups):
+        raise ValueError(f"no physical surface is named {' or '.join(regions)}")
+    model.removePhysicalGroups()
+    for dimension, number, entities in groups:
+        model.addPhysicalGroup(dimension, entities, number)
+
+
+def facet_vertices(domain, facets):
+    """Geometry nodes at the ends of facets of a 2-D mesh, one row a facet."""
+    numbers = np.asarray(facets, dtype=np.int32)
+    if hasattr(mesh, "entities_to_geometry"):
+        return np.asarray(mesh.entities_to_geometry(domain, 1, numbers)).reshape(-1, 2)
+    return np.asarray(dolfinx.cpp.mesh.entities_to_geometry(domain._mesh, 1, numbers, False)).reshape(-1, 2)
 
 
 def cell_vertices(domain):
@@ -187,7 +218,7 @@ def containing_cells(domain, points):
     dimension = domain.topology.dim
     if hasattr(geometry, "bb_tree"):
         tree = geometry.bb_tree(domain, dimension)
-        candidates = geometry.compute_collisions_points(tree, points)
+        candidates = geometry.compute_collisions_points(tree, points)  # type: ignore[attr-defined]
     else:  # dolfinx 0.5
         tree = geometry.BoundingBoxTree(domain, dimension)
         candidates = geometry.compute_collisions(tree, points)

@@ -7,6 +7,7 @@ below. One mesh carries both, so that one temperature is continuous across the i
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import ufl
@@ -28,8 +29,8 @@ class Domain:
     fraction of the length; `stretch` undoes the grading of the mesh for pictures."""
 
     mesh: mesh.Mesh
-    cell_tags: object
-    facet_tags: object
+    cell_tags: Any
+    facet_tags: Any
     axisymmetric: bool
     wall_distance: ufl.core.expr.Expr
     length: float
@@ -157,10 +158,14 @@ def from_file(communicator, path, *, axisymmetric):
     """Mesh of a gmsh file (.geo or .msh) whose physical groups have the names of `REGION_NAMES` and `BOUNDARY_NAMES`.
 
     Bed and wall are physical surfaces, the boundary's parts physical curves; the symmetry line, if any, lies along
-    x[1] = constant. The distance to the wall is that to the nearest interface segment, at the nodes. Raises
+    x[1] = constant, and the interface is a curve over x[0]. The distance to the wall is that to the nearest interface
+    segment, at the nodes. Raises
     `InputError` where the file cannot be read or lacks a group.
     """
-    domain, cell_tags, facet_tags = fenicsx.read_gmsh(path, communicator, REGION_NAMES, BOUNDARY_NAMES)
+    try:
+        domain, cell_tags, facet_tags = fenicsx.read_gmsh(path, communicator, REGION_NAMES, BOUNDARY_NAMES)
+    except OSError as error:
+        raise InputError("geometry.mesh", str(path), f"must be a mesh that gmsh can read: {error}") from error
     present = {int(value) for value in np.concatenate(communicator.allgather(np.unique(facet_tags.values)))}
     missing = [name for name in ("inlet", "outlet", "interface") if BOUNDARY_NAMES[name] not in present]
     if missing:
@@ -170,16 +175,13 @@ def from_file(communicator, path, *, axisymmetric):
     distance = fem.Function(space)
     nodes = space.tabulate_dof_coordinates()[:, :2]
     distance.x.array[:] = distance_to_segments(nodes, segments)
-    order = np.argsort(segments[:, :, 0].mean(axis=1))
-    path_length = np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1)[order]
-    middle = segments.mean(axis=1)[order]
-    along = np.cumsum(path_length) - 0.5 * path_length
+    corners = np.unique(segments.reshape(-1, 2), axis=0)  # sorted along the flow
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))])
     outer = _gathered_segments(domain, facet_tags, OUTER)
     symmetry = _gathered_segments(domain, facet_tags, SYMMETRY)
 
     def stations(fraction):
-        place = np.clip(fraction * along[-1], along[0], along[-1])
-        bed_side = np.array([np.interp(place, along, middle[:, i]) for i in range(2)])
+        bed_side = np.array([np.interp(fraction * along[-1], along, corners[:, i]) for i in range(2)])
         named = {"bed_side": tuple(bed_side)}
         for name, curve in (("outer", outer), ("centre", symmetry)):
             if len(curve):
@@ -193,8 +195,7 @@ def from_file(communicator, path, *, axisymmetric):
 def _gathered_segments(domain, facet_tags, tag):
     facets = facet_tags.find(tag)
     owned = facets[facets < domain.topology.index_map(domain.topology.dim - 1).size_local]
-    nodes = mesh.entities_to_geometry(domain, domain.topology.dim - 1, owned.astype(np.int32), False)
-    mine = domain.geometry.x[np.asarray(nodes, dtype=np.int64).reshape(-1, 2)][:, :, :2]
+    mine = domain.geometry.x[fenicsx.facet_vertices(domain, owned)][:, :, :2]
     return np.concatenate(domain.comm.allgather(mine))
 
 

@@ -165,4 +165,3 @@ ACRYLIC = Solid(
     Polynomial((1.7149e-1, 8.3338e-5), "W/(m K)", "Eiermann, Hellwege, J. Polym. Sci. 57 (1962) 99-106", (93.0, 363.0)),
 )
 SOLIDS = {solid.name: solid for solid in (CERAMIC, ALUMINIUM, FRP, ACRYLIC)}
-

@@ -45,7 +45,9 @@ def _temperatures(folder, summary):
             if name in history:
                 axes.plot(minutes, np.array(history[name]) - 273.15, dashes, color=colour, linewidth=1.6)
     axes.plot(minutes, np.array(history["inlet_temperature"]) - 273.15, color="0.4", linewidth=1.0)
-    entries = [plt.Line2D([], [], color=colour, label=f"z = {label}") for label, colour in zip(labels, colours, strict=True)]
+    entries = [
+        plt.Line2D([], [], color=colour, label=f"z = {label}") for label, colour in zip(labels, colours, strict=True)
+    ]
     shown = [p for p in PLACES if any(name.startswith(f"temperature_{p}") for name in history)]
     entries += [plt.Line2D([], [], color="k", linestyle=PLACES[p][1], label=PLACES[p][0]) for p in shown]
     entries.append(plt.Line2D([], [], color="0.4", linewidth=1.0, label="inlet"))
@@ -112,8 +114,7 @@ def read_fields(path):
     with h5py.File(Path(path).with_suffix(".h5"), "r") as file:
 
         def data(element):
-            item = element.find("DataItem")
-            return file[item.text.strip().split(":", 1)[1]][()]
+            return file[element.findtext("DataItem").strip().split(":", 1)[1]][()]
 
         nodes = data(next(root.iter("Geometry")))[:, :2]
         cells = data(next(root.iter("Topology")))
@@ -121,7 +122,8 @@ def read_fields(path):
         for grid in root.iter("Grid"):
             time, attribute = grid.find("Time"), grid.find("Attribute")
             if time is not None and attribute is not None:
-                steps.setdefault(float(time.get("Value")), {})[attribute.get("Name")] = data(attribute).squeeze()
+                fields = steps.setdefault(float(time.attrib["Value"]), {})
+                fields[attribute.attrib["Name"]] = data(attribute).squeeze()
     return nodes, cells, steps
 
 

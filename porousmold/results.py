@@ -10,6 +10,7 @@ from dolfinx import io
 
 from . import fenicsx
 from .errors import InputError
+from .observation import field_snapshots, profile_near_wall
 
 
 class RunFolder:
@@ -31,7 +32,7 @@ class RunFolder:
 
     def write_data(self, simulation):
         """Everything but the summary (collective)."""
-        profile = simulation.profile_near_wall()
+        profile = profile_near_wall(simulation.problem)
         if self._communicator.rank == 0:
             self._replace("scene.toml", tomli_w.dumps(simulation.scene.as_tables()))
             history = simulation.history
@@ -60,9 +61,9 @@ class RunFolder:
         temporary.replace(self.path / name)
 
     def _write_fields(self, simulation):
-        with io.XDMFFile(simulation.communicator, str(self.path / "fields.xdmf"), "w") as file:
-            fenicsx.write_mesh(file, simulation.domain.mesh)
-            for time, functions in simulation.field_snapshots():
+        with io.XDMFFile(simulation.problem.domain.communicator, str(self.path / "fields.xdmf"), "w") as file:
+            fenicsx.write_mesh(file, simulation.problem.domain.mesh)
+            for time, functions in field_snapshots(simulation.problem, simulation.snapshots, simulation.time):
                 for function in functions:
                     file.write_function(function, time)
 

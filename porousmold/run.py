@@ -34,7 +34,7 @@ class Result:
         return self.summary["heating_time"]
 
 
-class Interrupted(Exception):
+class RunInterrupted(Exception):  # noqa: N818 - as KeyboardInterrupt, no error
     """The user stopped the run; what was computed is written."""
 
 
@@ -55,10 +55,10 @@ def run(scene, out=None, communicator=MPI.COMM_WORLD, progress=None):
     except KeyboardInterrupt as error:
         interruption = error
     summary = summarise(simulation, failure, interrupted=interruption is not None)
-    with simulation.stopwatch("output"):
+    with simulation.problem.stopwatch("output"):
         if folder is not None and simulation.history.columns:
             folder.write_data(simulation)
-    summary["wall_seconds"] = {"total": clock.perf_counter() - start} | simulation.stopwatch.seconds
+    summary["wall_seconds"] = {"total": clock.perf_counter() - start} | simulation.problem.stopwatch.seconds
     if folder is not None:
         folder.write_summary(summary)
     result = Result(
@@ -70,14 +70,14 @@ def run(scene, out=None, communicator=MPI.COMM_WORLD, progress=None):
     if failure is not None:
         raise failure
     if interruption is not None:
-        raise Interrupted(f"stopped at t = {simulation.time:.6g} s") from interruption
+        raise RunInterrupted(f"stopped at t = {simulation.time:.6g} s") from interruption
     return result
 
 
 def summarise(simulation, failure=None, interrupted=False):
     """The content of result.json (a collective call), all but the seconds."""
-    history, balance, scene = simulation.history, simulation.heat.balance, simulation.scene
-    flow, heat = simulation.flow, simulation.heat
+    history, balance, scene = simulation.history, simulation.problem.heat.balance, simulation.scene
+    flow, heat = simulation.problem.flow, simulation.problem.heat
     recorded = bool(history.columns)
     lows, highs = (history.columns.get(name, []) for name in ("lowest_temperature", "highest_temperature"))
     bounds = [min(lows), max(highs)] if recorded else None
@@ -89,7 +89,7 @@ def summarise(simulation, failure=None, interrupted=False):
         "end_time": simulation.time,
         "mass_flow_initial": history["mass_flow"][0] if recorded else None,
         "mass_flow_final": history["mass_flow"][-1] if recorded else None,
-        "mass_imbalance": simulation.mass_imbalance if recorded else None,
+        "mass_imbalance": simulation.problem.mass_imbalance if recorded else None,
         "energy_imbalance": balance.imbalance,
         "energy_rev_residual": balance.by_rev_terms / balance.by_fluid if balance.by_fluid else 0.0,
         "heat_by_fluid": balance.by_fluid,
@@ -101,17 +101,17 @@ def summarise(simulation, failure=None, interrupted=False):
         "continuation_steps": flow.continuation_steps,
         "newton_iterations": {"flow": flow.newton_iterations, "energy": heat.newton_iterations},
         "unknowns": {"flow": flow.unknowns, "energy": heat.unknowns},
-        "bead_biot_number": simulation.estimates.bead_biot_number,
-        "bead_reynolds_number": simulation.estimates.reynolds_number,
+        "bead_biot_number": simulation.problem.estimates.bead_biot_number,
+        "bead_reynolds_number": simulation.problem.estimates.reynolds_number,
         "model": scene.as_tables()["model"],
-        "sources": simulation.sources(),
+        "sources": simulation.problem.sources(),
         "versions": {
             "porousmold": __version__,
             "dolfinx": dolfinx.__version__,
             "petsc4py": petsc4py.__version__,
             "numpy": np.__version__,
             "python": platform.python_version(),
-            "ranks": simulation.communicator.size,
+            "ranks": simulation.problem.communicator.size,
         },
         "warnings": warnings_of(simulation, bounds),
     }
@@ -119,27 +119,31 @@ def summarise(simulation, failure=None, interrupted=False):
 
 def warnings_of(simulation, bounds):
     """Everything the reader of the result should know: limits of the model that this run touched (collective)."""
-    scene, estimates = simulation.scene, simulation.estimates
+    scene, estimates = simulation.scene, simulation.problem.estimates
     operation = scene.operation
     found = []
     if simulation.heating_time is None and simulation.time >= operation.end_time * (1 - 1e-9):
-        found.append(f"not heated to within {operation.heating_margin:g} K by operation.end_time {operation.end_time:g} s")
+        found.append(
+            f"not heated to within {operation.heating_margin:g} K by operation.end_time {operation.end_time:g} s"
+        )
     if estimates.bead_biot_number > HIGHEST_BIOT_NUMBER:
         found.append(
             f"bead Biot number {estimates.bead_biot_number:.2g} > {HIGHEST_BIOT_NUMBER}: "
             "beads are taken as isothermal, which they are not"
         )
-    low, high = simulation.nusselt.reynolds_range
+    low, high = simulation.problem.nusselt.reynolds_range
     if not low <= estimates.reynolds_number <= high:
         found.append(
             f"bead Reynolds number {estimates.reynolds_number:.3g} is outside {low:g} to {high:g}, "
             f"the range of model.nusselt {scene.model.nusselt!r}"
         )
     if bounds is not None:
-        mach = simulation.highest_mach_number()
+        mach = simulation.problem.highest_mach_number()
         if mach > HIGHEST_MACH_NUMBER:
-            found.append(f"Mach number {mach:.2g} > {HIGHEST_MACH_NUMBER}: the energy balance is that of low Mach numbers")
-        for owner, law_name, law in simulation.property_laws():
+            found.append(
+                f"Mach number {mach:.2g} > {HIGHEST_MACH_NUMBER}: the energy balance is that of low Mach numbers"
+            )
+        for owner, law_name, law in simulation.problem.property_laws():
             first, last = law.temperature_range
             if bounds[0] < first or bounds[1] > last:
                 found.append(

@@ -11,6 +11,7 @@ import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 from .closures.drag import DRAG_LAWS
 from .closures.nusselt import NUSSELT_CORRELATIONS
@@ -32,7 +33,7 @@ class Key:
 
     kind: str
     meaning: str
-    default: object = None
+    default: Any = None
     low: float = -INFINITY
     high: float = INFINITY
     closed: bool = False
@@ -140,7 +141,7 @@ KEYS: dict[str, dict[str, Key]] = {
                             low=0.0, high=1e7),
         "step_tolerance": Key("delta_degC", "estimated error of a step above which it is repeated smaller", 5.0,
                               low=0.0, high=1e3),
-        "flow_tolerance": Key("", "relative change of the flow above which it is iterated within a step", 0.02,
+        "flow_tolerance": Key("", "relative change of the flow above which it is iterated within a step", 0.005,
                               low=0.0, high=1.0),
     },
     "output": {
@@ -288,11 +289,7 @@ def _check_bounds(name, number, key, where):
         raise InputError(name, number, key.allowed(), where)
 
 
-_NEEDED = {
-    "mold": {"geometry": ("length", "cavity_height")},
-    "pipe": {"geometry": ("length", "diameter")},
-    "mesh": {"geometry": ("mesh",)},
-}
+_NEEDED = {"mold": ("length", "cavity_height"), "pipe": ("length", "diameter"), "mesh": ("mesh",)}
 _FOREIGN = {"mold": ("diameter", "mesh", "symmetry"), "pipe": ("cavity_height", "mesh", "symmetry"),
             "mesh": ("length", "cavity_height", "diameter")}  # fmt: skip
 _DRIVES = ("pressure_drop", "inlet_velocity", "mass_flow")
@@ -307,7 +304,7 @@ def _check_together(scene):
             raise InputError(f"{table}.{name}", None, f"is missing; {KEYS[table][name].meaning}", where)
 
     need("geometry", "kind")
-    for name in _NEEDED[geometry.kind]["geometry"]:
+    for name in _NEEDED[geometry.kind]:
         need("geometry", name)
     for name in _FOREIGN[geometry.kind]:
         if name in scene._given.get("geometry", {}):
@@ -316,7 +313,9 @@ def _check_together(scene):
     if geometry.kind != "mesh":
         need("wall", "thickness")
     elif scene.wall.thickness is not None:
-        raise InputError("wall.thickness", scene.wall.thickness, "has no place in a mesh, which has its own wall", where)
+        raise InputError(
+            "wall.thickness", scene.wall.thickness, "has no place in a mesh, which has its own wall", where
+        )
     need("operation", "initial_temperature")
     need("operation", "inlet_temperature")
     drives = [name for name in _DRIVES if getattr(operation, name) is not None]
@@ -338,7 +337,9 @@ def _check_together(scene):
         if bed.bead_diameter >= width:
             raise InputError("bed.bead_diameter", bed.bead_diameter, f"must be smaller than geometry.{name}", where)
     if geometry.kind != "mesh" and scene.solver.first_cell is not None and scene.solver.first_cell >= width / 2:
-        raise InputError("solver.first_cell", scene.solver.first_cell, f"must be < {width / 2:g} m, half the bed", where)
+        raise InputError(
+            "solver.first_cell", scene.solver.first_cell, f"must be < {width / 2:g} m, half the bed", where
+        )
     difference = max(abs(value - operation.initial_temperature) for value in operation.inlet_temperature.values)
     if operation.heating_margin >= difference > 0.0:
         raise InputError("operation.heating_margin", operation.heating_margin,

@@ -57,9 +57,7 @@ def _wakao(re, pr, phi):
 def _whitaker(re, pr, phi):
     solids = 1.0 - phi
     return (
-        (0.5 * re**-0.1 * solids**0.5 / phi + 0.2 * re ** (1 / 15) * solids ** (1 / 3) / phi)
-        * pr ** (1 / 3)
-        * re**0.6
+        (0.5 * re**-0.1 * solids**0.5 / phi + 0.2 * re ** (1 / 15) * solids ** (1 / 3) / phi) * pr ** (1 / 3) * re**0.6
     )
 
 

@@ -17,6 +17,7 @@ C(T); that of the fluid (10^-3 of the total) with rho C_f at the temperature of 
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import ufl
 
@@ -34,9 +35,9 @@ class OuterWall:
     """Heat exchange of the outer wall: `heat_flux` into the wall (W/m2) and/or `coefficient` (W/m2/K) to `ambient` (K)."""
 
     ds: ufl.Measure
-    heat_flux: object = None
-    coefficient: object = None
-    ambient: object = None
+    heat_flux: Any = None
+    coefficient: Any = None
+    ambient: Any = None
 
     def into_wall(self, temperature):
         """Heat flux into the wall, W/m2."""
@@ -52,17 +53,17 @@ class OuterWall:
 class EnergyEquations:
     """Forms of the energy balance for given flow fields.
 
-    `flow` with `flow_state` (velocity, pressure, k, epsilon with units) and `flow_temperature`, the temperature (K) the
-    flow was solved for; `entrance` is 1 in the cells that touch the inlet, else 0; `wall` is None where the scene has none. `inlet` and `outlet` are facet measures, `dx_bed` and
-    `dx_wall` cell measures.
+    `flow` with `flow_state` (velocity, pressure, k, epsilon with units) and `flow_temperature`, the temperature (K) that
+    the flow was solved for; `entrance` is 1 in the cells that touch the inlet, else 0; `wall` is None where the scene
+    has none; `inlet` and `outlet` are facet measures, `dx_bed` and `dx_wall` cell measures.
     """
 
     flow: FlowEquations
-    flow_state: object
-    flow_temperature: object
-    entrance: object
+    flow_state: Any
+    flow_temperature: Any
+    entrance: Any
     wall: Solid | None
-    inlet_temperature: object
+    inlet_temperature: Any
     inlet: ufl.Measure
     outlet: ufl.Measure
     outer: OuterWall | None
@@ -139,9 +140,8 @@ class EnergyEquations:
         exchange = self.exchange_coefficient(temperature)
         heat_flux_along = self._laws.heat_capacity(temperature) * ufl.dot(flux, ufl.grad(temperature))
         transfer = exchange * (temperature - bead_temperature)
-        fluid = (
-            (heat_flux_along + transfer) * test
-            + phi * fluid_conductivity * ufl.dot(ufl.grad(temperature), ufl.grad(test))
+        fluid = (heat_flux_along + transfer) * test + phi * fluid_conductivity * ufl.dot(
+            ufl.grad(temperature), ufl.grad(test)
         )
         bead = (1.0 - phi) * bead_conductivity * ufl.dot(
             ufl.grad(bead_temperature), ufl.grad(bead_test)
@@ -162,7 +162,9 @@ class EnergyEquations:
         form = weight * (fluid + upwind + bead) * self.dx_bed
         form -= weight * self.enthalpy_entering(temperature) * test * self.inlet
         if wall is not None:
-            form += weight * wall.conductivity(temperature) * ufl.dot(ufl.grad(temperature), ufl.grad(test)) * self.dx_wall
+            form += (
+                weight * wall.conductivity(temperature) * ufl.dot(ufl.grad(temperature), ufl.grad(test)) * self.dx_wall
+            )
         if self.outer is not None:
             form -= weight * self.outer.into_wall(temperature) * test * self.outer.ds
         return form

@@ -18,6 +18,7 @@ Equal-order linear elements with SUPG and PSPG: the fine-scale velocity is -tau 
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import ufl
 
@@ -26,16 +27,16 @@ from ..closures.functions import sqrt
 from .coordinates import Coordinates
 from .medium import Bed, FluidState
 from .stabilisation import metric, time_scale
-from .turbulence import TurbulenceModel, TwoLayerState, turbulence_residual
+from .turbulence import TwoLayerState, turbulence_residual
 
 
 @dataclass(frozen=True)
 class FlowScales:
     """Reference speed (m/s) and pressure (Pa): unknowns and equations are solved as multiples of them."""
 
-    speed: object
-    pressure: object
-    length: object
+    speed: Any
+    pressure: Any
+    length: Any
 
     @property
     def kinetic_energy(self):
@@ -74,13 +75,13 @@ class Momentum:
     """Parts of the momentum balance: `force` is its residual but for the stress (N/m3), `stress` that of mu + mu_t (Pa),
     `fine_scale_velocity` (m/s) the stabilisation's -tau r."""
 
-    density: object
-    viscosity: object
-    speed: object
+    density: Any
+    viscosity: Any
+    speed: Any
     turbulence: TwoLayerState | None
-    stress: object
-    force: object
-    fine_scale_velocity: object
+    stress: Any
+    force: Any
+    fine_scale_velocity: Any
 
 
 @dataclass(frozen=True)
@@ -88,19 +89,19 @@ class Opening:
     """An inlet or outlet: its measure, and either the gauge pressure outside (Pa) or the mass flux in (kg/m2/s)."""
 
     ds: ufl.Measure
-    pressure: object = None
-    mass_flux: object = None
+    pressure: Any = None
+    mass_flux: Any = None
 
 
 @dataclass(frozen=True)
 class FlowEquations:
-    """The flow's forms over a bed. `model` is None for laminar flow (no k and epsilon)."""
+    """The flow's forms over a bed. `model` is a `TurbulenceModel`, or None for laminar flow (no k and epsilon)."""
 
     bed: Bed
     fluid: FluidState
     coordinates: Coordinates
     scales: FlowScales
-    model: TurbulenceModel | None = None
+    model: Any = None
     gravity: ufl.core.expr.Expr | None = None
     published_pressure_term: bool = False
 
@@ -220,10 +221,9 @@ class FlowEquations:
         form = turbulence_residual(
             state, (k_test, epsilon_test), m, self.bed, self.model, self.coordinates, metric(self.coordinates.mesh), dx
         )
-        changes = (
-            (state.kinetic_energy - old.kinetic_energy) * k_test
-            + (state.dissipation_rate - old.dissipation_rate) * epsilon_test
-        )
+        changes = (state.kinetic_energy - old.kinetic_energy) * k_test + (
+            state.dissipation_rate - old.dissipation_rate
+        ) * epsilon_test
         return form + storage * changes * dx
 
     def _turbulence_inflow(self, opening, state, tests, m):

@@ -1,6 +1,7 @@
 """What the equations need to know of bed, beads and fluid, as UFL expressions and property laws."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import ufl
 
@@ -15,7 +16,7 @@ class Bed:
 
     porosity: ufl.core.expr.Expr
     wall_distance: ufl.core.expr.Expr
-    bead_diameter: object
+    bead_diameter: Any
     beads: Solid
     drag: DragLaw
     nusselt: NusseltCorrelation
@@ -31,7 +32,7 @@ class FluidState:
     """The fluid's laws and the absolute pressure that belongs to gauge pressure 0 (Pa)."""
 
     fluid: Fluid
-    reference_pressure: object
+    reference_pressure: Any
 
     def density(self, gauge_pressure, temperature):
         """Density in kg/m3 at a gauge pressure (Pa) and temperature (K)."""

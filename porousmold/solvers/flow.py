@@ -42,7 +42,9 @@ class SteadyFlow:
         held = np.concatenate([held_unknowns(domain, self.space, turbulent), *fixed])
         self._system = NewtonSystem(residual, self.unknown, np.unique(held))
         self._turbulence_unknowns = (
-            np.concatenate([fenicsx.collapse(self.space, part)[1] for part in (2, 3)]) if turbulent else np.empty(0, int)
+            np.concatenate([fenicsx.collapse(self.space, part)[1] for part in (2, 3)])
+            if turbulent
+            else np.empty(0, int)
         )
         self.newton_iterations = 0
         self.solves = 0
@@ -170,5 +172,3 @@ def unknowns_outside(domain, space, parts, tag):
         inside = fem.locate_dofs_topological(space.sub(part), dimension, domain.cells(tag))
         outside.append(np.setdiff1d(everywhere, inside))
     return np.concatenate(outside).astype(np.int64)
-
-

@@ -67,7 +67,8 @@ class TransientHeat:
         residual = self._inverse_stage * stored + equations.outflow_of_heat(*parts, *tests)
         residual += nothing * parts[1] * tests[1] * dx
         held = unknowns_outside(domain, self.space, (1,), BED)
-        beads = np.setdiff1d(fenicsx.collapse(self.space, 1)[1], held)
+        self.temperature_unknowns, self.bead_unknowns = (fenicsx.collapse(self.space, part)[1] for part in (0, 1))
+        beads = np.setdiff1d(self.bead_unknowns, held)
         self._storing = np.concatenate([beads, unknowns_outside(domain, self.space, (0,), BED)])
         self._system = NewtonSystem(residual, self.unknown, held, keep_jacobian=True)
         self._stored_form = fenicsx.compiled_form(stored)
@@ -80,7 +81,6 @@ class TransientHeat:
             "by_rev_terms": equations.rev_heat(*parts),
         }
         self._scalars = {name: fenicsx.compiled_form(form) for name, form in self._scalars.items() if form is not None}
-        _, self.temperature_unknowns = fenicsx.collapse(self.space, 0)
         self.balance = HeatBalance()
         self.newton_iterations = 0
 

@@ -1,0 +1,39 @@
+# Two commands: `make heat` and `make test`. Both install what is missing first.
+PYTHON := .venv/bin/python
+SHELL := /bin/bash
+export OMP_NUM_THREADS := 1
+MPIRUN := mpirun --oversubscribe $(if $(filter 0,$(shell id -u)),--allow-run-as-root)
+PARTS := 2
+
+.PHONY: heat test test-fast test-mpi check install tables test-debian13 clean
+
+heat: .venv/installed  ## heat the aluminium mold: summary and pictures in runs/aluminium
+	$(PYTHON) -m porousmold run studies/mold/aluminium.toml --out runs/aluminium
+
+test: .venv/installed  ## style, types, all tests on 1, 2 and 3 ranks
+	$(MAKE) --no-print-directory check test-fast test-mpi
+
+test-fast: .venv/installed  ## the tests on one rank
+	$(PYTHON) -m pytest -q -n $(PARTS) --timeout=600 tests
+
+test-mpi: .venv/installed  ## the parallel tests on 2 and 3 ranks
+	timeout 600 $(MPIRUN) -n 2 $(PYTHON) -m pytest -q -x --timeout=500 -m mpi tests
+	timeout 600 $(MPIRUN) -n 3 $(PYTHON) -m pytest -q -x --timeout=500 -m mpi tests
+
+check: .venv/installed  ## style and types
+	$(PYTHON) -m ruff check . && $(PYTHON) -m ruff format --check . && $(PYTHON) -m mypy
+
+tables: .venv/installed  ## refinement and turbulence tables: docs/tables.md
+	$(PYTHON) studies/tables.py
+
+test-debian13:  ## the fast tests on Debian 13 (dolfinx 0.9), in a root of its own outside the tree
+	tools/test-debian13
+
+install: .venv/installed
+
+.venv/installed: pyproject.toml tools/install
+	tools/install
+	touch $@
+
+clean:  ## remove the environment and the runs
+	rm -rf .venv runs

@@ -1,0 +1,377 @@
+"""A scene made discrete: mesh, equations, solvers, boundary values and the questions one can ask of the present state.
+
+The only place that knows scene, closures, equations and solvers alike; `simulation` marches what stands here.
+"""
+
+import contextlib
+import time as clock
+from dataclasses import replace
+
+import numpy as np
+import ufl
+from dolfinx import fem
+
+from . import fenicsx, geometry
+from .closures.drag import DRAG_LAWS
+from .closures.nusselt import NUSSELT_CORRELATIONS
+from .equations.coordinates import Coordinates
+from .equations.energy import EnergyEquations, OuterWall
+from .equations.flow import FlowEquations, FlowScales, FlowState, Opening
+from .equations.medium import Bed, FluidState, rev_vector
+from .equations.turbulence import TurbulenceModel
+from .errors import InputError
+from .estimates import bed_size, estimate
+from .materials import FLUIDS, SOLIDS, ConstantDensity, constant
+from .porosity.models import POROSITY_MODELS
+from .porosity.profile import PorosityProfile
+from .probe import PointProbe
+from .solvers.flow import SteadyFlow
+from .solvers.heating import TransientHeat
+
+QUADRATURE_DEGREE = 2
+STATION_FRACTIONS = {"L/8": 0.125, "L/4": 0.25, "L/2": 0.5, "L": 1.0}
+TURBULENCE_MODELS = {
+    "none": None,
+    "k-epsilon": TurbulenceModel(),
+    "nakayama-kuwahara": TurbulenceModel(bead_sources=True),
+    "damped-nakayama-kuwahara": TurbulenceModel(bead_sources=True, damped=True),
+}
+AXIAL_GRADING = 1.5
+"""Axial nodes at L (i/n)^1.5: the thermal front that starts sharp at the inlet meets small cells, and widens as they do."""
+
+
+def fluid_of(scene):
+    """The scene's fluid: its material, with constant properties in place of those given."""
+    fluid, given = FLUIDS[scene.fluid.material], scene.fluid
+    changes = {
+        name: constant(value, "", "scene")
+        for name in ("viscosity", "heat_capacity", "conductivity")
+        if (value := getattr(given, name)) is not None
+    }
+    if given.density is not None:
+        changes |= {"density": ConstantDensity(given.density, "scene"), "name": "liquid"}
+    return replace(fluid, **changes)
+
+
+def solid_of(material, density, heat_capacity, conductivity):
+    """A material of the library with constant properties in place of those given."""
+    given = {"density": density, "heat_capacity": heat_capacity, "conductivity": conductivity}
+    changes = {name: constant(value, "", "scene") for name, value in given.items() if value is not None}
+    return replace(SOLIDS[material], **changes)
+
+
+class Stopwatch:
+    """Wall seconds by purpose."""
+
+    def __init__(self):
+        self.seconds = dict.fromkeys(("compile", "mesh", "flow", "energy", "output"), 0.0)
+
+    @contextlib.contextmanager
+    def __call__(self, purpose):
+        start = clock.perf_counter()
+        try:
+            yield
+        finally:
+            self.seconds[purpose] += clock.perf_counter() - start
+
+
+class Discretisation:
+    """The discrete problem of a scene on a communicator: `domain`, `equations`, `flow`, `heat` and what they were made of.
+
+    Raises `InputError` for what only shows when the parts meet (a profile's file, a mesh's groups).
+    """
+
+    def __init__(self, scene, communicator):
+        self.scene, self.communicator = scene, communicator
+        self.stopwatch = Stopwatch()
+        self.fluid = fluid_of(scene)
+        bed, wall = scene.bed, scene.wall
+        self.beads = solid_of(bed.bead_material, bed.bead_density, bed.bead_heat_capacity, bed.bead_conductivity)
+        self.wall_material = solid_of(wall.material, wall.density, wall.heat_capacity, wall.conductivity)
+        self.drag, self.nusselt = DRAG_LAWS[scene.model.drag], NUSSELT_CORRELATIONS[scene.model.nusselt]
+        self.profile = None
+        if bed.porosity_profile is not None:
+            self.profile = PorosityProfile.read("bed.porosity_profile", bed.porosity_profile)
+        elif scene.model.rev_terms != "off":
+            raise InputError(
+                "model.rev_terms", scene.model.rev_terms, "needs bed.porosity_profile: the models give no phi_A",
+                scene.source,
+            )  # fmt: skip
+        bulk = bed.bulk_porosity if self.profile is None else self.profile.bulk_porosity
+        laws = self.fluid, self.beads, self.wall_material, self.drag, self.nusselt, bulk
+        with self.stopwatch("mesh"):
+            if scene.geometry.kind == "mesh":
+                axisymmetric = scene.geometry.symmetry == "axisymmetric"
+                self.domain = geometry.from_file(communicator, scene.geometry.mesh, axisymmetric=axisymmetric)
+                area = self._inlet_area()
+                self.estimates = estimate(scene, (self.domain.length, area, area), *laws)
+            else:
+                self.estimates = estimate(scene, bed_size(scene), *laws)
+                self.domain = self._make_strip()
+        self._make_equations()
+        self._make_probes()
+
+    def _inlet_area(self):
+        weight = Coordinates(self.domain.mesh, self.domain.axisymmetric).weight
+        ds = self.domain.facet_measure(QUADRATURE_DEGREE)
+        return self._integral(weight * self._constant(1.0) * ds(geometry.INLET))
+
+    def _make_strip(self):
+        scene, estimates, solver = self.scene, self.estimates, self.scene.solver
+        _, width, _ = bed_size(scene)
+        first_cell = solver.first_cell or estimates.first_cell
+        return geometry.strip(
+            self.communicator,
+            length=scene.geometry.length,
+            width=width,
+            wall_thickness=scene.wall.thickness,
+            axial_nodes=scene.geometry.length * np.linspace(0.0, 1.0, solver.axial_cells + 1) ** AXIAL_GRADING,
+            bed_nodes=geometry.graded_coordinates(width, first_cell, solver.cell_growth),
+            wall_nodes=np.linspace(0.0, scene.wall.thickness, (solver.wall_cells or estimates.wall_cells) + 1),
+            axisymmetric=scene.geometry.kind == "pipe",
+        )
+
+    def _constant(self, value):
+        """A number of the scene as UFL constant, so that another value needs no new compilation."""
+        return fem.Constant(self.domain.mesh, float(value))
+
+    def _with_constants(self, material):
+        """The material with its polynomials' coefficients as UFL constants."""
+        return replace(
+            material,
+            **{
+                name: law.with_coefficients(self._constant(c) for c in law.coefficients)
+                for name, law in material.laws().items()
+                if hasattr(law, "coefficients")
+            },
+        )
+
+    def _porosity(self, bead_diameter):
+        """phi_V and, with REV terms, phi_V - phi_A, over the mesh."""
+        bed, distance = self.scene.bed, self.domain.wall_distance
+        if self.profile is None:
+            model = POROSITY_MODELS[bed.porosity_model]
+            return model(distance, bead_diameter, self._constant(bed.bulk_porosity)), None
+        space = fenicsx.lagrange_space(self.domain.mesh)
+        at_nodes = fem.Function(space)
+        at_nodes.interpolate(fenicsx.compiled_expression(distance, space))
+        volume, difference = fem.Function(space), fem.Function(space)
+        volume_porosity, area_porosity = self.profile(np.maximum(at_nodes.x.array, 0.0), bed.bead_diameter)
+        volume.x.array[:] = volume_porosity
+        difference.x.array[:] = volume_porosity - area_porosity
+        return volume, difference
+
+    def _make_equations(self):
+        scene, domain = self.scene, self.domain
+        model, operation = scene.model, scene.operation
+        coordinates = Coordinates(domain.mesh, domain.axisymmetric)
+        dx, ds = domain.cell_measure(QUADRATURE_DEGREE), domain.facet_measure(QUADRATURE_DEGREE)
+        bead_diameter = self._constant(scene.bed.bead_diameter)
+        porosity, difference = self._porosity(bead_diameter)
+        rev = None
+        if model.rev_terms != "off":
+            largest = self._constant(scene.bed.averaging_diameter_ratio * scene.bed.bead_diameter)
+            rev = rev_vector(difference, domain.wall_distance, largest)
+        bed = Bed(
+            porosity,
+            domain.wall_distance,
+            bead_diameter,
+            self._with_constants(self.beads),
+            self.drag,
+            self.nusselt,
+            rev,
+        )
+        fluid = FluidState(self._with_constants(self.fluid), self._constant(operation.outlet_pressure))
+        if isinstance(self.fluid.density, ConstantDensity):
+            liquid = ConstantDensity(self._constant(self.fluid.density.value), "scene")
+            fluid = replace(fluid, fluid=replace(fluid.fluid, density=liquid))
+        estimates = self.estimates
+        scales = FlowScales(
+            self._constant(estimates.speed), self._constant(estimates.pressure_gradient * domain.length), bead_diameter
+        )
+        gravity = None
+        if operation.gravity != 0.0:
+            gravity = ufl.as_vector([self._constant(operation.gravity), 0.0])
+        self.equations = FlowEquations(
+            bed,
+            fluid,
+            coordinates,
+            scales,
+            TURBULENCE_MODELS[model.turbulence],
+            gravity,
+            published_pressure_term=model.rev_terms == "as-published",
+        )
+        self._inlet_temperature = self._constant(operation.inlet_temperature(0.0))
+        self._drive = self._constant(0.0)
+        self._outer_values: list = []
+        self.flow_temperature = fem.Function(fenicsx.lagrange_space(domain.mesh))
+        self.flow_temperature.x.array[:] = operation.initial_temperature
+        inlet = Opening(ds(geometry.INLET), **self._inlet_drive(fluid))
+        openings = [inlet, Opening(ds(geometry.OUTLET), pressure=self._constant(0.0))]
+        self.set_boundary_values(0.0)
+        with self.stopwatch("compile"):
+            self.flow = SteadyFlow(domain, self.equations, openings, self.flow_temperature, dx)
+            self.flow_state = FlowState.of(self.flow.unknown, scales)
+            self.energy_equations = EnergyEquations(
+                self.equations,
+                self.flow_state,
+                self.flow_temperature,
+                domain.entrance(),
+                self._with_constants(self.wall_material) if domain.has_wall else None,
+                self._inlet_temperature,
+                ds(geometry.INLET),
+                ds(geometry.OUTLET),
+                self._outer_wall(ds(geometry.OUTER)),
+                dx(geometry.BED),
+                dx(geometry.WALL),
+            )
+            self.heat = TransientHeat(
+                domain,
+                self.energy_equations,
+                operation.initial_temperature,
+                self.set_boundary_values,
+                dx(geometry.WALL),
+            )
+            outflow = coordinates.weight * self.energy_equations.outward_mass_flux
+            self._mass_out = fenicsx.compiled_form(outflow * ds(geometry.OUTLET))
+            self._mass_in = fenicsx.compiled_form(-outflow * ds(geometry.INLET))
+            temperature = ufl.split(self.heat.unknown)[0]
+            self.outlet_heat = fenicsx.compiled_form(outflow * temperature * ds(geometry.OUTLET))
+
+    def _inlet_drive(self, fluid):
+        operation = self.scene.operation
+        if operation.pressure_drop is not None:
+            return {"pressure": self._drive}
+        if operation.mass_flow is not None:
+            return {"mass_flux": self._drive / self._constant(self._inlet_area())}
+        # the pressure just outside is the bed's own: its part of the density is taken at the outlet's pressure
+        return {"mass_flux": fluid.density(0.0, self._inlet_temperature) * self._drive}
+
+    def _outer_wall(self, ds):
+        operation = self.scene.operation
+        flux, coefficient = operation.outer_heat_flux, operation.outer_coefficient
+        if not self.domain.has_wall or (flux is None and coefficient is None):
+            return None
+        terms = {}
+        if flux is not None:
+            terms["heat_flux"] = self._constant(flux(0.0))
+            self._outer_values.append((terms["heat_flux"], flux))
+        if coefficient is not None:
+            ambient = operation.ambient_temperature
+            terms |= {"coefficient": self._constant(coefficient), "ambient": self._constant(ambient(0.0))}
+            self._outer_values.append((terms["ambient"], ambient))
+        return OuterWall(ds, **terms)
+
+    def set_boundary_values(self, time):
+        """Give the boundary conditions their values at a time (s)."""
+        operation = self.scene.operation
+        self._inlet_temperature.value = operation.inlet_temperature(time)
+        drive = operation.pressure_drop or operation.inlet_velocity or operation.mass_flow
+        self._drive.value = drive(time)
+        for constant_value, series in self._outer_values:
+            constant_value.value = series(time)
+
+    def _make_probes(self):
+        named = {
+            f"{place}_{label}": point
+            for label, fraction in STATION_FRACTIONS.items()
+            for place, point in self.domain.stations(fraction).items()
+        }
+        self.station_names = list(named)
+        self.stations = PointProbe(self.domain, list(named.values()))
+        numbers = self.heat.temperature_unknowns
+        space = self.flow_temperature.function_space
+        dimension = self.domain.mesh.topology.dim
+        where = {
+            "wall": fem.locate_dofs_topological(space, dimension, self.domain.cells(geometry.WALL)),
+            "bed_side": fem.locate_dofs_topological(space, dimension - 1, self.domain.facets(geometry.INTERFACE)),
+            "bed": fem.locate_dofs_topological(space, dimension, self.domain.cells(geometry.BED)),
+        }
+        self.bed_nodes = where["bed"]
+        if not self.domain.has_wall:
+            where["wall"] = where["bed_side"]
+        self._places = {name: numbers[nodes] for name, nodes in where.items()}
+
+    # -- what can be asked of the present state ---------------------------------------------------------------------
+
+    def _integral(self, form):
+        return self.communicator.allreduce(float(fem.assemble_scalar(fenicsx.compiled_form(form))))
+
+    def value(self, compiled):
+        """Value of a compiled scalar form, the sum over all ranks."""
+        return self.communicator.allreduce(float(fem.assemble_scalar(compiled)))
+
+    @property
+    def temperature(self):
+        """Fluid and wall temperature (K) as a function on the mesh, a copy."""
+        return self._nodal(self.heat.temperature_unknowns)
+
+    @property
+    def bead_temperature(self):
+        """Bead temperature (K) as a function on the mesh, a copy; meaningless in the wall."""
+        return self._nodal(self.heat.bead_unknowns)
+
+    def _nodal(self, unknowns):
+        function = fem.Function(self.flow_temperature.function_space)
+        function.x.array[:] = self.heat.unknown.x.array[unknowns]
+        return function
+
+    @property
+    def mass_flow(self):
+        """Mass flow out of the outlet, kg/s (per metre width and half cavity for a mold)."""
+        return self.value(self._mass_out)
+
+    @property
+    def mass_imbalance(self):
+        """(in - out)/out of the mass flow."""
+        out = self.mass_flow
+        return (self.value(self._mass_in) - out) / out if out else 0.0
+
+    def extremes(self, place):
+        """Smallest and largest temperature (K) at 'wall', 'bed_side' or 'bed'."""
+        values = self.heat.unknown.x.array[self._places[place]]
+        return (
+            self.communicator.allreduce(float(np.min(values, initial=np.inf)), op=min),
+            self.communicator.allreduce(float(np.max(values, initial=-np.inf)), op=max),
+        )
+
+    def property_laws(self):
+        """All property laws in use: (owner, name of the property, law)."""
+        owners = [self.fluid, self.beads] + ([self.wall_material] if self.domain.has_wall else [])
+        return [(owner.name, name, law) for owner in owners for name, law in owner.laws().items()]
+
+    def sources(self):
+        """Where the closures and properties of this run come from, by what they are used for."""
+        bed = self.scene.bed
+        porosity = POROSITY_MODELS[bed.porosity_model].source if self.profile is None else str(bed.porosity_profile)
+        sources = {"drag": self.drag.source, "nusselt": self.nusselt.source, "porosity": porosity}
+        return sources | {f"{owner} {name}": law.source for owner, name, law in self.property_laws()}
+
+    def flow_fields(self):
+        """Present flow fields as functions with units, by name (collective)."""
+        scales = self.estimates
+        pressure = scales.pressure_gradient * self.domain.length
+        factors = {"velocity": scales.speed, "pressure": pressure}
+        if self.equations.model is not None:
+            factors["turbulent_kinetic_energy"] = scales.speed**2
+            factors["dissipation_rate"] = scales.speed**3 / self.scene.bed.bead_diameter
+        fields = {}
+        for index, (name, factor) in enumerate(factors.items()):
+            space, numbers = fenicsx.collapse(self.flow.space, index)
+            fields[name] = fem.Function(space, name=name)
+            fields[name].x.array[:] = factor * self.flow.unknown.x.array[numbers]
+        return fields
+
+    def highest_mach_number(self):
+        """Largest nodal |u|/c with the speed of sound of an ideal gas; 0 for a liquid (collective)."""
+        density = self.fluid.density
+        if not density.compressible:
+            return 0.0
+        velocity = self.flow_fields()["velocity"].x.array
+        fastest = self.communicator.allreduce(
+            float(np.max(np.hypot(velocity[0::2], velocity[1::2]), initial=0.0)), op=max
+        )
+        temperature = float(self._inlet_temperature.value)
+        heat_capacity = self.fluid.heat_capacity(temperature)
+        ratio = heat_capacity / (heat_capacity - density.gas_constant)
+        return fastest / np.sqrt(ratio * density.gas_constant * temperature)

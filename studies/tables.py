@@ -1,0 +1,103 @@
+"""Refinement and turbulence tables of the shipped scenes: writes docs/tables.md. Run: make tables (about 20 minutes)."""
+
+import argparse
+import time
+from pathlib import Path
+
+from mpi4py import MPI
+
+from porousmold import Scene
+from porousmold.discretisation import Discretisation
+from porousmold.simulation import Simulation
+
+HERE = Path(__file__).parent
+SCENES = {
+    "aluminium mold": (HERE / "mold" / "aluminium.toml", 1470.0),
+    "FRP mold": (HERE / "mold" / "frp.toml", 1275.0),
+    "pipe": (HERE / "pipe" / "baseline.toml", None),
+}
+MESHES, STEPS = (1, 2, 4), (1, 2, 4)
+TURBULENCE = ("none", "k-epsilon", "nakayama-kuwahara", "damped-nakayama-kuwahara")
+
+
+def refined(scene, mesh, steps):
+    """The scene with every cell cut by `mesh` in both directions and every step by `steps`."""
+    estimates, solver = Discretisation(scene, MPI.COMM_WORLD).estimates, scene.solver
+    return scene.with_changes(
+        solver__axial_cells=mesh * solver.axial_cells,
+        solver__first_cell=(solver.first_cell or estimates.first_cell) / mesh,
+        solver__cell_growth=solver.cell_growth ** (1.0 / mesh),
+        solver__wall_cells=mesh * (solver.wall_cells or estimates.wall_cells),
+        solver__largest_step=(solver.largest_step or estimates.largest_step) / steps,
+        solver__first_step=solver.first_step / steps,
+    )
+
+
+def heated(scene):
+    """(simulation after its march, seconds of flow and energy)."""
+    simulation = Simulation(scene, MPI.COMM_WORLD).march()
+    return simulation, simulation.problem.stopwatch.seconds["flow"] + simulation.problem.stopwatch.seconds["energy"]
+
+
+def main():
+    """Compute the tables and write them."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--out", type=Path, default=HERE.parent / "docs" / "tables.md")
+    out = parser.parse_args().out
+    lines = [
+        "# Refinement and turbulence models",
+        "",
+        "Written by `make tables`; do not edit. Heating times in s.",
+        "",
+        "## Mesh and time step",
+        "",
+        "Mesh 1 is the scene's default; 2 and 4 cut every cell of it in 2 x 2 and 4 x 4. The same for the steps.",
+    ]
+    start = time.perf_counter()
+    for name, (path, published) in SCENES.items():
+        scene = Scene.from_file(path)
+        times = {}
+        lines += [
+            "",
+            f"### {name}",
+            "",
+            "| mesh | cells | steps / 1 | steps / 2 | steps / 4 | seconds (steps / 1) | imbalance |",
+        ]
+        lines.append("|---|---|---|---|---|---|---|")
+        for mesh in MESHES:
+            worst, first_seconds = 0.0, None
+            for steps in STEPS:
+                simulation, seconds = heated(refined(scene, mesh, steps))
+                times[mesh, steps] = simulation.heating_time
+                worst = max(worst, abs(simulation.problem.heat.balance.imbalance))
+                first_seconds = first_seconds or seconds
+            cells = simulation.problem.domain.mesh.topology.index_map(2).size_global
+            row = " | ".join(f"{times[mesh, steps]:.2f}" for steps in STEPS)
+            lines.append(f"| {mesh} | {cells} | {row} | {first_seconds:.1f} | {worst:.1e} |")
+            print(lines[-1], flush=True)
+        best = times[4, 4] + (times[4, 4] - times[2, 4]) / 3.0 + (times[4, 4] - times[4, 2]) / 3.0
+        lines += ["", f"Extrapolated (second order in both): {best:.1f} s; the default is {times[1, 1] / best - 1:+.2%} off,"
+                  f" the finest {times[4, 4] / best - 1:+.2%}."]  # fmt: skip
+        if published:
+            lines[-1] += (
+                f" Published: {published:.0f} s, from which the extrapolated value deviates by {best / published - 1:+.1%}."
+            )
+    lines += [
+        "",
+        "## Turbulence models (default mesh and steps)",
+        "",
+        "| scene | " + " | ".join(TURBULENCE) + " | largest imbalance |",
+    ]
+    lines.append("|---|" + "---|" * (len(TURBULENCE) + 1))
+    for name, (path, _) in SCENES.items():
+        runs = [heated(Scene.from_file(path, {"model.turbulence": model}))[0] for model in TURBULENCE]
+        worst = max(abs(run.problem.heat.balance.imbalance) for run in runs)
+        row = " | ".join(f"{run.heating_time:.1f}" for run in runs)
+        lines.append(f"| {name} | {row} | {worst:.1e} |")
+        print(lines[-1], flush=True)
+    lines += ["", f"All of this took {time.perf_counter() - start:.0f} s on one core.", ""]
+    out.write_text("\n".join(lines), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
