@@ -88,7 +88,6 @@ def _fields(folder):
     figure, axes = plt.subplots(len(times), 2, figsize=(11.0, 1.5 * len(times) + 0.9), squeeze=False, sharex=True)
     in_bed = steps[times[0]]["in_bed"] > 0.5
     bed_triangles = triangles[np.all(in_bed[triangles], axis=1)]
-    wall_starts = nodes[in_bed, 1].max()
     for row, time in enumerate(times):
         for column, (name, shapes) in enumerate((("temperature", triangles), ("bead_temperature", bed_triangles))):
             panel = axes[row, column]
@@ -96,8 +95,10 @@ def _fields(folder):
                 nodes[:, 0], nodes[:, 1] * 1e3, shapes, steps[time][name] - 273.15, levels=levels, cmap="inferno"
             )
             panel.set_ylim(nodes[:, 1].min() * 1e3, nodes[:, 1].max() * 1e3)
-            if np.any(~in_bed):
-                panel.axhline(wall_starts * 1e3, color="w", linewidth=0.7)
+            if np.any(~in_bed):  # the interface
+                panel.tricontour(
+                    nodes[:, 0], nodes[:, 1] * 1e3, triangles, in_bed, levels=[0.99], colors="w", linewidths=0.7
+                )
             panel.grid(False)
         axes[row, 0].set_ylabel(f"t = {time:.0f} s\nacross in mm", fontsize=9)
     axes[0, 0].set_title("fluid and wall")

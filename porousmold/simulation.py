@@ -9,7 +9,7 @@ from .errors import SolveError
 from .heating_time import crossing_time
 from .solvers.time_control import TimeControl
 
-MOST_SNAPSHOTS = 16
+MOST_SNAPSHOTS = 32
 
 
 @dataclass

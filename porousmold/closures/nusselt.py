@@ -119,5 +119,10 @@ NUSSELT_CORRELATIONS = {
     ),
     "nie": NusseltCorrelation(_nie, (2.5, 175.6), "Nie, Evitts, Besant, Bolster, J. Heat Transfer 133 (2011)", _REST),
     "pen": NusseltCorrelation(_pen, (20.0, 100.0), "Pen, Besant, Strathdee, Can. J. Chem. Eng. 78 (2000)", _REST),
-    "henry": NusseltCorrelation(_henry, (1.0, 1e4), "Henry et al., droplet in a hot granular bed, eq. (13)", _REST),
+    "henry": NusseltCorrelation(
+        _henry,
+        (15.0, 8500.0),
+        "Henry et al., droplet in a hot granular bed, eq. (13), compared there with Wakao's data",
+        _REST,
+    ),
 }

@@ -1,17 +1,16 @@
 r"""Transient two-temperature heating: L-stable SDIRK steps of the energy equations.
 
-Two stages, gamma = 1 - 1/sqrt 2 (Alexander, SIAM J. Numer. Anal. 14 (1977) 1006-1021): second order, L-stable,
-stiffly accurate. With S(T) the heat stored and A(T) the heat leaving (vectors against the tests),
+Three stages, third order, L-stable and stiffly accurate (Alexander, SIAM J. Numer. Anal. 14 (1977) 1006-1021). With
+S(T) the heat stored and A(T) the heat leaving (vectors against the tests), stage i solves
 
-    stage 1: [S(T_1) - S(T_n)]/(gamma dt) + A(T_1) = 0
-    stage 2: [S(T_2) - S(T_n)]/(gamma dt) + A(T_2) + (1 - gamma)/gamma A(T_1) = 0,   T_{n+1} = T_2.
+    [S(T_i) - S(T_n)]/(gamma dt) + A(T_i) + sum_{j<i} a_ij/gamma A(T_j) = 0,   T_{n+1} = T_3.
 
-Both stages have the same matrix; it is factorised once a step, and Newton's method iterates the residual, with its
+All stages have the same matrix; it is factorised once a step, and Newton's method iterates the residual, with its
 temperature-dependent properties, to convergence on these factors. Because S is the enthalpy itself, the discrete
-heat balance closes to the tolerance of that iteration.
+heat balance closes to the tolerance of that iteration. The flow is held during a step, at the temperature foreseen
+for its middle, which makes the coupled method second order.
 """
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,9 +23,10 @@ from ..geometry import BED
 from .flow import unknowns_outside
 from .newton import NewtonSystem
 
-GAMMA = 1.0 - 1.0 / math.sqrt(2.0)
-STAGE_TIMES = (GAMMA, 1.0)
-STAGE_WEIGHTS = (1.0 - GAMMA, GAMMA)
+GAMMA = 0.43586652150845899942
+"""Root of gamma^3 - 3 gamma^2 + 3/2 gamma - 1/6 = 0 between 0 and 1/2."""
+LAST_ROW = (-(6 * GAMMA**2 - 16 * GAMMA + 1) / 4, (6 * GAMMA**2 - 20 * GAMMA + 5) / 4, GAMMA)
+STAGES = ((GAMMA,), ((1 - GAMMA) / 2, GAMMA), LAST_ROW)
 
 
 @dataclass
@@ -72,9 +72,7 @@ class TransientHeat:
         self._storing = np.concatenate([beads, unknowns_outside(domain, self.space, (0,), BED)])
         self._system = NewtonSystem(residual, self.unknown, held, keep_jacobian=True)
         self._stored_form = fenicsx.compiled_form(stored)
-        self._stored_start, self._stored_now, self._outflow = (
-            fenicsx.petsc_vector(self.unknown).duplicate() for _ in range(3)
-        )
+        self._stored_start, self._stored_now = (fenicsx.petsc_vector(self.unknown).duplicate() for _ in range(2))
         self._scalars = {
             "by_fluid": equations.heat_input(parts[0]),
             "through_outer_wall": equations.heat_through_outer_wall(parts[0]),
@@ -100,23 +98,26 @@ class TransientHeat:
         self._system.renew_jacobian()
         flows = dict.fromkeys(self._scalars, 0.0)
         fenicsx.assemble_vector(self._stored_start, self._stored_form)
-        for stage, (place, weight) in enumerate(zip(STAGE_TIMES, STAGE_WEIGHTS, strict=True)):
-            self._set_time(time + place * step)
+        outflows = []
+        for stage, row in enumerate(STAGES):
+            self._set_time(time + sum(row) * step)
             addend = self._stored_start.copy()
             addend.scale(-self._inverse_stage.value)
-            if stage == 1:
-                addend.axpy((1.0 - GAMMA) / GAMMA, self._outflow)
-                values[:] = self._start.x.array + (values - self._start.x.array) / GAMMA
+            for weight, outflow in zip(row, outflows, strict=False):
+                addend.axpy(weight / GAMMA, outflow)
+            if stage > 0:  # first guess: the last stage's slope from the start goes on
+                values[:] = self._start.x.array + (values - self._start.x.array) * sum(row) / sum(STAGES[stage - 1])
             self._solve_stage(time, step, addend)
-            fenicsx.assemble_vector(self._stored_now, self._stored_form)
             if stage == 0:
                 self._first.x.array[:] = values
-                # A(T_1) from the stage's own equation
-                self._stored_now.copy(self._outflow)
-                self._outflow.axpy(-1.0, self._stored_start)
-                self._outflow.scale(-self._inverse_stage.value)
+            fenicsx.assemble_vector(self._stored_now, self._stored_form)
+            # A(T_i) from the stage's own equation
+            outflow = self._stored_now.copy()
+            outflow.scale(-self._inverse_stage.value)
+            outflow.axpy(-1.0, addend)
+            outflows.append(outflow)
             for name, form in self._scalars.items():
-                flows[name] += step * weight * self._sum(fem.assemble_scalar(form))
+                flows[name] += step * LAST_ROW[stage] * self._sum(fem.assemble_scalar(form))
         for name, heat in flows.items():
             setattr(self.balance, name, getattr(self.balance, name) + heat)
         self.balance.stored += self._stored_now.sum() - self._stored_start.sum()

@@ -1,0 +1,44 @@
+"""Drag against the thesis's printed predictions and the `fluids` package."""
+
+import tomllib
+from pathlib import Path
+
+import fluids
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from porousmold.closures.drag import DRAG_LAWS
+
+PUBLISHED = tomllib.loads((Path(__file__).parent.parent / "published.toml").read_text())
+
+
+@pytest.mark.parametrize("bed", PUBLISHED["permeability"]["bed"], ids=lambda bed: f"bed {bed['id']}")
+@pytest.mark.parametrize("law", ["macdonald", "ergun"])
+def test_permeability_of_table_4_4(bed, law):
+    """Within what two printed digits of porosity and permeability allow; beds 1, 4 and 5 agree to 1 %."""
+    low, high = (DRAG_LAWS[law].permeability(bed["porosity"] + half, bed["diameter"]) for half in (-0.005, 0.005))
+    assert low - 0.005e-8 <= bed[law] <= high + 0.005e-8
+    if bed["id"] in (1, 4, 5):
+        assert DRAG_LAWS[law].permeability(bed["porosity"], bed["diameter"]) == pytest.approx(bed[law], rel=0.01)
+
+
+@given(
+    porosity=st.floats(0.26, 0.9),
+    diameter=st.floats(5e-4, 1e-2),
+    superficial=st.floats(1e-3, 10.0),
+    density=st.floats(0.5, 1000.0),
+    viscosity=st.floats(1e-5, 0.1),
+)
+def test_ergun_matches_fluids(porosity, diameter, superficial, density, viscosity):
+    """f = phi (-dp/dz), for the same superficial velocity."""
+    law = DRAG_LAWS["ergun"]
+    speed = superficial / porosity
+    gradient = law.coefficient(porosity, diameter, density, viscosity, speed) * speed / porosity
+    theirs = fluids.packed_bed.Ergun(dp=diameter, voidage=porosity, vs=superficial, rho=density, mu=viscosity, L=1.0)
+    assert gradient == pytest.approx(theirs, rel=1e-12)
+
+
+def test_no_beads_no_drag():
+    for law in DRAG_LAWS.values():
+        assert law.coefficient(1.0, 5e-3, 1.2, 2e-5, 3.0) == 0.0

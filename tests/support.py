@@ -1,0 +1,136 @@
+"""Small domains, beds and equations that tests of forms and solvers build on."""
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import ufl
+from dolfinx import fem
+from mpi4py import MPI
+
+from porousmold import fenicsx, geometry
+from porousmold.closures.drag import DRAG_LAWS
+from porousmold.closures.nusselt import NUSSELT_CORRELATIONS
+from porousmold.equations.coordinates import Coordinates
+from porousmold.equations.flow import FlowEquations, FlowScales
+from porousmold.equations.medium import Bed, FluidState
+from porousmold.materials import AIR, CERAMIC, ConstantDensity, constant
+from porousmold.scene import Scene
+
+STUDIES = Path(__file__).parent.parent / "studies"
+ALUMINIUM, FRP, PIPE = (
+    STUDIES / "mold" / "aluminium.toml",
+    STUDIES / "mold" / "frp.toml",
+    STUDIES / "pipe" / "baseline.toml",
+)
+COARSE = {"solver.axial_cells": 8, "solver.cell_growth": 1.6, "solver.largest_step": 80.0}
+
+
+def coarse_scene(path=ALUMINIUM, **overrides):
+    """A shipped scene on a coarse mesh with large steps: seconds, and within 2 % of the answer."""
+    return Scene.from_file(path, COARSE | {name.replace("__", ".", 1): value for name, value in overrides.items()})
+
+
+def liquid(density=1.0, viscosity=0.1, heat_capacity=1.0, conductivity=1.0):
+    """A fluid of constant properties."""
+    return replace(
+        AIR,
+        name="liquid",
+        density=ConstantDensity(density, "test"),
+        viscosity=constant(viscosity, "Pa s", "test"),
+        heat_capacity=constant(heat_capacity, "J/(kg K)", "test"),
+        conductivity=constant(conductivity, "W/(m K)", "test"),
+    )
+
+
+def solid(density=1.0, heat_capacity=1.0, conductivity=1.0):
+    """A solid of constant properties."""
+    return replace(
+        CERAMIC,
+        density=constant(density, "kg/m^3", "test"),
+        heat_capacity=constant(heat_capacity, "J/(kg K)", "test"),
+        conductivity=constant(conductivity, "W/(m K)", "test"),
+    )
+
+
+def box(cells, *, axisymmetric=False, length=1.0, width=1.0, wall=0.0, wall_cells=1, communicator=MPI.COMM_SELF):
+    """Uniform mesh of `cells` = (along, across) over a bed, with a wall of thickness `wall` outside it if > 0."""
+    return geometry.strip(
+        communicator,
+        length=length,
+        width=width,
+        wall_thickness=wall,
+        axial_nodes=np.linspace(0.0, length, cells[0] + 1),
+        bed_nodes=np.linspace(0.0, width, cells[1] + 1),
+        wall_nodes=np.linspace(0.0, wall, wall_cells + 1) if wall else np.zeros(1),
+        axisymmetric=axisymmetric,
+    )
+
+
+def flow_equations(domain, porosity, *, fluid=None, bead_diameter=0.5, beads=None, model=None, speed=1.0, pressure=1.0,
+                   rev=None, published_pressure_term=False, equations=FlowEquations, reference_pressure=0.0):  # fmt: skip
+    """`FlowEquations` over a domain for a porosity expression."""
+
+    def number(value):
+        return fem.Constant(domain.mesh, float(value))
+
+    diameter = number(bead_diameter)
+    bed = Bed(porosity, domain.wall_distance, diameter, beads or solid(), DRAG_LAWS["macdonald"],
+              NUSSELT_CORRELATIONS["wakao"], rev)  # fmt: skip
+    return equations(
+        bed,
+        FluidState(fluid or liquid(), number(reference_pressure)),
+        Coordinates(domain.mesh, domain.axisymmetric),
+        FlowScales(number(speed), number(pressure), diameter),
+        model,
+        published_pressure_term=published_pressure_term,
+    )
+
+
+@dataclass(frozen=True)
+class GivenFlow(FlowEquations):
+    """Flow equations whose fields are prescribed: the mass flux is phi rho u, without the solver's fine scales."""
+
+    def mass_flux(self, state, temperature):
+        return self.mass_flux_through_boundary(state, temperature)
+
+
+def nodal(domain, expression):
+    """The expression at the nodes as a linear function."""
+    space = fenicsx.lagrange_space(domain.mesh)
+    function = fem.Function(space)
+    function.interpolate(fenicsx.compiled_expression(expression, space))
+    return function
+
+
+def integral(form):
+    """Value of a scalar form on a communicator of one rank."""
+    return fem.assemble_scalar(fenicsx.compiled_form(form))
+
+
+def error_norm(domain, difference, coordinates):
+    """L2 norm of a scalar or vector expression over the bed."""
+    dx = ufl.Measure("dx", domain=domain.mesh, subdomain_data=domain.cell_tags, metadata={"quadrature_degree": 6})
+    return integral(coordinates.weight * ufl.inner(difference, difference) * dx(geometry.BED)) ** 0.5
+
+
+def observed_orders(errors):
+    """log2 of the ratio of errors on successively halved meshes."""
+    return [float(np.log2(coarse / fine)) for coarse, fine in pairwise(errors)]
+
+
+def divergence_of_tensor(tensor, coordinates):
+    """Divergence of a symmetric tensor as `Coordinates.stress` gives it (3 x 3 with the hoop part if axisymmetric)."""
+    x = ufl.SpatialCoordinate(coordinates.mesh)
+    plane = coordinates.meridional(tensor)
+    result = ufl.div(plane)
+    if not coordinates.axisymmetric:
+        return result
+    return result + ufl.as_vector([plane[0, 1] / x[1], (plane[1, 1] - tensor[2, 2]) / x[1]])
+
+
+def divergence_of_vector(vector, coordinates):
+    """Divergence of a plane vector, with the r-part if axisymmetric."""
+    x = ufl.SpatialCoordinate(coordinates.mesh)
+    return ufl.div(vector) + (vector[1] / x[1] if coordinates.axisymmetric else 0.0)
