@@ -3,6 +3,7 @@
 No other file asks for a version or for `hasattr` of dolfinx, UFL or basix.
 """
 
+import contextlib
 import importlib
 import logging
 
@@ -19,10 +20,6 @@ try:
     import basix.ufl as _basix_ufl
 except ImportError:  # dolfinx 0.5: elements come from UFL itself
     _basix_ufl = None
-
-# FFCx and its C compiler report every step at INFO, which would stand in front of the run's own lines.
-for _name in ("root", "FFCx", "UFL"):
-    logging.getLogger(_name).setLevel(logging.WARNING)
 
 _COMPILER_OPTIONS = {"cffi_extra_compile_args": ["-O2"]}
 
@@ -64,22 +61,35 @@ def petsc_vector(function):
     return function.x.petsc_vec if hasattr(function.x, "petsc_vec") else function.vector
 
 
+@contextlib.contextmanager
+def _quiet_compiler():
+    """FFCx and its C compiler report every step at INFO, which would stand amid the run's own lines."""
+    before = logging.root.manager.disable
+    logging.disable(logging.INFO)
+    try:
+        yield
+    finally:
+        logging.disable(before)
+
+
 def compiled_form(form):
     """The UFL form, compiled (cached on disk by FFCx)."""
-    try:
-        return fem.form(form, jit_options=_COMPILER_OPTIONS)  # type: ignore[call-arg]
-    except TypeError:  # dolfinx 0.5
-        return fem.form(form, jit_params=_COMPILER_OPTIONS)
+    with _quiet_compiler():
+        try:
+            return fem.form(form, jit_options=_COMPILER_OPTIONS)  # type: ignore[call-arg]
+        except TypeError:  # dolfinx 0.5
+            return fem.form(form, jit_params=_COMPILER_OPTIONS)
 
 
 def compiled_expression(expression, space):
     """The UFL expression, compiled for interpolation into the space."""
     points = space.element.interpolation_points
     points = points() if callable(points) else points
-    try:
-        return fem.Expression(expression, points, jit_options=_COMPILER_OPTIONS)  # type: ignore[call-arg]
-    except TypeError:  # dolfinx 0.5
-        return fem.Expression(expression, points, jit_params=_COMPILER_OPTIONS)
+    with _quiet_compiler():
+        try:
+            return fem.Expression(expression, points, jit_options=_COMPILER_OPTIONS)  # type: ignore[call-arg]
+        except TypeError:  # dolfinx 0.5
+            return fem.Expression(expression, points, jit_params=_COMPILER_OPTIONS)
 
 
 def create_matrix(form):
@@ -209,18 +219,3 @@ def dof_table(space):
 def write_mesh(file, domain):
     """Write the mesh into an open XDMF file."""
     file.write_mesh(domain)
-
-
-def containing_cells(domain, points):
-    """For each point (rows of three coordinates) a local cell that contains it, or -1 where none of this rank does."""
-    from dolfinx import geometry
-
-    dimension = domain.topology.dim
-    if hasattr(geometry, "bb_tree"):
-        tree = geometry.bb_tree(domain, dimension)
-        candidates = geometry.compute_collisions_points(tree, points)  # type: ignore[attr-defined]
-    else:  # dolfinx 0.5
-        tree = geometry.BoundingBoxTree(domain, dimension)
-        candidates = geometry.compute_collisions(tree, points)
-    colliding = geometry.compute_colliding_cells(domain, candidates, points)
-    return np.array([colliding.links(i)[0] if len(colliding.links(i)) else -1 for i in range(len(points))])

@@ -1,58 +1,74 @@
-"""Values of fields at chosen points and places, the same on every rank."""
+"""Values of fields at chosen points, the same on every rank."""
 
 import numpy as np
 
 from . import fenicsx
 
+TOLERANCE = 1e-6
+"""How far, in the cell's own coordinates from 0 to 1, a point may lie outside a cell that is taken to hold it."""
+
 
 class PointProbe:
-    """Evaluates functions at fixed points (rows x, y in m); each point belongs to the lowest rank that finds it."""
+    """Evaluates linear functions at fixed points (rows x, y in m); each point belongs to the lowest rank that holds it.
+
+    Raises `ValueError` naming a point that lies in no cell.
+    """
 
     def __init__(self, domain, points):
         self._communicator = domain.communicator
-        coordinates = np.zeros((len(points), 3))
-        coordinates[:, :2] = points
-        cells = fenicsx.containing_cells(domain.mesh, coordinates)
+        points = np.asarray(points, dtype=float)
+        corners = domain.mesh.geometry.x[fenicsx.cell_vertices(domain.mesh)][:, :, :2]
+        found = [_locate(point, corners) for point in points]
         rank, size = self._communicator.rank, self._communicator.size
-        finders = np.array(self._communicator.allgather(np.where(cells >= 0, rank, size))).min(axis=0)
+        finders = np.array(self._communicator.allgather([size if f is None else rank for f in found])).min(axis=0)
         if np.any(finders == size):
-            missing = np.asarray(points)[finders == size][0]
-            raise ValueError(f"the point ({missing[0]:g}, {missing[1]:g}) m lies outside the mesh")
-        self._mine = np.flatnonzero(finders == rank)
-        self._points, self._cells = coordinates[self._mine], cells[self._mine].astype(np.int32)
+            x, y = points[finders == size][0]
+            raise ValueError(f"the point ({x:g}, {y:g}) m lies outside the mesh")
+        self._mine = [(number, *found[number]) for number in np.flatnonzero(finders == rank)]
         self._count = len(points)
 
     def __call__(self, function):
         """Values at the points, one row a point, on every rank."""
-        size = int(np.prod(function.ufl_shape)) if function.ufl_shape else 1
-        mine = np.zeros((self._count, size))
-        if len(self._mine):
-            mine[self._mine] = function.eval(self._points, self._cells).reshape(len(self._mine), -1)
-        return self._communicator.allreduce(mine)
+        space = function.function_space
+        table, components = fenicsx.dof_table(space), space.dofmap.index_map_bs
+        values = function.x.array.reshape(-1, components)
+        result = np.zeros((self._count, components))
+        for number, cell, weights in self._mine:
+            result[number] = weights @ values[table[cell]]
+        return self._communicator.allreduce(result)
 
 
-class Gathered:
-    """Nodes and cells of the whole mesh on rank 0 (on other ranks empty), for pictures.
+def _locate(point, corners):
+    """The cell that holds the point and the weights of its corners; None if there is none among `corners`."""
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    room = TOLERANCE * (high - low)
+    candidates = np.flatnonzero(np.all((point >= low - room) & (point <= high + room), axis=1))
+    for cell in candidates:
+        place = _reference_coordinates(point, corners[cell])
+        weights = _shape_functions(place, len(corners[cell]))
+        if weights.min() >= -TOLERANCE:
+            return cell, weights
+    return None
 
-    `nodes` are (n, 2) in m, `cells` rows of node numbers in the order of dolfinx, `in_bed` flags of the cells.
-    """
 
-    def __init__(self, domain, space, bed_cells):
-        communicator = domain.communicator
-        index_map = space.dofmap.index_map
-        owned = index_map.size_local
-        coordinates = space.tabulate_dof_coordinates()[:owned, :2]
-        local_cells = domain.mesh.topology.index_map(2).size_local
-        table = fenicsx.dof_table(space)[:local_cells]
-        numbers = index_map.local_to_global(table.ravel().astype(np.int32)).reshape(table.shape)
-        flags = np.zeros(local_cells, dtype=bool)
-        flags[bed_cells[bed_cells < local_cells]] = True
-        self._owned, self._communicator = owned, communicator
-        parts = communicator.gather((coordinates, numbers, flags))
-        if communicator.rank == 0:
-            self.nodes, self.cells, self.in_bed = (np.concatenate(part) for part in zip(*parts, strict=True))
+def _shape_functions(place, count):
+    s, t = place
+    if count == 3:
+        return np.array([1.0 - s - t, s, t])
+    return np.array([(1.0 - s) * (1.0 - t), s * (1.0 - t), (1.0 - s) * t, s * t])
 
-    def values(self, array):
-        """Owned nodal values of all ranks in the order of `nodes`, on rank 0; None elsewhere."""
-        parts = self._communicator.gather(np.asarray(array[: self._owned]))
-        return None if parts is None else np.concatenate(parts)
+
+def _reference_coordinates(point, corners):
+    """Newton's method on the cell's (bi)linear map; one iteration is exact for triangles and parallelograms."""
+    place = np.full(2, 0.5 if len(corners) == 4 else 1.0 / 3.0)
+    for _ in range(10):
+        s, t = place
+        if len(corners) == 3:
+            slopes = np.array([[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]])
+        else:
+            slopes = np.array([[t - 1.0, s - 1.0], [1.0 - t, -s], [-t, 1.0 - s], [t, s]])
+        change = np.linalg.solve(corners.T @ slopes, point - _shape_functions(place, len(corners)) @ corners)
+        place = place + change
+        if np.max(np.abs(change)) < 1e-12:
+            break
+    return place

@@ -214,6 +214,8 @@ class Scene:
         for table, keys in KEYS.items():
             content = {}
             for name in keys:
+                if table == "geometry" and name in _FOREIGN[self.geometry.kind]:
+                    continue
                 value = getattr(getattr(self, table), name)
                 if isinstance(value, TimeSeries):
                     value = value.source or value.values[0]

@@ -51,8 +51,9 @@ def main():
         "",
         "## Mesh and time step",
         "",
-        "Mesh 1 and steps / 1 are the scene's defaults; meshes 2 and 3 cut every cell of it in 2 x 2 and 3 x 3; steps / 2 halves
-every step and steps / 0.5 doubles it. Seconds are those of flow and energy with the default steps, on one core.",
+        "Mesh 1 and steps / 1 are the scene's defaults; meshes 2 and 3 cut every cell of it in 2 x 2 and 3 x 3; "
+        "steps / 2 halves every step and steps / 0.5 doubles it. "
+        "Seconds are those of flow and energy with the default steps, on one core.",
     ]
     start = time.perf_counter()
     for name, (path, published) in SCENES.items():

@@ -28,11 +28,6 @@ def sqrt(x):
     return ufl.sqrt(x) if is_symbolic(x) else np.sqrt(x)
 
 
-def tanh(x):
-    """Hyperbolic tangent."""
-    return ufl.tanh(x) if is_symbolic(x) else np.tanh(x)
-
-
 def where_less(a, b, if_less, otherwise):
     """`if_less` where a < b, else `otherwise`; both branches must be finite everywhere."""
     if is_symbolic(a, b, if_less, otherwise):

@@ -22,7 +22,7 @@ while citing them; their value, 1.44, stands here (the heating time moves by < 0
 
 from math import atanh
 
-from .functions import one_minus_exp_over, smooth_step, sqrt, tanh
+from .functions import exp, one_minus_exp_over, smooth_step, sqrt
 
 C_MU = 0.09
 C_EPSILON_1 = 1.44
@@ -45,8 +45,11 @@ def wall_reynolds_number(density, wall_distance, kinetic_energy, viscosity):
 
 
 def outer_fraction(reynolds_wall):
-    """Weight of the outer (k-epsilon) layer, 0 at the wall to 1 far from it."""
-    return 0.5 * (1.0 + tanh((reynolds_wall - REYNOLDS_SWITCH) / BLEND_WIDTH))
+    """Weight (1 + tanh x)/2, x = (Re_y - 200)/A, of the outer (k-epsilon) layer: 0 at the wall to 1 far from it.
+
+    Written 1/(1 + exp(-2 x)): UFL's derivative of tanh overflows beyond x = 355, which Re_y = 3300 reaches.
+    """
+    return 1.0 / (1.0 + exp(-2.0 * (reynolds_wall - REYNOLDS_SWITCH) / BLEND_WIDTH))
 
 
 def inner_dissipation_rate(kinetic_energy, reynolds_wall, wall_distance, kinematic_viscosity):

@@ -77,6 +77,7 @@ class Momentum:
 
     density: Any
     viscosity: Any
+    effective_viscosity: Any
     speed: Any
     turbulence: TwoLayerState | None
     stress: Any
@@ -149,7 +150,7 @@ class FlowEquations:
             resistance + phi * density * inverse_step,
         )
         fine_scale = -tau * (force - ufl.dot(plane_stress, ufl.grad(phi)))
-        return Momentum(density, viscosity, speed, turbulence, stress, force, fine_scale)
+        return Momentum(density, viscosity, effective_viscosity, speed, turbulence, stress, force, fine_scale)
 
     def mass_flux(self, state, temperature):
         """Superficial mass flux phi rho (u + u') (kg/m2/s) with the fine-scale velocity u', which the discrete mass
@@ -189,7 +190,7 @@ class FlowEquations:
             mass -= sources[1] * q
         form = weight * (momentum_scale * momentum + mass_scale * mass) * dx
         for opening in openings:
-            form += self._opening(opening, state, v, q, m.density, momentum_scale, mass_scale)
+            form += self._opening(opening, state, v, q, m, momentum_scale, mass_scale)
         if self.model is not None:
             form += self._turbulence(state, old, tests, m, inverse_step, dx)
             for opening in openings:
@@ -199,16 +200,19 @@ class FlowEquations:
                     form -= weight * size * source * test * dx
         return form
 
-    def _opening(self, opening, state, v, q, density, momentum_scale, mass_scale):
+    def _opening(self, opening, state, v, q, m, momentum_scale, mass_scale):
         normal = ufl.FacetNormal(self.coordinates.mesh)
         weight, phi = self.coordinates.weight, self.bed.porosity
-        outward = phi * density * ufl.dot(state.velocity, normal)
+        outward = phi * m.density * ufl.dot(state.velocity, normal)
+        # without mu (grad u)^T n the flow would have to leave free of shear, which parallel flow is not
+        parallel = phi * m.effective_viscosity * ufl.dot(ufl.grad(state.velocity).T, normal)
+        form = -weight * momentum_scale * ufl.dot(parallel, v) * opening.ds
         if opening.mass_flux is None:
             traction = phi * (state.pressure - opening.pressure) * ufl.dot(normal, v)
-            return weight * (mass_scale * outward * q - momentum_scale * traction) * opening.ds
-        incoming = -opening.mass_flux / (phi * density) * normal
+            return form + weight * (mass_scale * outward * q - momentum_scale * traction) * opening.ds
+        incoming = -opening.mass_flux / (phi * m.density) * normal
         momentum = opening.mass_flux * ufl.dot(state.velocity - incoming, v)
-        return weight * (momentum_scale * momentum - mass_scale * opening.mass_flux * q) * opening.ds
+        return form + weight * (momentum_scale * momentum - mass_scale * opening.mass_flux * q) * opening.ds
 
     def _turbulence_sizes(self):
         """Factors that bring the k and epsilon equations to the size of one."""

@@ -74,3 +74,15 @@ def test_regularisation_is_inactive_where_turbulence_lives():
         density, k, reynolds, y
     )
     assert state.eddy_viscosity == pytest.approx(plain, rel=1e-3)
+
+
+def test_outer_fraction_and_its_ufl_derivative_stay_finite_far_from_the_wall():
+    """UFL's derivative of tanh gave NaN there, and with it singular Jacobians at high Reynolds numbers."""
+    import ufl
+    from ufl.algorithms import expand_derivatives
+
+    assert t.outer_fraction(np.array([0.0, 200.0, 1e5])) == pytest.approx([0.0, 0.5, 1.0], abs=1e-12)
+    for value in (0.0, 200.0, 5e3, 1e5):
+        reynolds = ufl.variable(ufl.as_ufl(value))
+        slope = expand_derivatives(ufl.diff(t.outer_fraction(reynolds), reynolds))
+        assert np.isfinite(float(slope(())))

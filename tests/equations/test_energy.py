@@ -1,0 +1,194 @@
+"""Orders and exact solutions of the two-temperature energy equations with a conjugate wall."""
+
+import numpy as np
+import pytest
+import ufl
+from dolfinx import fem
+from scipy.integrate import quad
+from scipy.special import i0e
+
+from porousmold import fenicsx, geometry
+from porousmold.closures.functions import exp
+from porousmold.equations.energy import EnergyEquations, OuterWall
+from porousmold.equations.flow import FlowState
+from porousmold.solvers.flow import unknowns_outside
+from porousmold.solvers.heating import TransientHeat
+from porousmold.solvers.newton import NewtonSystem
+
+from ..support import GivenFlow, box, divergence_of_vector, error_norm, flow_equations, liquid, observed_orders, solid
+
+DEGREE = 4
+
+
+def energy_equations(domain, flow, state, *, wall=None, inlet_temperature=1.0, outer=None):
+    """Energy equations over a domain for given flow fields."""
+    dx, ds = domain.cell_measure(DEGREE), domain.facet_measure(DEGREE)
+    return EnergyEquations(
+        flow,
+        state,
+        fem.Constant(domain.mesh, 300.0),
+        domain.entrance(),
+        wall,
+        fem.Constant(domain.mesh, float(inlet_temperature)),
+        ds(geometry.INLET),
+        ds(geometry.OUTLET),
+        outer,
+        dx(geometry.BED),
+        dx(geometry.WALL),
+    )
+
+
+def steady(domain, equations, *, sources=(0.0, 0.0), exact=(None, None), held_boundaries=()):
+    """Steady T and T_s with T and T_s held at `exact` on parts of the boundary."""
+    element = fenicsx.lagrange_element(domain.mesh, 1)
+    space = fenicsx.mixed_space(domain.mesh, [element, element])
+    unknown = fem.Function(space)
+    held = [unknowns_outside(domain, space, (1,), geometry.BED)]
+    for part, field in enumerate(exact):
+        if field is None:
+            continue
+        subspace, numbers = fenicsx.collapse(space, part)
+        values = fem.Function(subspace)
+        if isinstance(field, float):
+            values.x.array[:] = field
+        else:
+            values.interpolate(fenicsx.compiled_expression(field, subspace))
+        unknown.x.array[numbers] = values.x.array
+        held += [fem.locate_dofs_topological(space.sub(part), 1, domain.facets(tag)) for tag in held_boundaries]
+    parts, tests = ufl.split(unknown), ufl.TestFunctions(space)
+    dx = domain.cell_measure(DEGREE)
+    residual = equations.outflow_of_heat(*parts, *tests)
+    residual += fem.Constant(domain.mesh, 0.0) * parts[1] * tests[1] * dx(geometry.WALL)
+    for source, test in zip(sources, tests, strict=True):
+        residual -= equations.coordinates.weight * source * test * dx(geometry.BED)
+    converged, _ = NewtonSystem(residual, unknown, np.unique(np.concatenate(held))).solve(
+        max_iterations=20, relative_update=1e-11
+    )
+    assert converged
+    return unknown, parts
+
+
+def manufactured_errors(cells, axisymmetric, jump):
+    domain = box((cells, cells), axisymmetric=axisymmetric)
+    z, r = ufl.SpatialCoordinate(domain.mesh)
+    if jump:  # two layers; both fields are flat in r at the jump, so that the fluxes are continuous
+        phi = ufl.conditional(ufl.lt(r, 0.5), 0.4, 0.8)
+        across = ufl.cos(2.0 * np.pi * r)
+    else:
+        phi = 0.4 + 0.5 * exp(-3.0 * domain.wall_distance)
+        across = ufl.cos(np.pi * r)
+    fluid, beads = liquid(heat_capacity=1.0, conductivity=0.5), solid(conductivity=0.8)
+    flow = flow_equations(domain, phi, fluid=fluid, beads=beads, equations=GivenFlow)
+    state = FlowState(ufl.as_vector([1.0 - 0.5 * r**2, 0.0 * r]), 0.0 * z)
+    equations = energy_equations(domain, flow, state)
+    fluid_temperature = 2.0 + ufl.sin(np.pi * z) * across
+    bead_temperature = 2.0 + ufl.cos(np.pi * z) * across
+    coordinates = equations.coordinates
+    transfer = equations.exchange_coefficient(fluid_temperature) * (fluid_temperature - bead_temperature)
+    sources = (
+        ufl.dot(flow.mass_flux(state, 300.0), ufl.grad(fluid_temperature))
+        - divergence_of_vector(phi * 0.5 * ufl.grad(fluid_temperature), coordinates)
+        + transfer,
+        -divergence_of_vector((1.0 - phi) * 0.8 * ufl.grad(bead_temperature), coordinates) - transfer,
+    )
+    _, parts = steady(
+        domain,
+        equations,
+        sources=sources,
+        exact=(fluid_temperature, bead_temperature),
+        held_boundaries=(geometry.INLET, geometry.OUTLET, geometry.INTERFACE),
+    )
+    return [
+        error_norm(domain, part - field, coordinates)
+        for part, field in zip(parts, (fluid_temperature, bead_temperature), strict=True)
+    ]
+
+
+@pytest.mark.parametrize("axisymmetric", [False, True])
+@pytest.mark.parametrize("jump", [False, True], ids=["smooth", "jump"])
+def test_second_order_in_space(axisymmetric, jump):
+    errors = np.array([manufactured_errors(cells, axisymmetric, jump) for cells in (8, 16, 32)])
+    for field in range(2):
+        assert observed_orders(errors[:, field])[-1] > 1.85
+
+
+def at_rest(domain):
+    """State of a fluid that does not move."""
+    zero = 0.0 * ufl.SpatialCoordinate(domain.mesh)[0]
+    return FlowState(ufl.as_vector([zero, zero]), zero)
+
+
+@pytest.mark.parametrize("axisymmetric", [False, True])
+def test_composite_wall(axisymmetric):
+    """Steady conduction through still fluid and wall: the interface temperature follows from the two resistances.
+
+    Beads that hardly conduct take the fluid's temperature and carry nothing. In a pipe the heat enters at the outside
+    and the whole cross-section is then at one temperature, but for the wall's logarithmic drop.
+    """
+    domain = box((2, 16), axisymmetric=axisymmetric, wall=0.25, wall_cells=16)
+    phi = fem.Constant(domain.mesh, 0.4)
+    flow = flow_equations(
+        domain, phi, fluid=liquid(conductivity=0.5), beads=solid(conductivity=1e-9), equations=GivenFlow
+    )
+    ds = domain.facet_measure(DEGREE)
+    number = [fem.Constant(domain.mesh, value) for value in (3.0, 400.0)]
+    outer = OuterWall(ds(geometry.OUTER), coefficient=number[0], ambient=number[1])
+    equations = energy_equations(domain, flow, at_rest(domain), wall=solid(conductivity=2.0), outer=outer)
+    if axisymmetric:
+        unknown, _ = steady(domain, equations, exact=(300.0, 300.0),
+                            held_boundaries=(geometry.INTERFACE,))  # fmt: skip
+        flux_per_length = 2 * np.pi * 100.0 / (1.0 / (3.0 * 1.25) + np.log(1.25) / 2.0)
+        expected = 400.0 - flux_per_length / (2 * np.pi * 1.25 * 3.0)
+        place = (0.5, 1.25)
+    else:
+        unknown, _ = steady(domain, equations, exact=(300.0, 300.0), held_boundaries=(geometry.SYMMETRY,))
+        flux = 100.0 / (1.0 / (0.4 * 0.5) + 0.25 / 2.0 + 1.0 / 3.0)
+        expected = 300.0 + flux / (0.4 * 0.5)
+        place = (0.5, 1.0)
+    subspace, numbers = fenicsx.collapse(unknown.function_space, 0)
+    nodes = subspace.tabulate_dof_coordinates()
+    node = np.argmin(np.hypot(nodes[:, 0] - place[0], nodes[:, 1] - place[1]))
+    assert unknown.x.array[numbers][node] == pytest.approx(expected, abs=0.02 if axisymmetric else 1e-6)
+
+
+def schumann(ratio, time):
+    """Fluid temperature of Schumann's (1929) front: 1 - e^-tau int_0^xi e^-s I0(2 sqrt(tau s)) ds."""
+
+    def integrand(s):
+        root = 2.0 * np.sqrt(time * s)
+        return np.exp(root - s - time) * i0e(root)
+
+    return 1.0 - quad(integrand, 0.0, ratio, limit=200)[0]
+
+
+def test_schumann_front():
+    """A front through beads that only exchange heat with the fluid, against the exact solution at the outlet."""
+    cells, length, phi, speed = 80, 1.0, 0.4, 2.5
+    domain = box((cells, 1), length=length)
+    fluid, beads = liquid(conductivity=1e-3, viscosity=1e-3), solid(density=50.0, conductivity=1e-9)
+    flow = flow_equations(
+        domain, fem.Constant(domain.mesh, phi), fluid=fluid, beads=beads, bead_diameter=0.02, equations=GivenFlow
+    )
+    zero = 0.0 * domain.wall_distance
+    state = FlowState(ufl.as_vector([speed + zero, zero]), zero)
+    equations = energy_equations(domain, flow, state, inlet_temperature=301.0)
+    exchange = fem.assemble_scalar(
+        fenicsx.compiled_form(equations.exchange_coefficient(300.0) * domain.cell_measure(2)(geometry.BED))
+    )
+    flux, stored = phi * speed, (1.0 - phi) * 50.0
+    heat = TransientHeat(domain, equations, 300.0, lambda time: None, domain.cell_measure(2)(geometry.WALL))
+    times, outlet, time, step = [], [], 0.0, 0.4
+    nodes = heat.unknown.function_space.sub(0).collapse()[0].tabulate_dof_coordinates()
+    last = np.argmax(nodes[:, 0])
+    while time < 60.0:
+        heat.step(time, step)
+        time += step
+        times.append(time)
+        outlet.append(heat.unknown.x.array[heat.temperature_unknowns[last]] - 300.0)
+    transit = length * phi / flux  # of the fluid alone
+    exact = [
+        schumann(exchange * length / flux, exchange * (t - transit) / stored) if t > transit else 0.0 for t in times
+    ]
+    assert max(exact) > 0.99
+    assert np.max(np.abs(np.array(outlet) - exact)) < 0.01
+    assert abs(heat.balance.imbalance) < 1e-8

@@ -1,0 +1,58 @@
+"""Step sizes: ramp, cap, kinks, repetition."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from porousmold.errors import SolveError
+from porousmold.solvers.time_control import TimeControl
+
+
+def marched(control, error=lambda time, step: 0.0, limit=10000):
+    """(times, steps) of a march in which every step has the given error."""
+    time, times, steps = 0.0, [0.0], []
+    while time < control.end_time * (1 - 1e-12) and len(steps) < limit:
+        step = control.propose(time)
+        if control.accept(time + step, step, error(time, step)):
+            time += step
+            times.append(time)
+            steps.append(step)
+    return times, steps
+
+
+@given(
+    first=st.floats(0.01, 10.0),
+    growth=st.floats(1.0, 3.0),
+    cap=st.floats(5.0, 50.0),
+    kinks=st.lists(st.floats(1.0, 999.0), max_size=4),
+)
+def test_hits_every_kink_and_the_end_within_the_cap(first, growth, cap, kinks):
+    kinks = tuple(sorted(kinks))
+    times, steps = marched(TimeControl(first, max(growth, 1.05), cap, 5.0, 1000.0, kinks))
+    assert times[-1] == pytest.approx(1000.0)
+    assert max(steps) <= max(cap, first) * (1 + 1e-9)
+    assert all(min(abs(time - kink) for time in times) < 1e-6 for kink in kinks)
+
+
+def test_ramps_geometrically_and_small_again_after_a_kink():
+    _, steps = marched(TimeControl(1.0, 2.0, 16.0, 5.0, 200.0, (100.0,)))
+    assert steps[:5] == [1.0, 2.0, 4.0, 8.0, 16.0]
+    times, steps = marched(TimeControl(1.0, 2.0, 16.0, 5.0, 200.0, (100.0,)))
+    after = next(i for i, time in enumerate(times) if time == pytest.approx(100.0))
+    assert steps[after] == 1.0
+
+
+def test_large_errors_repeat_the_step_smaller():
+    control = TimeControl(10.0, 2.0, 10.0, 1.0, 100.0)
+    _, steps = marched(control, error=lambda time, step: (step / 5.0) ** 2)
+    assert control.rejected >= 1 and max(steps) <= 5.0 * (1 + 1e-9)
+
+
+def test_gives_up_with_the_failure_itself():
+    control = TimeControl(1.0, 2.0, 10.0, 1.0, 100.0)
+    failure = SolveError("energy", 0.0, "detail", "advice")
+    with pytest.raises(SolveError) as caught:
+        for _ in range(100):
+            control.reject_failed(0.0, control.step, failure)
+    assert caught.value is failure
+    assert control.rejected < 20

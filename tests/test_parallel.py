@@ -1,0 +1,62 @@
+"""The same answers on any number of ranks. Run under mpirun -n 1, 2, 3 with -m mpi."""
+
+import json
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+
+from porousmold import Scene, run
+from porousmold.cli import main
+from porousmold.simulation import Simulation
+
+from .support import ALUMINIUM, COARSE, PIPE, STUDIES, coarse_scene
+
+pytestmark = pytest.mark.mpi
+
+
+@pytest.fixture
+def shared_folder(tmp_path):
+    """Rank 0's temporary folder, on every rank."""
+    return MPI.COMM_WORLD.bcast(tmp_path)
+
+
+@pytest.mark.parametrize("path", [ALUMINIUM, PIPE], ids=["mold", "pipe"])
+def test_heating_time_does_not_depend_on_the_number_of_ranks(path):
+    alone = Simulation(coarse_scene(path), MPI.COMM_SELF).march()
+    together = Simulation(coarse_scene(path), MPI.COMM_WORLD).march()
+    assert together.heating_time == pytest.approx(alone.heating_time, rel=1e-6)
+    assert together.history["mass_flow"] == pytest.approx(alone.history["mass_flow"], rel=1e-6)
+    for name in alone.history.columns:
+        if name.startswith("temperature_"):
+            assert together.history[name] == pytest.approx(alone.history[name], abs=1e-4)
+    assert abs(together.problem.heat.balance.imbalance) < 1e-4
+
+
+def test_gmsh_mesh_on_any_number_of_ranks():
+    scene = Scene.load(STUDIES / "mold" / "curved.toml", operation__end_time=60.0, model__turbulence="none")
+    alone, together = (Simulation(scene, communicator).march() for communicator in (MPI.COMM_SELF, MPI.COMM_WORLD))
+    assert together.history["heat_stored"][-1] == pytest.approx(alone.history["heat_stored"][-1], rel=1e-6)
+
+
+def test_run_writes_one_folder_and_fields_of_the_whole_mesh(shared_folder):
+    out = shared_folder / "run"
+    result = run(coarse_scene(operation__end_time=100.0), out, MPI.COMM_WORLD)
+    MPI.COMM_WORLD.barrier()
+    summary = json.loads((out / "result.json").read_text())
+    assert summary["end_time"] == result.summary["end_time"]
+    if MPI.COMM_WORLD.rank == 0:
+        from porousmold.plots import draw, read_fields
+
+        nodes, _, steps = read_fields(out / "fields.xdmf")
+        assert all(np.all(np.isfinite(fields["temperature"])) for fields in steps.values())
+        assert nodes[:, 0].max() == pytest.approx(1.0) and nodes[:, 1].max() == pytest.approx(0.028)
+        assert len(draw(out)) == 3
+
+
+def test_bad_input_ends_every_rank_alike(shared_folder):
+    words = [word for name, value in COARSE.items() for word in ("--set", f"{name}={value}")]
+    out = shared_folder / "absent"
+    assert main(["run", str(ALUMINIUM), *words, "--set", "wall.thickness=-1", "--out", str(out)]) == 2
+    assert main(["run", str(ALUMINIUM), *words, "--set", "model.rev_terms=consistent", "--out", str(out)]) == 2
+    assert not out.exists()

@@ -1,0 +1,29 @@
+"""Values at points."""
+
+import numpy as np
+import pytest
+import ufl
+from hypothesis import given
+from hypothesis import strategies as st
+
+from porousmold.probe import PointProbe, _reference_coordinates, _shape_functions
+
+from .support import box, nodal
+
+
+def test_linear_functions_are_exact_and_outside_is_refused():
+    domain = box((5, 7), length=2.0, wall=0.3, wall_cells=2)
+    x = ufl.SpatialCoordinate(domain.mesh)
+    function = nodal(domain, 3.0 + 2.0 * x[0] - 5.0 * x[1] + x[0] * x[1])
+    points = np.array([[0.0, 0.0], [2.0, 1.3], [0.4, 1.0], [0.713, 0.291], [1.2, 1.0 + 1e-12]])
+    expected = 3.0 + 2.0 * points[:, 0] - 5.0 * points[:, 1] + points[:, 0] * points[:, 1]
+    assert PointProbe(domain, points)(function)[:, 0] == pytest.approx(expected, abs=1e-9)
+    with pytest.raises(ValueError, match="outside"):
+        PointProbe(domain, [(2.1, 0.5)])
+
+
+@given(s=st.floats(0.0, 1.0), t=st.floats(0.0, 1.0), flat=st.floats(1e-6, 1.0))
+def test_reference_coordinates_invert_the_map_of_flat_cells(s, t, flat):
+    corners = np.array([[0.0, 0.0], [1.0, 0.1 * flat], [0.05, flat], [1.1, 1.2 * flat]])
+    point = _shape_functions((s, t), 4) @ corners
+    assert _reference_coordinates(point, corners) == pytest.approx([s, t], abs=1e-8)

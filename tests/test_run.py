@@ -1,0 +1,239 @@
+"""Runs as a user sees them: folder, summary, command line, physics of whole scenes."""
+
+import csv
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+
+from porousmold import InputError, Scene, run
+from porousmold.cli import main
+from porousmold.plots import draw, read_fields
+from porousmold.porosity.profile import HEAD
+
+from .support import ALUMINIUM, COARSE, PIPE, STUDIES, coarse_scene
+
+SETTINGS = [word for name, value in COARSE.items() for word in ("--set", f"{name}={value}")]
+KEYS = ["heating_time", "heating_time_bed_side", "end_time", "mass_flow_initial", "mass_flow_final", "energy_imbalance", "energy_rev_residual", "temperature_bounds", "time_steps", "rejected_steps", "flow_solves", "newton_iterations", "unknowns", "wall_seconds", "bead_biot_number", "model", "versions", "warnings"]
+
+
+def heated(scene):
+    """Summary of a run of the scene without a folder."""
+    return run(scene, communicator=MPI.COMM_SELF).summary
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A coarse run of the mold through the command line."""
+    out = tmp_path_factory.mktemp("run") / "mold"
+    assert main(["run", str(ALUMINIUM), *SETTINGS, "--out", str(out), "--quiet"]) == 0
+    return out
+
+
+def test_folder_holds_what_is_promised(folder):
+    names = {path.name for path in folder.iterdir()}
+    assert names == {"result.json", "history.csv", "near_wall.csv", "fields.h5", "fields.xdmf", "scene.toml",
+                     "temperatures.png", "near_wall.png", "fields.png"}  # fmt: skip
+    summary = json.loads((folder / "result.json").read_text())
+    assert not [key for key in KEYS if key not in summary]
+    assert set(summary["wall_seconds"]) == {"total", "compile", "mesh", "flow", "energy", "output"}
+    assert summary["status"] == "done" and summary["warnings"] == []
+    with (folder / "history.csv").open() as file:
+        head, *rows = csv.reader(file)
+    assert head[0] == "time [s]" and all(cell.endswith("]") for cell in head)
+    assert len(rows) == summary["time_steps"] + 1
+
+
+def test_scene_as_run_gives_the_same_answer_again(folder):
+    again = heated(Scene.load(folder / "scene.toml"))
+    assert again["heating_time"] == pytest.approx(
+        json.loads((folder / "result.json").read_text())["heating_time"], rel=1e-12
+    )
+
+
+def test_fields_are_within_the_bounds_at_four_times(folder):
+    nodes, cells, steps = read_fields(folder / "fields.xdmf")
+    assert len(steps) == 4 and cells.shape[1] == 4
+    summary = json.loads((folder / "result.json").read_text())
+    low, high = summary["temperature_bounds"]
+    for fields in steps.values():
+        assert {"temperature", "bead_temperature", "velocity", "pressure", "in_bed"} <= set(fields)
+        assert fields["temperature"].min() >= low - 1e-9 and fields["temperature"].max() <= high + 1e-9
+        assert len(fields["temperature"]) == len(nodes)
+
+
+def test_pictures_can_be_drawn_again_and_only_from_a_run(folder, tmp_path):
+    assert [path.name for path in draw(folder)] == ["temperatures.png", "near_wall.png", "fields.png"]
+    assert main(["show", str(folder)]) == 0
+    with pytest.raises(InputError, match="not the folder of a run"):
+        draw(tmp_path)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["--set", "wall.thickness=-1"],
+        ["--set", "wall.thickness"],
+        ["--set", "bed.porosity_profile=nowhere.csv"],
+        ["--set", "model.rev_terms=consistent"],
+    ],
+)
+def test_bad_input_ends_with_status_2_one_line_and_no_folder(arguments, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["run", str(ALUMINIUM), *arguments, "--out", str(out)]) == 2
+    printed = capsys.readouterr()
+    assert printed.err.startswith("porousmold: ") and printed.err.count("\n") == 1 and printed.out == ""
+    assert not out.exists()
+
+
+def test_folder_that_cannot_be_made_is_found_before_the_run(tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    assert main(["run", str(ALUMINIUM), *SETTINGS, "--out", str(tmp_path / "file" / "out")]) == 2
+    assert "cannot be made" in capsys.readouterr().err
+
+
+def test_failing_solve_ends_with_status_3_and_keeps_what_was_computed(tmp_path, monkeypatch, capsys):
+    from porousmold.errors import SolveError
+    from porousmold.solvers.heating import TransientHeat
+
+    step = TransientHeat.step
+
+    def failing(self, time, length):
+        if time > 100.0:
+            raise SolveError("energy", time, "made to fail", "nothing")
+        return step(self, time, length)
+
+    monkeypatch.setattr(TransientHeat, "step", failing)
+    out = tmp_path / "out"
+    assert main(["run", str(ALUMINIUM), *SETTINGS, "--out", str(out), "--quiet"]) == 3
+    assert "made to fail" in capsys.readouterr().err
+    summary = json.loads((out / "result.json").read_text())
+    assert summary["status"] == "failed" and "made to fail" in summary["failure"]
+    assert summary["end_time"] > 100.0 and (out / "history.csv").is_file() and (out / "fields.xdmf").is_file()
+
+
+def test_end_time_stops_a_run_and_says_so():
+    summary = heated(coarse_scene(operation__end_time=200.0))
+    assert summary["heating_time"] is None and summary["end_time"] == pytest.approx(200.0)
+    assert any("not heated" in text for text in summary["warnings"])
+
+
+def test_module_is_a_command():
+    done = subprocess.run(
+        [sys.executable, "-m", "porousmold", "--help"], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert done.returncode == 0 and "run a scene" in done.stdout
+
+
+def test_cooling_mirrors_heating():
+    """With constant properties cooling by the same difference takes the same time."""
+    constant = {
+        "fluid__density": 1.0,
+        "fluid__viscosity": 2e-5,
+        "fluid__heat_capacity": 1000.0,
+        "fluid__conductivity": 0.03,
+    }
+    up = heated(coarse_scene(**constant))
+    down = heated(coarse_scene(**constant, operation__initial_temperature=363.15, operation__inlet_temperature=298.15))
+    assert down["heating_time"] == pytest.approx(up["heating_time"], rel=1e-6)
+
+
+@pytest.mark.parametrize("turbulence", ["none", "k-epsilon", "nakayama-kuwahara", "damped-nakayama-kuwahara"])
+@pytest.mark.parametrize("path", [ALUMINIUM, PIPE], ids=["mold", "pipe"])
+def test_every_turbulence_model_conserves_heat_and_mass(path, turbulence):
+    summary = heated(coarse_scene(path, model__turbulence=turbulence))
+    assert abs(summary["energy_imbalance"]) < 1e-4 and abs(summary["mass_imbalance"]) < 1e-8
+    assert summary["heating_time"] is not None
+
+
+def test_turbulence_shortens_the_heating():
+    """More mixing near the wall: laminar slowest, undamped bead sources fastest."""
+    times = [
+        heated(coarse_scene(model__turbulence=model))["heating_time"]
+        for model in ("none", "k-epsilon", "damped-nakayama-kuwahara", "nakayama-kuwahara")
+    ]
+    assert times == sorted(times, reverse=True)
+
+
+@pytest.mark.parametrize("drive", ["inlet_velocity", "mass_flow"])
+def test_velocity_and_mass_flow_inlets_meet_their_value(drive):
+    """Superficial velocity: rho u_in over the whole cross-section, rho at the inlet's temperature and outlet pressure."""
+    tables = coarse_scene().as_tables()
+    del tables["operation"]["pressure_drop"]
+    tables["operation"][drive] = {"inlet_velocity": 1.5, "mass_flow": 0.04}[drive]
+    summary = heated(Scene(tables))
+    expected = {"inlet_velocity": 1.5 * 0.025 * 101325.0 / (287.055 * 363.15), "mass_flow": 0.04}[drive]
+    assert summary["mass_flow_final"] == pytest.approx(expected, rel=1e-8)
+
+
+def test_outer_flux_and_ambient_enter_the_balance():
+    """Heat loss lengthens the heating; a given flux brings its own heat, and the balance closes with both."""
+    insulated = heated(coarse_scene())
+    lossy = heated(coarse_scene(operation__outer_coefficient=2.0, operation__ambient_temperature=298.15,
+                                operation__heating_margin="4 K"))  # fmt: skip
+    four = heated(coarse_scene(operation__heating_margin="4 K"))
+    heated_outside = run(coarse_scene(operation__outer_heat_flux=500.0), communicator=MPI.COMM_SELF)
+    assert lossy["heating_time"] > four["heating_time"]
+    assert heated_outside.heating_time < insulated["heating_time"]
+    brought = heated_outside.history["heat_through_outer_wall"][-1]
+    assert brought == pytest.approx(500.0 * 1.0 * heated_outside.history["time"][-1], rel=1e-9)
+    assert abs(heated_outside.summary["energy_imbalance"]) < 1e-4 and abs(lossy["energy_imbalance"]) < 1e-4
+
+
+def profile_file(tmp_path):
+    """A made-up profile with phi_A above phi_V as in a packing."""
+    s = np.linspace(0.0, 3.0, 31)
+    volume = 0.4 + 0.6 * np.exp(-7.0 * s)
+    area = np.minimum(volume + 0.25 * s * np.exp(-2.5 * s), 1.0)
+    path = tmp_path / "profile.csv"
+    rows = "\n".join(f"{a:.6f},{b:.6f},{c:.6f}" for a, b, c in zip(s, volume, area, strict=True))
+    path.write_text(",".join(HEAD) + "\n" + rows + "\n")
+    return str(path)
+
+
+def test_rev_terms_and_their_heat_stand_in_the_balance(tmp_path):
+    profile = profile_file(tmp_path)
+    off, consistent, published = (
+        heated(coarse_scene(bed__porosity_profile=profile, model__rev_terms=terms))
+        for terms in ("off", "consistent", "as-published")
+    )
+    assert off["energy_rev_residual"] == 0.0
+    for summary in (consistent, published):
+        assert summary["energy_rev_residual"] != 0.0
+        assert abs(summary["energy_imbalance"]) < 1e-3
+    assert len({round(s["heating_time"], 3) for s in (off, consistent, published)}) == 3
+
+
+def test_liquid_and_time_dependent_inlet(tmp_path):
+    series = tmp_path / "inlet.csv"
+    series.write_text("time [s], T [K]\n0, 298.15\n40, 340\n60, 330\n200, 350\n")
+    tables = coarse_scene(
+        fluid__density="998 kg/m^3",
+        fluid__viscosity="1 mPa*s",
+        fluid__heat_capacity="4182 J/kg/K",
+        fluid__conductivity="0.6 W/m/K",
+        operation__inlet_temperature=str(series),
+        model__turbulence="none",
+        operation__pressure_drop="5 kPa",
+    )
+    result = run(tables, communicator=MPI.COMM_SELF)
+    times = result.history["time"]
+    assert all(np.min(np.abs(times - kink)) < 1e-6 for kink in (40.0, 60.0) if kink < times[-1])
+    assert abs(result.summary["energy_imbalance"]) < 1e-4
+    assert result.history["mass_flow"][-1] == pytest.approx(result.history["mass_flow"][0], rel=1e-3)
+
+
+def test_gmsh_mold_agrees_with_the_built_in_mesh():
+    curved = STUDIES / "mold" / "curved.toml"
+    ours = heated(Scene.load(ALUMINIUM))["heating_time"]
+    gmsh = heated(Scene.load(curved, geometry__mesh="../../meshes/mold.geo"))["heating_time"]
+    assert gmsh == pytest.approx(ours, rel=3e-3)
+
+
+def test_warnings_name_the_limits_that_a_run_touches():
+    summary = heated(coarse_scene(bed__bead_conductivity=0.2, operation__pressure_drop="60 kPa", model__nusselt="pen"))
+    text = " ".join(summary["warnings"])
+    assert "Biot" in text and "Reynolds" in text and "'pen'" in text

@@ -1,0 +1,48 @@
+"""Time series from numbers and CSV files."""
+
+import pytest
+
+from porousmold.errors import InputError
+from porousmold.series import TimeSeries
+
+KEY = "operation.inlet_temperature"
+
+
+def write(tmp_path, text):
+    path = tmp_path / "series.csv"
+    path.write_text(text)
+    return path
+
+
+def test_interpolates_holds_its_ends_and_converts_units(tmp_path):
+    series = TimeSeries.read(KEY, write(tmp_path, "time [min], T [degC]\n# comment\n0, 20\n1, 80\n"), "K")
+    assert series(30.0) == pytest.approx(273.15 + 50.0)
+    assert series(-5.0) == pytest.approx(293.15) and series(1e9) == pytest.approx(353.15)
+    assert series.kinks == (0.0, 60.0)
+    assert series.range == pytest.approx((293.15, 353.15))
+
+
+def test_constant_has_no_kinks():
+    series = TimeSeries.constant(5.0)
+    assert series(123.0) == 5.0 and series.kinks == ()
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [
+        ("", "head"),
+        ("time [s], T [K]\n", "head"),
+        ("time, T\n0, 300\n", "units"),
+        ("time [s], T [K]\n0, 300\n0, 310\n", "row 3"),
+        ("time [s], T [K]\n0, 300\n10, 310\n5, 320\n", "row 4"),
+        ("time [s], T [K]\n0, abc\n", "row 2"),
+        ("time [s], T [m]\n0, 300\n", "temperature"),
+        ("time [s], T [K], x [m]\n0, 300, 1\n", "two columns"),
+        ("time [s], T [K]\n0; 300\n", "two columns"),
+        ("time [s], T [K]\n0, nan\n", "row 2"),
+    ],
+)
+def test_broken_files_get_one_line(tmp_path, text, word):
+    with pytest.raises(InputError) as caught:
+        TimeSeries.read(KEY, write(tmp_path, text), "K")
+    assert word in str(caught.value) and "\n" not in str(caught.value)
