@@ -18,9 +18,8 @@ except PackageNotFoundError:  # used from the source tree without installation
 __all__ = ["InputError", "Scene", "SolveError", "run"]
 
 
-def __getattr__(name):
-    if name == "run":  # imported on demand: a scene can be checked without dolfinx
-        from .run import run
+def run(scene, out=None, communicator=None, progress=None):
+    """Run a scene and give its result: see `porousmold.running.run`."""
+    from .running import run as run_scene  # on demand: a scene can be checked without dolfinx
 
-        return run
-    raise AttributeError(f"module 'porousmold' has no attribute {name!r}")
+    return run_scene(scene, out, communicator, progress)

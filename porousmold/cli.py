@@ -71,7 +71,7 @@ def _run(options):
     # dolfinx takes a second to import: only a scene that is sound pays for it
     from mpi4py import MPI
 
-    from .run import RunInterrupted, run
+    from .running import RunInterrupted, run
 
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     rank = MPI.COMM_WORLD.rank

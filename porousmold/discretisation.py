@@ -19,11 +19,9 @@ from .equations.energy import EnergyEquations, OuterWall
 from .equations.flow import FlowEquations, FlowScales, FlowState, Opening
 from .equations.medium import Bed, FluidState, rev_vector
 from .equations.turbulence import TurbulenceModel
-from .errors import InputError
 from .estimates import bed_size, estimate
 from .materials import FLUIDS, SOLIDS, ConstantDensity, constant
 from .porosity.models import POROSITY_MODELS
-from .porosity.profile import PorosityProfile
 from .probe import PointProbe
 from .solvers.flow import SteadyFlow
 from .solvers.heating import TransientHeat
@@ -78,7 +76,7 @@ class Stopwatch:
 class Discretisation:
     """The discrete problem of a scene on a communicator: `domain`, `equations`, `flow`, `heat` and what they were made of.
 
-    Raises `InputError` for what only shows when the parts meet (a profile's file, a mesh's groups).
+    Raises `InputError` for a mesh that cannot be used.
     """
 
     def __init__(self, scene, communicator):
@@ -89,14 +87,7 @@ class Discretisation:
         self.beads = solid_of(bed.bead_material, bed.bead_density, bed.bead_heat_capacity, bed.bead_conductivity)
         self.wall_material = solid_of(wall.material, wall.density, wall.heat_capacity, wall.conductivity)
         self.drag, self.nusselt = DRAG_LAWS[scene.model.drag], NUSSELT_CORRELATIONS[scene.model.nusselt]
-        self.profile = None
-        if bed.porosity_profile is not None:
-            self.profile = PorosityProfile.read("bed.porosity_profile", bed.porosity_profile)
-        elif scene.model.rev_terms != "off":
-            raise InputError(
-                "model.rev_terms", scene.model.rev_terms, "needs bed.porosity_profile: the models give no phi_A",
-                scene.source,
-            )  # fmt: skip
+        self.profile = scene.profile
         bulk = bed.bulk_porosity if self.profile is None else self.profile.bulk_porosity
         laws = self.fluid, self.beads, self.wall_material, self.drag, self.nusselt, bulk
         with self.stopwatch("mesh"):

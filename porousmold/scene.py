@@ -18,6 +18,7 @@ from .closures.nusselt import NUSSELT_CORRELATIONS
 from .errors import InputError
 from .materials import FLUIDS, SOLIDS
 from .porosity.models import POROSITY_MODELS
+from .porosity.profile import PorosityProfile
 from .series import TimeSeries
 from .units import to_si
 
@@ -156,8 +157,18 @@ KEYS: dict[str, dict[str, Key]] = {
 class Scene:
     """A validated scene. `scene.wall.thickness` and the like are SI values; series keys hold `TimeSeries`.
 
-    `source` is the file it came from, or None.
+    `source` is the file it came from, `profile` the `PorosityProfile` that the bed names; either may be None.
     """
+
+    profile: PorosityProfile | None
+    geometry: SimpleNamespace
+    bed: SimpleNamespace
+    wall: SimpleNamespace
+    fluid: SimpleNamespace
+    operation: SimpleNamespace
+    model: SimpleNamespace
+    solver: SimpleNamespace
+    output: SimpleNamespace
 
     def __init__(self, tables, source=None):
         self.source = str(source) if source else None
@@ -342,6 +353,12 @@ def _check_together(scene):
         raise InputError(
             "solver.first_cell", scene.solver.first_cell, f"must be < {width / 2:g} m, half the bed", where
         )
+    scene.profile = None
+    if bed.porosity_profile is not None:
+        scene.profile = PorosityProfile.read("bed.porosity_profile", bed.porosity_profile)
+    elif scene.model.rev_terms != "off":
+        raise InputError("model.rev_terms", scene.model.rev_terms,
+                         "needs bed.porosity_profile: the porosity models give no phi_A", where)  # fmt: skip
     difference = max(abs(value - operation.initial_temperature) for value in operation.inlet_temperature.values)
     if operation.heating_margin >= difference > 0.0:
         raise InputError("operation.heating_margin", operation.heating_margin,

@@ -175,13 +175,10 @@ class EnergyEquations:
         return -self.outward_mass_flux * (enthalpy(self.inlet_temperature) - enthalpy(temperature))
 
     def heat_input(self, temperature):
-        """Form (scalar, W) of the heat that the fluid leaves behind: enthalpy in at T_in less enthalpy out."""
-        weight, enthalpy = self.coordinates.weight, self._laws.heat_capacity.integral
-        outward = self.outward_mass_flux
-        return (
-            -weight * outward * enthalpy(self.inlet_temperature) * self.inlet
-            - weight * outward * enthalpy(temperature) * self.outlet
-        )
+        """Form (scalar, W) of the heat that the fluid leaves behind: what it lacks at the outlet against T_in."""
+        enthalpy = self._laws.heat_capacity.integral
+        lost = enthalpy(self.inlet_temperature) - enthalpy(temperature)
+        return self.coordinates.weight * self.outward_mass_flux * lost * self.outlet
 
     def heat_through_outer_wall(self, temperature):
         """Form (scalar, W) of the heat that enters through the outer wall; None where it is insulated."""
@@ -190,13 +187,19 @@ class EnergyEquations:
         return self.coordinates.weight * self.outer.into_wall(temperature) * self.outer.ds
 
     def rev_heat(self, temperature, bead_temperature):
-        """Form (scalar, W) of the heat that the printed REV terms create; None without them."""
-        b = self.bed.rev_vector
+        """Form (scalar, W) of the heat that the REV terms create; None without them.
+
+        b.(lambda_fe grad T_f - lambda_s grad T_s) of the two energy equations, and the enthalpy (against that at the
+        inlet) of the mass b.(rho u) that the mass balance takes from the flow.
+        """
+        b, enthalpy = self.bed.rev_vector, self._laws.heat_capacity.integral
         if b is None:
             return None
         fluid = self.effective_conductivity(temperature) * ufl.dot(b, ufl.grad(temperature))
         beads = self.bed.beads.conductivity(bead_temperature) * ufl.dot(b, ufl.grad(bead_temperature))
-        return self.coordinates.weight * (fluid - beads) * self.dx_bed
+        taken = self._density * ufl.dot(b, self.flow_state.velocity)
+        mass = taken * (enthalpy(temperature) - enthalpy(self.inlet_temperature))
+        return self.coordinates.weight * (fluid - beads - mass) * self.dx_bed
 
 
 def volumetric_heat(solid, temperature):

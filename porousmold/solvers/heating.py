@@ -98,7 +98,7 @@ class TransientHeat:
         self._system.renew_jacobian()
         flows = dict.fromkeys(self._scalars, 0.0)
         fenicsx.assemble_vector(self._stored_start, self._stored_form)
-        outflows = []
+        outflows: list = []
         for stage, row in enumerate(STAGES):
             self._set_time(time + sum(row) * step)
             addend = self._stored_start.copy()

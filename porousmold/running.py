@@ -38,13 +38,14 @@ class RunInterrupted(Exception):  # noqa: N818 - as KeyboardInterrupt, no error
     """The user stopped the run; what was computed is written."""
 
 
-def run(scene, out=None, communicator=MPI.COMM_WORLD, progress=None):
-    """Run a scene on a communicator (collective) and give its `Result`.
+def run(scene, out=None, communicator=None, progress=None):
+    """Run a scene on a communicator (default: all ranks; collective) and give its `Result`.
 
     out: folder to write, or None to write nothing. progress: called as progress(time, deficit, simulation) after every
     step. Raises `InputError` before anything is written, and `SolveError` after what was computed has been written.
     """
     start = clock.perf_counter()
+    communicator = communicator or MPI.COMM_WORLD
     simulation = Simulation(scene, communicator)
     folder = RunFolder(out, communicator) if out is not None else None
     failure = interruption = None
