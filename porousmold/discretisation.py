@@ -270,18 +270,16 @@ class Discretisation:
         }
         self.station_names = list(named)
         self.stations = PointProbe(self.domain, list(named.values()))
-        numbers = self.heat.temperature_unknowns
-        space = self.flow_temperature.function_space
+        space = self.heat.space.sub(0)
         dimension = self.domain.mesh.topology.dim
         where = {
             "wall": fem.locate_dofs_topological(space, dimension, self.domain.cells(geometry.WALL)),
             "bed_side": fem.locate_dofs_topological(space, dimension - 1, self.domain.facets(geometry.INTERFACE)),
             "bed": fem.locate_dofs_topological(space, dimension, self.domain.cells(geometry.BED)),
         }
-        self.bed_nodes = where["bed"]
+        self._places = where
         if not self.domain.has_wall:
             where["wall"] = where["bed_side"]
-        self._places = {name: numbers[nodes] for name, nodes in where.items()}
 
     # -- what can be asked of the present state ---------------------------------------------------------------------
 
@@ -295,16 +293,21 @@ class Discretisation:
     @property
     def temperature(self):
         """Fluid and wall temperature (K) as a function on the mesh, a copy."""
-        return self._nodal(self.heat.temperature_unknowns)
+        return self.part_of_heat(self.heat.unknown, 0)
 
     @property
     def bead_temperature(self):
         """Bead temperature (K) as a function on the mesh, a copy; meaningless in the wall."""
-        return self._nodal(self.heat.bead_unknowns)
+        return self.part_of_heat(self.heat.unknown, 1)
 
-    def _nodal(self, unknowns):
+    def part_of_heat(self, unknown, part):
+        """T (part 0) or T_s (part 1) of a function of the energy's mixed space, as a function on the mesh.
+
+        By interpolation: across ranks the spaces number their nodes differently.
+        """
         function = fem.Function(self.flow_temperature.function_space)
-        function.x.array[:] = self.heat.unknown.x.array[unknowns]
+        function.interpolate(unknown.sub(part))
+        function.x.scatter_forward()
         return function
 
     @property

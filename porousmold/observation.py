@@ -3,6 +3,7 @@
 import numpy as np
 from dolfinx import fem
 
+from . import geometry
 from .equations.turbulence import TwoLayerState
 from .porosity.models import POROSITY_MODELS
 from .probe import PointProbe
@@ -62,7 +63,8 @@ def field_snapshots(problem, snapshots, end_time):
     times = np.array([snapshot[0] for snapshot in snapshots])
     space = problem.flow_temperature.function_space
     in_bed = fem.Function(space, name="in_bed")
-    in_bed.x.array[problem.bed_nodes] = 1.0
+    dimension = problem.domain.mesh.topology.dim
+    in_bed.x.array[fem.locate_dofs_topological(space, dimension, problem.domain.cells(geometry.BED))] = 1.0
     now = problem.heat.unknown.x.array.copy(), problem.flow.unknown.x.array.copy()
     for index in sorted({int(np.argmin(np.abs(times - time))) for time in wanted}):
         time, problem.heat.unknown.x.array[:], problem.flow.unknown.x.array[:] = snapshots[index]

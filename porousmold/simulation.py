@@ -103,15 +103,17 @@ class Simulation:
 
     def _renew_flow(self, previous, last_step, step):
         """The flow at the temperature extrapolated to the step's middle, where its coefficients belong (second order)."""
-        now = self.problem.heat.unknown.x.array[self.problem.heat.temperature_unknowns]
-        ahead = now.copy()
+        problem, operation = self.problem, self.scene.operation
+        ahead = problem.heat.unknown.copy()
         if previous is not None:
-            ahead += 0.5 * step / last_step * (now - previous[self.problem.heat.temperature_unknowns])
-            ends = [self.scene.operation.initial_temperature, *self.scene.operation.inlet_temperature.range]
-            np.clip(ahead, min(ends), max(ends), out=ahead)
-        self.problem.flow_temperature.x.array[:] = ahead
-        self.problem.set_boundary_values(self.time + 0.5 * step)
-        self.problem.flow.renew(self.time, self.scene.solver.flow_tolerance)
+            ahead.x.array[:] += 0.5 * step / last_step * (ahead.x.array - previous)
+            low, high = operation.inlet_temperature.range
+            low = min(low, self.history["lowest_temperature"][-1])
+            high = max(high, self.history["highest_temperature"][-1])
+            np.clip(ahead.x.array, low, high, out=ahead.x.array)
+        problem.flow_temperature.x.array[:] = problem.part_of_heat(ahead, 0).x.array
+        problem.set_boundary_values(self.time + 0.5 * step)
+        problem.flow.renew(self.time, self.scene.solver.flow_tolerance)
 
     def _deficit(self, place):
         """Largest distance (K) of the place's temperatures from the inlet's, on the side they started from."""

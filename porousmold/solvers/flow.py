@@ -135,7 +135,7 @@ class SteadyFlow:
         converged, iterations = self._system.solve(max_iterations=20, relative_update=CONVERGED_UPDATE)
         self._count(iterations)
         if not (converged and self._physical()):
-            self._fail(time, "no convergence after continuation")
+            self._fail(time, "no convergence after continuation in pseudo-time")
 
     def _fail(self, time, what):
         self._inverse_step.value = 0.0

@@ -67,8 +67,7 @@ class TransientHeat:
         residual = self._inverse_stage * stored + equations.outflow_of_heat(*parts, *tests)
         residual += nothing * parts[1] * tests[1] * dx
         held = unknowns_outside(domain, self.space, (1,), BED)
-        self.temperature_unknowns, self.bead_unknowns = (fenicsx.collapse(self.space, part)[1] for part in (0, 1))
-        beads = np.setdiff1d(self.bead_unknowns, held)
+        beads = np.setdiff1d(fenicsx.collapse(self.space, 1)[1], held)
         self._storing = np.concatenate([beads, unknowns_outside(domain, self.space, (0,), BED)])
         self._system = NewtonSystem(residual, self.unknown, held, keep_jacobian=True)
         self._stored_form = fenicsx.compiled_form(stored)

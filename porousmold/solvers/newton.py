@@ -1,7 +1,5 @@
 """One nonlinear system F(x) = 0 of UFL forms, driven by PETSc SNES with a direct solver."""
 
-from itertools import count
-
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -9,7 +7,8 @@ from petsc4py import PETSc
 
 from .. import fenicsx
 
-_numbers = count()
+_PREFIX = "porousmold_"
+"""One prefix for all systems: PETSc holds 512 options at most."""
 
 # MUMPS: 14 is the head-room (in percent) for pivoting, which saddle points with pinned unknowns need.
 _OPTIONS = {
@@ -48,11 +47,10 @@ class NewtonSystem:
         self._keep_jacobian, self._jacobian_due = keep_jacobian, True
         self.jacobians_assembled = 0
         self._snes = PETSc.SNES().create(self.space.mesh.comm)
-        prefix = f"porousmold_{next(_numbers)}_"
         options = PETSc.Options()
         for name, value in _OPTIONS.items():
-            options[prefix + name] = value
-        self._snes.setOptionsPrefix(prefix)
+            options[_PREFIX + name] = value
+        self._snes.setOptionsPrefix(_PREFIX)
         self._snes.setFunction(self._assemble_residual, self.vector)
         self._snes.setJacobian(self._assemble_jacobian, self.matrix)
         self._snes.setFromOptions()
