@@ -26,7 +26,7 @@ check: .venv/installed  ## style and types
 tables: .venv/installed  ## refinement and turbulence tables: docs/tables.md
 	$(PYTHON) studies/tables.py
 
-test-debian13:  ## the fast tests on Debian 13 (dolfinx 0.9), in a root of its own outside the tree
+test-debian13: .venv/installed  ## the fast tests on Debian 13 (dolfinx 0.9), in a root of its own outside the tree
 	tools/test-debian13
 
 install: .venv/installed

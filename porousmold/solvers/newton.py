@@ -42,7 +42,7 @@ class NewtonSystem:
         self.jacobian_form = fenicsx.compiled_form(jacobian or ufl.derivative(residual, unknown, trial))
         self.matrix = fenicsx.create_matrix(self.jacobian_form)
         self.vector = self.matrix.createVecLeft()
-        self._assembled = fenicsx.petsc_vector(fem.Function(self.space)).duplicate()
+        self._assembled = self._view().duplicate()
         self.addend = None
         self._keep_jacobian, self._jacobian_due = keep_jacobian, True
         self.jacobians_assembled = 0
