@@ -47,6 +47,8 @@ def _parser():
     run.add_argument("--out", metavar="DIR", help="folder to write (default: runs/NAME OF SCENE)")
     run.add_argument("--quiet", action="store_true", help="no progress bar, no summary")
     run.set_defaults(command=_run)
+    keys = commands.add_parser("keys", help="list every key of a scene with its unit, default and meaning")
+    keys.set_defaults(command=_keys)
     show = commands.add_parser("show", help="draw the pictures of a run again")
     show.add_argument("run", metavar="RUN")
     show.set_defaults(command=_show)
@@ -95,6 +97,13 @@ def _run(options):
             pictures = draw(out)
         if not options.quiet:
             print(summary_text(scene, result.summary, out, pictures))
+    return DONE
+
+
+def _keys(options):
+    from .scene import reference
+
+    print(reference(), end="")
     return DONE
 
 

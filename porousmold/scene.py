@@ -374,3 +374,25 @@ def _check_together(scene):
         for name in ("viscosity", "heat_capacity", "conductivity"):
             if name not in given_fluid:
                 raise InputError(f"fluid.{name}", None, "is missing: a liquid needs all four properties", where)
+
+
+def reference():
+    """Markdown page of every key: unit or kind, default, bounds or choices, meaning."""
+    lines = [
+        "# Keys of a scene",
+        "",
+        'Written by `porousmold keys`. Numbers are SI, or texts with a unit (`"5 mm"`, `"90 degC"`, `"8 kPa"`). Keys marked',
+        "with * also take a CSV file `time [s], name [unit]`. Paths are relative to the scene's file.",
+    ]
+    for table, keys in KEYS.items():
+        lines += ["", f"## [{table}]", "", "| key | kind | default | allowed | meaning |", "|---|---|---|---|---|"]
+        for name, key in keys.items():
+            kind = {"delta_degC": "K", "": "number"}.get(key.kind, key.kind)
+            allowed = ", ".join(f"`{choice}`" for choice in key.choices)
+            if not allowed and key.kind not in ("flag", "file", "choice"):
+                allowed = key.allowed().removeprefix("must be ").removesuffix(f" {kind}")
+            default = (
+                "" if key.default is None else f"`{str(key.default).lower() if key.kind == 'flag' else key.default}`"
+            )
+            lines.append(f"| {name}{'*' if key.series else ''} | {kind} | {default} | {allowed} | {key.meaning} |")
+    return "\n".join(lines) + "\n"

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from porousmold.errors import InputError
-from porousmold.scene import KEYS, Scene
+from porousmold.scene import KEYS, Scene, reference
 
 from .support import ALUMINIUM, FRP, PIPE, STUDIES
 
@@ -132,3 +132,8 @@ def test_overrides_leave_the_original_alone():
     scene = Scene.load(ALUMINIUM)
     changed = scene.with_changes(wall__thickness="5 mm")
     assert scene.wall.thickness == pytest.approx(3e-3) and changed.wall.thickness == pytest.approx(5e-3)
+
+
+def test_reference_page_is_what_the_program_prints():
+    page = STUDIES.parent / "docs" / "scene.md"
+    assert page.read_text() == reference(), "run: porousmold keys > docs/scene.md"
