@@ -142,7 +142,7 @@ KEYS: dict[str, dict[str, Key]] = {
                             low=0.0, high=1e7),
         "step_tolerance": Key("delta_degC", "estimated error of a step above which it is repeated smaller", 5.0,
                               low=0.0, high=1e3),
-        "flow_tolerance": Key("", "relative change of the flow above which it is iterated within a step", 0.005,
+        "flow_tolerance": Key("", "relative change of the flow above which it is iterated within a step", 0.01,
                               low=0.0, high=1.0),
     },
     "output": {
