@@ -24,6 +24,17 @@ except ImportError:  # dolfinx 0.5: elements come from UFL itself
 _COMPILER_OPTIONS = {"cffi_extra_compile_args": ["-O2"]}
 
 
+@contextlib.contextmanager
+def _quiet_compiler():
+    """FFCx and its C compiler report every step at INFO, which would stand amid the run's own lines."""
+    before = logging.root.manager.disable
+    logging.disable(logging.INFO)
+    try:
+        yield
+    finally:
+        logging.disable(before)
+
+
 def lagrange_element(domain, degree, components=1):
     """Continuous Lagrange element on the mesh's cells, scalar or with a number of components."""
     if _basix_ufl is None:
@@ -46,7 +57,10 @@ def lagrange_space(domain, degree=1, components=1):
 
 
 def _space(domain, element):
-    return fem.functionspace(domain, element) if hasattr(fem, "functionspace") else fem.FunctionSpace(domain, element)
+    with _quiet_compiler():
+        if hasattr(fem, "functionspace"):
+            return fem.functionspace(domain, element)
+        return fem.FunctionSpace(domain, element)
 
 
 def cell_constant_space(domain):
@@ -59,17 +73,6 @@ def cell_constant_space(domain):
 def petsc_vector(function):
     """The function's PETSc vector: a view, not a copy."""
     return function.x.petsc_vec if hasattr(function.x, "petsc_vec") else function.vector
-
-
-@contextlib.contextmanager
-def _quiet_compiler():
-    """FFCx and its C compiler report every step at INFO, which would stand amid the run's own lines."""
-    before = logging.root.manager.disable
-    logging.disable(logging.INFO)
-    try:
-        yield
-    finally:
-        logging.disable(before)
 
 
 def compiled_form(form):
