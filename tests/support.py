@@ -69,14 +69,14 @@ def box(cells, *, axisymmetric=False, length=1.0, width=1.0, wall=0.0, wall_cell
 
 
 def flow_equations(domain, porosity, *, fluid=None, bead_diameter=0.5, beads=None, model=None, speed=1.0, pressure=1.0,
-                   rev=None, published_pressure_term=False, equations=FlowEquations, reference_pressure=0.0):  # fmt: skip
+                   rev=None, published_pressure_term=False, equations=FlowEquations, reference_pressure=0.0, wall_distance=None):  # fmt: skip
     """`FlowEquations` over a domain for a porosity expression."""
 
     def number(value):
         return fem.Constant(domain.mesh, float(value))
 
     diameter = number(bead_diameter)
-    bed = Bed(porosity, domain.wall_distance, diameter, beads or solid(), DRAG_LAWS["macdonald"],
+    bed = Bed(porosity, wall_distance or domain.wall_distance, diameter, beads or solid(), DRAG_LAWS["macdonald"],
               NUSSELT_CORRELATIONS["wakao"], rev)  # fmt: skip
     return equations(
         bed,

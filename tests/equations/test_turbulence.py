@@ -1,14 +1,31 @@
 """k-epsilon: equilibrium of a bed of beads, and order of the transport equations."""
 
+import numpy as np
 import pytest
+import ufl
+from dolfinx import fem
 from mpi4py import MPI
 
+from porousmold import fenicsx, geometry
 from porousmold.closures import turbulence as closure
 from porousmold.discretisation import Discretisation
+from porousmold.equations.flow import FlowState, Opening
+from porousmold.equations.turbulence import TurbulenceModel
 from porousmold.probe import PointProbe
 from porousmold.scene import Scene
+from porousmold.solvers.flow import SteadyFlow
 
-from ..support import ALUMINIUM
+from ..support import (
+    ALUMINIUM,
+    box,
+    divergence_of_tensor,
+    divergence_of_vector,
+    error_norm,
+    flow_equations,
+    liquid,
+    nodal,
+    observed_orders,
+)
 
 
 @pytest.mark.parametrize("model", ["nakayama-kuwahara", "damped-nakayama-kuwahara"])
@@ -45,3 +62,62 @@ def test_uniform_bed_settles_at_damped_equilibrium(model):
     k, epsilon = at["turbulent_kinetic_energy"][0], at["dissipation_rate"][0]
     assert k == pytest.approx(fraction * closure.bead_kinetic_energy(phi, speed), rel=tolerance)
     assert epsilon == pytest.approx(fraction * closure.bead_dissipation_rate(phi, speed, diameter), rel=tolerance)
+
+
+def manufactured_errors(cells, axisymmetric):
+    """L2 errors of k and epsilon in the outer layer, with the velocity, pressure and both held on the boundary.
+
+    The eddy viscosity is large, so that the streamline upwinding (first order only where advection rules) is small.
+    """
+    domain = box((cells, cells), axisymmetric=axisymmetric)
+    z, r = ufl.SpatialCoordinate(domain.mesh)
+    phi = 0.4 + 0.5 * ufl.exp(-3.0 * domain.wall_distance)
+    far = 1e4 + 0.0 * z  # from the wall: Re_y >> 200, the outer layer everywhere
+    equations = flow_equations(domain, phi, model=TurbulenceModel(), wall_distance=far, fluid=liquid(viscosity=0.01))
+    coordinates = equations.coordinates
+    u = ufl.as_vector([(1.0 - r**2) * (1.0 + 0.3 * ufl.sin(np.pi * z)), 0.2 * r * (1.0 - r) * ufl.cos(np.pi * z)])
+    k = 2.0 + ufl.sin(np.pi * z) * ufl.cos(np.pi * r)
+    epsilon = 1.0 + 0.3 * ufl.cos(np.pi * z) * ufl.cos(np.pi * r)
+    exact = FlowState(u, ufl.cos(np.pi * z), k, epsilon)
+    m = equations.momentum(exact, 300.0 + 0.0 * z)
+    eddy = 0.09 * k**2 / epsilon
+    production = eddy * coordinates.shear_rate_squared(u)
+
+    def transport(field, schmidt, source):
+        diffusion = divergence_of_vector(phi * (0.01 + eddy / schmidt) * ufl.grad(field), coordinates)
+        return phi * ufl.dot(u, ufl.grad(field)) - diffusion - phi * source
+
+    sources = (
+        m.force - divergence_of_tensor(phi * m.stress, coordinates),
+        divergence_of_vector(phi * u, coordinates),
+        transport(k, 1.0, production - epsilon),
+        transport(epsilon, 1.3, epsilon / k * (1.44 * production - 1.92 * epsilon)),
+    )
+    ds = domain.facet_measure(4)
+    tags = (geometry.INLET, geometry.OUTLET, geometry.INTERFACE)
+    openings = [Opening(ds(tag), pressure=exact.pressure) for tag in tags[:2]]
+    elements = [fenicsx.lagrange_element(domain.mesh, 1, 2), *[fenicsx.lagrange_element(domain.mesh, 1)] * 3]
+    space = fenicsx.mixed_space(domain.mesh, elements)
+    fixed = [fem.locate_dofs_topological(space.sub(part), 1, domain.facets(tag)) for part in (0, 2, 3) for tag in tags]
+    fixed.append(fenicsx.collapse(space, 1)[1][:1])  # the pressure is else known but for a constant
+    temperature = nodal(domain, 300.0 + z)
+    flow = SteadyFlow(domain, equations, openings, temperature, domain.cell_measure(4), sources, fixed)
+    for part, field in enumerate((u, exact.pressure, k, epsilon)):
+        subspace, numbers = fenicsx.collapse(flow.space, part)
+        values = fem.Function(subspace)
+        size = (1.0, 1.0, 1.0, 1.0 / 0.5)[part]  # epsilon is solved for in units of speed^3/bead_diameter
+        values.interpolate(fenicsx.compiled_expression(field / size, subspace))
+        flow.unknown.x.array[numbers] = values.x.array
+    flow.solve()
+    state = FlowState.of(flow.unknown, equations.scales)
+    return (
+        error_norm(domain, state.kinetic_energy - k, coordinates),
+        error_norm(domain, state.dissipation_rate - epsilon, coordinates),
+    )
+
+
+@pytest.mark.parametrize("axisymmetric", [False, True])
+def test_second_order_of_k_and_epsilon(axisymmetric):
+    errors = np.array([manufactured_errors(cells, axisymmetric) for cells in (8, 16, 32)])
+    for field in range(2):
+        assert observed_orders(errors[:, field])[-1] > 1.8
