@@ -68,8 +68,22 @@ def box(cells, *, axisymmetric=False, length=1.0, width=1.0, wall=0.0, wall_cell
     )
 
 
-def flow_equations(domain, porosity, *, fluid=None, bead_diameter=0.5, beads=None, model=None, speed=1.0, pressure=1.0,
-                   rev=None, published_pressure_term=False, equations=FlowEquations, reference_pressure=0.0, wall_distance=None):  # fmt: skip
+def flow_equations(
+    domain,
+    porosity,
+    *,
+    fluid=None,
+    bead_diameter=0.5,
+    beads=None,
+    model=None,
+    speed=1.0,
+    pressure=1.0,
+    rev=None,
+    published_pressure_term=False,
+    equations=FlowEquations,
+    reference_pressure=0.0,
+    wall_distance=None,
+):
     """`FlowEquations` over a domain for a porosity expression."""
 
     def number(value):
