@@ -31,7 +31,7 @@ test-debian13: .venv/installed  ## the fast tests on Debian 13 (dolfinx 0.9), in
 
 install: .venv/installed
 
-.venv/installed: pyproject.toml tools/install
+.venv/installed: pyproject.toml tools/install tools/packages
 	tools/install
 	touch $@
 

@@ -21,6 +21,8 @@ def main(arguments=None):
         return _end(BAD_INPUT, error)
     except SolveError as error:
         return _end(SOLVE_FAILED, error)
+    except KeyboardInterrupt:
+        return _end(INTERRUPTED, "interrupted before the run began")
 
 
 def _end(status, message):
@@ -75,11 +77,14 @@ def _run(options):
 
     from .running import RunInterrupted, run
 
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    # a flag, not an exception: every rank must leave the march at the same step
+    signals: list[int] = []
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda received, frame: signals.append(received))
     rank = MPI.COMM_WORLD.rank
     bar = None if options.quiet or rank else Bar(scene)
     try:
-        result = run(scene, out, progress=bar)
+        result = run(scene, out, progress=bar, stop=lambda: bool(signals))
     except RunInterrupted as error:
         return _end(INTERRUPTED, f"{error}; what was computed is in {out}")
     except SolveError:

@@ -19,6 +19,7 @@ from .equations.energy import EnergyEquations, OuterWall
 from .equations.flow import FlowEquations, FlowScales, FlowState, Opening
 from .equations.medium import Bed, FluidState, rev_vector
 from .equations.turbulence import TurbulenceModel
+from .errors import InputError
 from .estimates import bed_size, estimate
 from .materials import FLUIDS, SOLIDS, ConstantDensity, constant
 from .porosity.models import POROSITY_MODELS
@@ -197,7 +198,7 @@ class Discretisation:
         self._outer_values: list = []
         self.flow_temperature = fem.Function(fenicsx.lagrange_space(domain.mesh))
         self.flow_temperature.x.array[:] = operation.initial_temperature
-        inlet = Opening(ds(geometry.INLET), **self._inlet_drive(fluid))
+        inlet = Opening(ds(geometry.INLET), **self._inlet_drive())
         openings = [inlet, Opening(ds(geometry.OUTLET), pressure=self._constant(0.0))]
         self.set_boundary_values(0.0)
         with self.stopwatch("compile"):
@@ -229,20 +230,25 @@ class Discretisation:
             temperature = ufl.split(self.heat.unknown)[0]
             self.outlet_heat = fenicsx.compiled_form(outflow * temperature * ds(geometry.OUTLET))
 
-    def _inlet_drive(self, fluid):
+    def _inlet_drive(self):
         operation = self.scene.operation
         if operation.pressure_drop is not None:
             return {"pressure": self._drive}
         if operation.mass_flow is not None:
             return {"mass_flux": self._drive / self._constant(self._inlet_area())}
-        # the pressure just outside is the bed's own: its part of the density is taken at the outlet's pressure
-        return {"mass_flux": fluid.density(0.0, self._inlet_temperature) * self._drive}
+        return {"velocity": self._drive, "temperature": self._inlet_temperature}
 
     def _outer_wall(self, ds):
         operation = self.scene.operation
         flux, coefficient = operation.outer_heat_flux, operation.outer_coefficient
-        if not self.domain.has_wall or (flux is None and coefficient is None):
+        if flux is None and coefficient is None:
             return None
+        if not self.domain.has_outer_wall:
+            raise InputError(
+                "geometry.mesh",
+                str(self.scene.geometry.mesh),
+                "needs a physical curve 'outer' for the outer wall's heat",
+            )
         terms = {}
         if flux is not None:
             terms["heat_flux"] = self._constant(flux(0.0))

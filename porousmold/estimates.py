@@ -20,6 +20,7 @@ class Estimates:
     speed: float
     pressure_gradient: float
     mass_flux: float
+    mass_flow: float
     reynolds_number: float
     exchange_coefficient: float
     bead_biot_number: float
@@ -74,6 +75,7 @@ def estimate(scene, bed_size, fluid, beads, wall, drag, nusselt, bulk_porosity):
         speed=speed,
         pressure_gradient=gradient,
         mass_flux=density * phi * speed,
+        mass_flow=density * phi * speed * area,
         reynolds_number=reynolds,
         exchange_coefficient=coefficient,
         bead_biot_number=coefficient * bead_diameter / 6.0 / beads.conductivity(temperature),

@@ -14,8 +14,6 @@ from dolfinx import fem, mesh
 from dolfinx.fem import petsc as fem_petsc
 from petsc4py import PETSc
 
-dolfinx_version = dolfinx.__version__
-
 try:
     import basix.ufl as _basix_ufl
 except ImportError:  # dolfinx 0.5: elements come from UFL itself
@@ -115,12 +113,6 @@ def assemble_vector(vector, form):
     vector.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
 
 
-def constrained_unknowns(condition):
-    """Local numbers (unrolled, ghosts included) of the unknowns that a Dirichlet condition holds."""
-    numbers = condition.dof_indices()[0]
-    return np.asarray(numbers, dtype=np.int64)
-
-
 def collapse(space, index):
     """Collapsed subspace and the map from its unknowns to those of the mixed space (a collective call)."""
     subspace, numbers = space.sub(index).collapse()
@@ -188,8 +180,8 @@ def _renumber_physical_groups(model, regions, boundaries):
         for dimension, tag in model.getPhysicalGroups()
         if dimension in numbers and (name := model.getPhysicalName(dimension, tag)) in numbers[dimension]
     ]
-    if not any(dimension == 2 for dimension, _, _ in groups):
-        raise ValueError(f"no physical surface is named {' or '.join(regions)}")
+    if not any((dimension, number) == (2, regions["bed"]) for dimension, number, _ in groups):
+        raise ValueError("no physical surface is named 'bed'")
     model.removePhysicalGroups()
     for dimension, number, entities in groups:
         model.addPhysicalGroup(dimension, entities, number)

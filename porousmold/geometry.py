@@ -45,6 +45,11 @@ class Domain:
         """Whether any cell of any rank lies in the wall."""
         return self.communicator.allreduce(len(self.cell_tags.find(WALL)) > 0, op=max_of)
 
+    @property
+    def has_outer_wall(self):
+        """Whether any facet of any rank lies on the outer wall."""
+        return self.communicator.allreduce(len(self.facets(OUTER)) > 0, op=max_of)
+
     def cells(self, *tags):
         """Local cells with any of the tags, sorted."""
         return np.sort(np.concatenate([self.cell_tags.find(tag) for tag in tags]).astype(np.int32))

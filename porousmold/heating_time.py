@@ -12,8 +12,6 @@ def crossing_time(times, deficits, margin):
     the last three points of ln(deficit), which is nearly straight while a body approaches its bath; linearly where
     there are no three positive points.
     """
-    if deficits[0] < margin:
-        return times[0]
     if len(times) < 2 or not deficits[-1] < margin <= deficits[-2]:
         return None
     if len(times) < 3 or min(deficits[-3:]) <= 0.0:

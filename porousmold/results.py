@@ -12,6 +12,11 @@ from . import fenicsx
 from .errors import InputError
 from .observation import field_snapshots, profile_near_wall
 
+OUTPUTS = [
+    *("result.json", "history.csv", "near_wall.csv", "fields.h5", "fields.xdmf", "scene.toml"),
+    *("temperatures.png", "near_wall.png", "fields.png"),
+]
+
 
 class RunFolder:
     """A folder that a run writes; made at once, so that one that cannot be written is found before the run."""
@@ -22,6 +27,8 @@ class RunFolder:
         if communicator.rank == 0:
             try:
                 self.path.mkdir(parents=True, exist_ok=True)
+                for name in OUTPUTS:  # an older run's files would pass for this one's
+                    (self.path / name).unlink(missing_ok=True)
                 if not os.access(self.path, os.W_OK):
                     problem = "is not writable"
             except OSError as error:

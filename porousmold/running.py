@@ -38,11 +38,12 @@ class RunInterrupted(Exception):  # noqa: N818 - as KeyboardInterrupt, no error
     """The user stopped the run; what was computed is written."""
 
 
-def run(scene, out=None, communicator=None, progress=None):
+def run(scene, out=None, communicator=None, progress=None, stop=lambda: False):
     """Run a scene on a communicator (default: all ranks; collective) and give its `Result`.
 
     out: folder to write, or None to write nothing. progress: called as progress(time, deficit, simulation) after every
-    step. Raises `InputError` before anything is written, and `SolveError` after what was computed has been written.
+    step. stop: called before every step; where it is true the run ends with `RunInterrupted`, its results written. Raises
+    `InputError` before anything is written, and `SolveError` after what was computed has been written.
     """
     start = clock.perf_counter()
     communicator = communicator or MPI.COMM_WORLD
@@ -50,7 +51,7 @@ def run(scene, out=None, communicator=None, progress=None):
     folder = RunFolder(out, communicator) if out is not None else None
     failure = interruption = None
     try:
-        simulation.march(lambda time, deficit: progress(time, deficit, simulation) if progress else None)
+        simulation.march(lambda time, deficit: progress(time, deficit, simulation) if progress else None, stop)
     except SolveError as error:
         failure = error
     except KeyboardInterrupt as error:

@@ -281,7 +281,7 @@ def _checked_value(name, key, value, base, where):
             raise InputError(name, value, "must name an existing file", where)
         return path
     if key.kind == "integer":
-        if isinstance(value, str) and value.strip().isdigit():
+        if isinstance(value, str) and value.strip().isdecimal():
             value = int(value)
         if isinstance(value, bool) or not isinstance(value, int) or not key.low <= value <= key.high:
             raise InputError(name, value, f"must be a whole number from {key.low:g} to {key.high:g}", where)
@@ -360,7 +360,7 @@ def _check_together(scene):
         raise InputError("model.rev_terms", scene.model.rev_terms,
                          "needs bed.porosity_profile: the porosity models give no phi_A", where)  # fmt: skip
     difference = max(abs(value - operation.initial_temperature) for value in operation.inlet_temperature.values)
-    if operation.heating_margin >= difference > 0.0:
+    if operation.heating_margin >= difference:
         raise InputError("operation.heating_margin", operation.heating_margin,
                          f"must be < {difference:g} K, the difference of inlet and initial temperature", where)  # fmt: skip
     if (operation.outer_coefficient is None) != (operation.ambient_temperature is None):

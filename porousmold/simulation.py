@@ -6,6 +6,7 @@ import numpy as np
 
 from .discretisation import Discretisation
 from .errors import SolveError
+from .geometry import max_of
 from .heating_time import crossing_time
 from .solvers.time_control import TimeControl
 
@@ -57,11 +58,12 @@ class Simulation:
             tuple(sorted({kink for s in series for kink in s.kinks if kink > 0.0})),
         )
 
-    def march(self, progress=lambda time, deficit: None):
+    def march(self, progress=lambda time, deficit: None, stop=lambda: False):
         """Heat until the whole wall is within the margin or the end time is reached.
 
-        `progress(time, deficit)` is called after every step. Raises `SolveError` when a solve fails for good; history,
-        snapshots and balance then stand at the last good step.
+        `progress(time, deficit)` is called after every step, `stop()` before it: where it is true on any rank, all raise
+        `KeyboardInterrupt` together. Raises `SolveError` when a solve fails for good. In both cases history, snapshots and
+        balance stand at the last good step.
         """
         scene, operation, control = self.scene, self.scene.operation, self.control
         problem, flow, heat = self.problem, self.problem.flow, self.problem.heat
@@ -71,7 +73,9 @@ class Simulation:
         self._record(0.0)
         self._keep_snapshot()
         previous, last_step = None, None
-        while self.time < operation.end_time * (1 - 1e-12) and self.heating_time is None:
+        while self.time < operation.end_time * (1 - 1e-12) and not self._heated_for_good():
+            if problem.communicator.allreduce(bool(stop()), op=max_of):
+                raise KeyboardInterrupt
             step = control.propose(self.time)
             old_balance = replace(heat.balance)
             start = heat.unknown.x.array.copy()
@@ -95,6 +99,11 @@ class Simulation:
             self._keep_snapshot()
             progress(self.time, self.history["deficit_wall"][-1])
         return self
+
+    def _heated_for_good(self):
+        """Whether the wall is heated and the inlet's temperature has no change ahead."""
+        last_change = max(self.scene.operation.inlet_temperature.kinks, default=0.0)
+        return self.heating_time is not None and self.time >= last_change * (1 - 1e-12)
 
     def _restore(self, start, flow_start, balance):
         self.problem.heat.unknown.x.array[:] = start
@@ -125,6 +134,13 @@ class Simulation:
     def _record(self, step):
         operation, balance = self.scene.operation, self.problem.heat.balance
         mass_flow = self.problem.mass_flow
+        if mass_flow < -1e-3 * self.problem.estimates.mass_flow:
+            raise SolveError(
+                "flow",
+                self.time,
+                f"it runs backwards, {mass_flow:.3g} kg/s",
+                "a larger operation.pressure_drop, which must overcome operation.gravity",
+            )
         outlet = self.problem.value(self.problem.outlet_heat) / mass_flow if mass_flow else float("nan")
         rows = {
             "time": (self.time, "s"),
@@ -152,7 +168,7 @@ class Simulation:
 
     def _keep_snapshot(self):
         """Keep the fields of this time; beyond `MOST_SNAPSHOTS` every second goes and the spacing doubles."""
-        finished = self.heating_time is not None or self.time >= self.scene.operation.end_time
+        finished = self._heated_for_good() or self.time >= self.scene.operation.end_time
         if self.snapshots and not finished and self.time < self.snapshots[-1][0] + self._snapshot_spacing:
             return
         self.snapshots.append(

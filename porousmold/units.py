@@ -43,7 +43,7 @@ def _converted(key, text, unit, where):
     registry = _registry()
     try:
         if unit == "delta_degC":
-            if registry.Unit(given).dimensionality == {"[temperature]": 1} and "deg" not in given:
+            if registry.Quantity(0.0, given).to("kelvin").magnitude == 0.0:
                 return registry.Quantity(number, given).to("kelvin").magnitude
             raise InputError(key, text, "is a temperature difference: give it in K", where)
         return registry.Quantity(number, given).to(unit or "dimensionless").magnitude

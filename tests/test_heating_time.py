@@ -26,9 +26,11 @@ def test_third_order_for_a_bent_approach():
     assert errors[0] / errors[1] > 6.0 and errors[1] / errors[2] > 6.0
 
 
-def test_none_before_and_start_if_already_there():
+def test_none_before_and_none_while_there_is_nothing_to_heat_yet():
+    """An inlet that starts at the initial temperature (thesis eq. 7.17) has a deficit of 0 at first."""
     assert crossing_time([0.0, 1.0], [65.0, 60.0], 2.0) is None
-    assert crossing_time([0.0], [1.0], 2.0) == 0.0
+    assert crossing_time([0.0], [0.0], 2.0) is None
+    assert crossing_time([0.0, 1.0], [0.0, 1.0], 2.0) is None
 
 
 def test_linear_with_two_points():

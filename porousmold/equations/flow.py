@@ -87,11 +87,14 @@ class Momentum:
 
 @dataclass(frozen=True)
 class Opening:
-    """An inlet or outlet: its measure, and either the gauge pressure outside (Pa) or the mass flux in (kg/m2/s)."""
+    """An inlet or outlet: its measure, and one of the gauge pressure outside (Pa), the mass flux in (kg/m2/s) and the
+    superficial velocity in (m/s), whose fluid comes at `temperature` (K)."""
 
     ds: ufl.Measure
     pressure: Any = None
     mass_flux: Any = None
+    velocity: Any = None
+    temperature: Any = None
 
 
 @dataclass(frozen=True)
@@ -207,12 +210,15 @@ class FlowEquations:
         # without mu (grad u)^T n the flow would have to leave free of shear, which parallel flow is not
         parallel = phi * m.effective_viscosity * ufl.dot(ufl.grad(state.velocity).T, normal)
         form = -weight * momentum_scale * ufl.dot(parallel, v) * opening.ds
-        if opening.mass_flux is None:
+        if opening.pressure is not None:
             traction = phi * (state.pressure - opening.pressure) * ufl.dot(normal, v)
             return form + weight * (mass_scale * outward * q - momentum_scale * traction) * opening.ds
-        incoming = -opening.mass_flux / (phi * m.density) * normal
-        momentum = opening.mass_flux * ufl.dot(state.velocity - incoming, v)
-        return form + weight * (momentum_scale * momentum - mass_scale * opening.mass_flux * q) * opening.ds
+        flux = opening.mass_flux
+        if flux is None:
+            flux = self.fluid.density(state.pressure, opening.temperature) * opening.velocity
+        incoming = -flux / (phi * m.density) * normal
+        momentum = flux * ufl.dot(state.velocity - incoming, v)
+        return form + weight * (momentum_scale * momentum - mass_scale * flux * q) * opening.ds
 
     def _turbulence_sizes(self):
         """Factors that bring the k and epsilon equations to the size of one."""

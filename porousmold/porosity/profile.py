@@ -46,10 +46,14 @@ class PorosityProfile:
         if table.ndim != 2 or table.shape[0] < 2 or table.shape[1] != 3:
             raise InputError(key, str(path), "must have at least two rows of three columns")
         position, porosities = table[:, 0], table[:, 1:]
+        if not np.all(np.isfinite(position)):
+            raise InputError(key, str(path), "must have finite wall distances")
         if position[0] != 0.0 or np.any(np.diff(position) <= 0.0):
             raise InputError(key, str(path), "must have wall distances that increase from 0")
         if not np.all((porosities > 0.0) & (porosities <= 1.0)):
             raise InputError(key, str(path), "must have porosities within (0, 1]")
+        if porosities[-1, 0] >= 1.0:
+            raise InputError(key, str(path), "must end in a bed: phi_v < 1 in the last row")
         return cls(position, porosities[:, 0], porosities[:, 1])
 
     def __call__(self, wall_distance, bead_diameter):

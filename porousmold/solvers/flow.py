@@ -13,8 +13,13 @@ CONVERGED_UPDATE = 1e-8
 """Relative update of the scaled unknown at which the flow counts as converged."""
 
 FIRST_PSEUDO_STEP = 0.1
-LAST_PSEUDO_STEP = 1e4
-"""Pseudo-time steps in transit times of one bead at the reference speed: continuation starts and ends with these."""
+STEADY_PSEUDO_STEP = 1e3
+LAST_PSEUDO_STEP = 1e9
+"""Pseudo-time steps, in transit times of one bead at the reference speed, with which the false transient starts, first
+tries the steady equations, and gives up."""
+
+MOST_FAILURES = 30
+"""Pseudo-time steps that may fail before the flow counts as without solution."""
 
 
 class SteadyFlow:
@@ -87,7 +92,7 @@ class SteadyFlow:
             _, iterations = self._system.solve(max_iterations=1, relative_update=1e-14)
             self._count(iterations)
             update = self._system.relative_update
-            if not np.isfinite(update) or not self._physical():
+            if iterations == 0 or not np.isfinite(update) or not self._physical():
                 break
             if update < tolerance:
                 return
@@ -113,11 +118,23 @@ class SteadyFlow:
         return self._turbulence_unknowns[: self._turbulence_unknowns.size // 2]
 
     def _continue_in_pseudo_time(self, time):
-        """Implicit steps of a false transient, doubled while Newton's method follows, cut to a quarter where not."""
+        """Implicit steps of a false transient, larger while Newton's method follows, cut to a quarter where not.
+
+        Ends with the steady equations themselves as soon as they converge from where the transient has come to.
+        """
         bead_transit = float(self.equations.scales.length.value / self.equations.scales.speed.value)
         step, failures = FIRST_PSEUDO_STEP * bead_transit, 0
-        while step < LAST_PSEUDO_STEP * bead_transit:
+        steady_from = STEADY_PSEUDO_STEP * bead_transit
+        while True:
             self._previous.x.array[:] = self.unknown.x.array
+            if step >= steady_from:
+                self._inverse_step.value = 0.0
+                converged, iterations = self._system.solve(max_iterations=20, relative_update=CONVERGED_UPDATE)
+                self._count(iterations)
+                if converged and self._physical():
+                    return
+                self.unknown.x.array[:] = self._previous.x.array
+                steady_from *= 10.0
             self._inverse_step.value = 1.0 / step
             converged, iterations = self._system.solve(max_iterations=5, relative_update=1e-3)
             self._count(iterations)
@@ -125,17 +142,12 @@ class SteadyFlow:
             if converged:
                 self._remove_negative_turbulence()
                 step *= 4.0 if iterations <= 2 else 2.0 if iterations <= 3 else 1.2
-                continue
-            self.unknown.x.array[:] = self._previous.x.array
-            step /= 4.0
-            failures += 1
-            if failures > 60:
-                self._fail(time, f"pseudo-time step down to {step:.1e} s")
-        self._inverse_step.value = 0.0
-        converged, iterations = self._system.solve(max_iterations=20, relative_update=CONVERGED_UPDATE)
-        self._count(iterations)
-        if not (converged and self._physical()):
-            self._fail(time, "no convergence after continuation in pseudo-time")
+            else:
+                self.unknown.x.array[:] = self._previous.x.array
+                step /= 4.0
+                failures += 1
+            if failures > MOST_FAILURES or steady_from > LAST_PSEUDO_STEP * bead_transit:
+                self._fail(time, f"the false transient has come to steps of {step:.1e} s after {failures} failures")
 
     def _fail(self, time, what):
         self._inverse_step.value = 0.0

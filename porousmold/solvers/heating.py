@@ -40,8 +40,8 @@ class HeatBalance:
 
     @property
     def imbalance(self):
-        """What is missing, as a fraction of the heat put in (the larger of stored and brought in)."""
-        scale = max(abs(self.by_fluid + self.through_outer_wall), abs(self.stored), 1e-300)
+        """What is missing, as a fraction of the heat put in (the larger of stored and brought in, at least 1e-6 J)."""
+        scale = max(abs(self.by_fluid + self.through_outer_wall), abs(self.stored), 1e-6)
         return (self.by_fluid + self.through_outer_wall + self.by_rev_terms - self.stored) / scale
 
 
@@ -127,9 +127,11 @@ class TransientHeat:
 
     def _solve_stage(self, time, step, addend):
         self._system.addend = addend
+        guess = self.unknown.x.array.copy()
         converged, iterations = self._system.solve(max_iterations=20, relative_update=1e-10)
         self.newton_iterations += iterations
         if not converged:
+            self.unknown.x.array[:] = guess
             self._system.renew_jacobian()
             converged, iterations = self._system.solve(max_iterations=20, relative_update=1e-10)
             self.newton_iterations += iterations
