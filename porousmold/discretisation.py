@@ -345,6 +345,8 @@ class Discretisation:
         bed = self.scene.bed
         porosity = POROSITY_MODELS[bed.porosity_model].source if self.profile is None else str(bed.porosity_profile)
         sources = {"drag": self.drag.source, "nusselt": self.nusselt.source, "porosity": porosity}
+        if self.equations.model is not None:
+            sources["turbulence"] = "Launder, Spalding 1974; Chen, Patel 1988; Nakayama, Kuwahara 1999; thesis eq. 7.33"
         return sources | {f"{owner} {name}": law.source for owner, name, law in self.property_laws()}
 
     def flow_fields(self):

@@ -11,14 +11,17 @@ from .probe import PointProbe
 
 def profile_near_wall(problem, fraction=0.5, points=120):
     """Columns and units of porosity and flow against wall distance on the line from wall to centre at a fraction
-    of the length (collective); None where the domain has no centre line."""
+    of the length (collective); None where the domain has no centre line within the mesh."""
     stations = problem.domain.stations(fraction)
     if "centre" not in stations:
         return None
     wall, centre = np.array(stations["bed_side"]), np.array(stations["centre"])
     distance = np.linalg.norm(centre - wall) * np.concatenate([[0.0], np.geomspace(2e-4, 1.0, points - 1)])
     line = wall + np.outer(distance / distance[-1], centre - wall)
-    probe = PointProbe(problem.domain, line)
+    try:
+        probe = PointProbe(problem.domain, line)
+    except ValueError:  # the straight line leaves a mesh that is not convex; on every rank alike
+        return None
     values = {name: probe(function) for name, function in problem.flow_fields().items()}
     temperature, beads = (probe(function)[:, 0] for function in (problem.temperature, problem.bead_temperature))
     if problem.profile is None:

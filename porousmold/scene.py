@@ -336,6 +336,10 @@ def _check_together(scene):
         names = ", ".join(f"operation.{name}" for name in _DRIVES)
         raise InputError(" and ".join(f"operation.{n}" for n in drives) or "operation.pressure_drop", None,
                          f"exactly one of {names} must be given", where)  # fmt: skip
+    if scene.model.flow_update == "frozen" and getattr(operation, drives[0]).kinks:
+        raise InputError(
+            "model.flow_update", "frozen", f"must be 'quasi-steady' with a time series as operation.{drives[0]}", where
+        )
     limit = POROSITY_MODELS[bed.porosity_model].largest_bulk_porosity
     if bed.porosity_profile is None and bed.bulk_porosity > limit:
         raise InputError("bed.bulk_porosity", bed.bulk_porosity,
