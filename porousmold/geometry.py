@@ -26,7 +26,7 @@ BOUNDARY_NAMES = {"inlet": INLET, "outlet": OUTLET, "interface": INTERFACE, "out
 @dataclass
 class Domain:
     """A tagged mesh. `wall_distance` is a UFL expression (m); `stations(fraction)` gives named points (m) at that
-    fraction of the length; `stretch` undoes the grading of the mesh for pictures."""
+    fraction of the length."""
 
     mesh: mesh.Mesh
     cell_tags: Any

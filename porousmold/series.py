@@ -1,12 +1,12 @@
 """Quantities that may vary in time: a number, or a two-column CSV file."""
 
-import csv
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from .errors import InputError
+from .tables import read_rows
 from .units import to_si
 
 
@@ -30,11 +30,7 @@ class TimeSeries:
         Raises `InputError` that names the key, the file and the line.
         """
         path = Path(path)
-        try:
-            with path.open(newline="", encoding="utf-8") as file:
-                rows = [row for row in csv.reader(file) if row and not row[0].lstrip().startswith("#")]
-        except (OSError, UnicodeDecodeError, csv.Error) as error:
-            raise InputError(key, str(path), f"must be a readable CSV file: {error}") from error
+        rows = read_rows(key, path)
         if len(rows) < 2 or any(len(row) != 2 for row in rows):
             raise InputError(key, str(path), "must have a head and rows of two columns: time [s], value [unit]")
         units = [head[head.find("[") + 1 : head.find("]")] if "[" in head and "]" in head else None for head in rows[0]]

@@ -88,7 +88,7 @@ class Simulation:
                     error = heat.step(self.time, step)
             except SolveError as failure:
                 self._restore(start, flow_start, old_balance)
-                control.reject_failed(self.time, step, failure)
+                control.reject_failed(step, failure)
                 continue
             if not control.accept(self.time + step, step, error):
                 self._restore(start, flow_start, old_balance)

@@ -1,6 +1,5 @@
 """Tabulated porosity profiles: CSV files with wall distance over bead diameter, phi_V and phi_A."""
 
-import csv
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -8,6 +7,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from ..errors import InputError
+from ..tables import read_rows
 
 HEAD = ("wall_distance_over_bead_diameter", "phi_v", "phi_a")
 
@@ -32,11 +32,7 @@ class PorosityProfile:
         or porosities outside (0, 1].
         """
         path = Path(path)
-        try:
-            with path.open(newline="", encoding="utf-8") as file:
-                rows = [row for row in csv.reader(file) if row and not row[0].lstrip().startswith("#")]
-        except (OSError, UnicodeDecodeError, csv.Error) as error:
-            raise InputError(key, str(path), f"must be a readable CSV file: {error}") from error
+        rows = read_rows(key, path)
         if not rows or tuple(name.strip().lower() for name in rows[0][:3]) != HEAD:
             raise InputError(key, str(path), f"must begin with the head {','.join(HEAD)}")
         try:

@@ -46,7 +46,7 @@ class HeatBalance:
 
 
 class TransientHeat:
-    """The temperatures over a domain. `make_equations(temperature)` gives `EnergyEquations`.
+    """The temperatures over a domain. `equations` are its `EnergyEquations`.
 
     `unknown` holds T (fluid and wall) and T_s (beads, held where there are none); `set_time(t)` is called before each
     stage to update the boundary values.

@@ -29,7 +29,7 @@ class NewtonSystem:
     `keep_jacobian` only when `renew_jacobian()` was called: then the factors serve until the next call.
     """
 
-    def __init__(self, residual, unknown, held, *, keep_jacobian=False, jacobian=None):
+    def __init__(self, residual, unknown, held, *, keep_jacobian=False):
         self.unknown = unknown
         self.space = unknown.function_space
         zero = fem.Function(self.space)
@@ -39,13 +39,12 @@ class NewtonSystem:
         self.active_unknowns = self.space.mesh.comm.allreduce(self._owned_size() - len(self._held_owned))
         trial = ufl.TrialFunction(self.space)
         self.residual_form = fenicsx.compiled_form(residual)
-        self.jacobian_form = fenicsx.compiled_form(jacobian or ufl.derivative(residual, unknown, trial))
+        self.jacobian_form = fenicsx.compiled_form(ufl.derivative(residual, unknown, trial))
         self.matrix = fenicsx.create_matrix(self.jacobian_form)
         self.vector = self.matrix.createVecLeft()
         self._assembled = self._view().duplicate()
         self.addend = None
         self._keep_jacobian, self._jacobian_due = keep_jacobian, True
-        self.jacobians_assembled = 0
         self._snes = PETSc.SNES().create(self.space.mesh.comm)
         options = PETSc.Options()
         for name, value in _OPTIONS.items():
@@ -88,17 +87,14 @@ class NewtonSystem:
             return
         fenicsx.assemble_matrix(self.matrix, self.jacobian_form, self._conditions)
         self._jacobian_due = False
-        self.jacobians_assembled += 1
 
-    def solve(self, *, max_iterations, relative_update, absolute_residual=1e-50, relative_residual=1e-50):
-        """Iterate until |dx| < relative_update |x|, or the residual is below a bound; give (converged, iterations).
+    def solve(self, *, max_iterations, relative_update):
+        """Iterate until |dx| < relative_update |x|; give (converged, iterations).
 
         A factorisation that fails, a NaN or the iteration limit count as not converged; the unknown then holds the
         last iterate.
         """
-        self._snes.setTolerances(
-            rtol=relative_residual, atol=absolute_residual, stol=relative_update, max_it=max_iterations
-        )
+        self._snes.setTolerances(rtol=1e-50, atol=1e-50, stol=relative_update, max_it=max_iterations)
         self._view().copy(self._iterate)
         try:
             self._snes.solve(None, self._iterate)

@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass, field
 
-from ..errors import SolveError
-
 SMALLEST_FRACTION = 1e-6
 """Steps below this fraction of the first step mean that no step converges."""
 
@@ -49,9 +47,9 @@ class TimeControl:
         self.step = min(self.largest_step, max(self.step, step) * min(self.growth, max(1.0, 0.9 * room)))
         return True
 
-    def reject_failed(self, time, step, failure):
+    def reject_failed(self, step, failure):
         """After a step that did not converge: a quarter of it next; raises `failure` when that gets absurdly small."""
         self.rejected += 1
         self.step = step / 4.0
         if self.step < self.first_step * SMALLEST_FRACTION:
-            raise failure if isinstance(failure, SolveError) else SolveError("energy", time, str(failure), "less")
+            raise failure

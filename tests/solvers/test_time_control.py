@@ -53,6 +53,6 @@ def test_gives_up_with_the_failure_itself():
     failure = SolveError("energy", 0.0, "detail", "advice")
     with pytest.raises(SolveError) as caught:
         for _ in range(100):
-            control.reject_failed(0.0, control.step, failure)
+            control.reject_failed(control.step, failure)
     assert caught.value is failure
     assert control.rejected < 20
