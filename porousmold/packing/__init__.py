@@ -1,0 +1,1 @@
+"""Packings of beads: a small DEM generator, files of other codes, and checks."""

@@ -1,0 +1,339 @@
+r"""Soft-sphere dynamics of beads under gravity: compiled kernels on arrays, without units.
+
+Linear spring and dashpot with Coulomb friction (Cundall and Strack, Géotechnique 29 (1979) 47-65). Where beads i and j
+overlap by delta, with n from i to j, relative velocity v of j's surface against i's and m = m_i m_j / (m_i + m_j):
+
+    F_n = k delta - 2 zeta sqrt(m k) v.n          (never pulling; on j)
+    F_t = -k_t xi - 2 zeta_t sqrt(m k_t) v_t      with |F_t| <= mu F_n, xi the tangential spring since first touch
+    k_t = 2/7 k,  zeta_t the same fraction        (equal normal and tangential periods of solid spheres)
+    zeta = -ln e / sqrt(pi^2 + ln^2 e)            for the coefficient of restitution e
+
+and likewise against the walls, with m the bead's own mass. Spins decay at a given rate besides: it stands for rolling
+resistance, carries no load at rest, and without it a few beads roll on top of the bed for as long as it took to fall.
+Lengths are in mean bead diameters, masses in masses of the mean bead, accelerations in g, so that gravity is 1 and time
+is in sqrt(d/g). Semi-implicit Euler steps.
+
+Pairs come from a Verlet list (each pair once, at the lower index) that holds all pairs within a skin and is renewed
+from cells as soon as the fastest bead may have crossed half of it; beads are put into the order of the cells on the
+way, which keeps neighbours close in memory. One thread, fixed order: same start, same end.
+
+Arrays: `body` (n, 9) position, velocity, spin; `load` (n, 6) force, torque; `size` (n, 2) radius, mass.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+SPRING_RATIO = 2.0 / 7.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=True)
+def place(rng, position, radius, low, high, cylinder_radius, period, largest_tries):  # pragma: no cover
+    """Random sequential placing, in the order given, without overlap; gives the number of beads placed.
+
+    position (n, 3) is filled; beads lie within the box `low` to `high`, but for its periodic sides, and within the
+    cylinder about z if its radius is > 0. Stops at the first bead that finds no place in `largest_tries` tries.
+    """
+    cells = _grid(high - low, 2.0 * radius.max(), period)
+    around = np.empty(27, np.int64)
+    head = np.full(cells[0] * cells[1] * cells[2], -1, np.int64)
+    following = np.full(radius.size, -1, np.int64)
+    at, cell = np.empty(3), np.empty(3, np.int64)
+    for i in range(radius.size):
+        for _ in range(largest_tries):
+            for a in range(3):
+                margin = 0.0 if a < 2 and period[a] > 0.0 else radius[i]
+                at[a] = low[a] + margin + rng.random() * (high[a] - low[a] - 2.0 * margin)
+                cell[a] = min(int((at[a] - low[a]) / (high[a] - low[a]) * cells[a]), cells[a] - 1)
+            if cylinder_radius > 0.0 and math.hypot(at[0], at[1]) > cylinder_radius - radius[i]:
+                continue
+            free = True
+            for k in range(_around(cell, cells, period, around)):
+                j = head[around[k]]
+                while j >= 0 and free:
+                    distance = 0.0
+                    for a in range(3):
+                        step = position[j, a] - at[a]
+                        if a < 2 and period[a] > 0.0:
+                            step -= period[a] * round(step / period[a])
+                        distance += step * step
+                    free = distance >= (radius[i] + radius[j]) ** 2
+                    j = following[j]
+                if not free:
+                    break
+            if free:
+                position[i] = at
+                c = (cell[0] * cells[1] + cell[1]) * cells[2] + cell[2]
+                following[i], head[c] = head[c], i
+                break
+        else:
+            return i
+    return radius.size
+
+
+@njit(cache=True)
+def _grid(span, size, period):  # pragma: no cover
+    """Cells of at least `size` along each side; a periodic side has one cell or at least three, so that none is met twice."""
+    cells = np.empty(3, np.int64)
+    for a in range(3):
+        cells[a] = max(1, int(math.floor(span[a] / size)))
+        if a < 2 and period[a] > 0.0 and cells[a] < 3:
+            cells[a] = 1
+    return cells
+
+
+@njit(cache=True)
+def _around(cell, cells, period, found):  # pragma: no cover
+    """Fills `found` (27) with the numbers of the cell and its neighbours; gives how many."""
+    count = 0
+    for da in range(-1, 2):
+        a = cell[0] + da
+        if period[0] > 0.0 and cells[0] > 1:
+            a %= cells[0]
+        if not 0 <= a < cells[0]:
+            continue
+        for db in range(-1, 2):
+            b = cell[1] + db
+            if period[1] > 0.0 and cells[1] > 1:
+                b %= cells[1]
+            if not 0 <= b < cells[1]:
+                continue
+            for c in range(max(cell[2] - 1, 0), min(cell[2] + 2, cells[2])):
+                found[count] = (a * cells[1] + b) * cells[2] + c
+                count += 1
+    return count
+
+
+@njit(cache=True, error_model="numpy", fastmath=True)
+def _pairs(place, cell, first, cells, skin, period, start, partner):  # pragma: no cover
+    """Fills start and partner of a Verlet list; gives the number of pairs, of which those that fit are in `partner`."""
+    total = 0
+    for i in range(start.size - 1):
+        px, py, pz, farthest = place[i, 0], place[i, 1], place[i, 2], place[i, 3] + skin
+        for da in range(-1, 2):
+            a = cell[i, 0] + da
+            if period[0] > 0.0 and cells[0] > 1:
+                a %= cells[0]
+            if not 0 <= a < cells[0]:
+                continue
+            for db in range(-1, 2):
+                b = cell[i, 1] + db
+                if period[1] > 0.0 and cells[1] > 1:
+                    b %= cells[1]
+                if not 0 <= b < cells[1]:
+                    continue
+                row = (a * cells[1] + b) * cells[2]
+                begin = first[row + max(cell[i, 2] - 1, 0)]
+                end = first[row + min(cell[i, 2] + 2, cells[2])]
+                for j in range(max(begin, i + 1), end):
+                    dx, dy, dz = place[j, 0] - px, place[j, 1] - py, place[j, 2] - pz
+                    if period[0] > 0.0:
+                        dx -= period[0] * math.floor(dx / period[0] + 0.5)
+                    if period[1] > 0.0:
+                        dy -= period[1] * math.floor(dy / period[1] + 0.5)
+                    reach = farthest + place[j, 3]
+                    if dx * dx + dy * dy + dz * dz < reach * reach:
+                        if total < partner.size:
+                            partner[total] = j
+                        total += 1
+        start[i + 1] = total
+    return total
+
+
+@njit(cache=True, error_model="numpy", fastmath=True)
+def renew_pairs(body, size, name, wall_spring, pairs, skin, period, dashpot_rate):  # pragma: no cover
+    """Puts the beads into the order of their cells and gives the Verlet list (start, partner, dashpot, spring).
+
+    body, size, wall_spring and name (n; each bead's first number) are reordered in place and periodic positions wrapped.
+    start (n + 1) indexes the others: partners j > i with a gap below `skin`; dashpot = dashpot_rate sqrt(m_ij) of the
+    pair; spring (pairs, 3) keeps what it held in the old list.
+    """
+    old_start, old_partner, _, old_spring = pairs
+    count = name.size
+    low, span = np.empty(3), np.empty(3)
+    for a in range(3):
+        if a < 2 and period[a] > 0.0:
+            for i in range(count):
+                body[i, a] -= period[a] * math.floor(body[i, a] / period[a] + 0.5)
+            low[a], span[a] = -0.5 * period[a], period[a]
+        else:
+            low[a] = body[:, a].min()
+            span[a] = body[:, a].max() - low[a] + 1e-9
+    cells = _grid(span, 2.0 * size[:, 0].max() + skin, period)
+    cell = np.empty((count, 3), np.int64)
+    number = np.empty(count, np.int64)
+    first = np.zeros(cells[0] * cells[1] * cells[2] + 1, np.int64)
+    for i in range(count):
+        for a in range(3):
+            cell[i, a] = min(max(int((body[i, a] - low[a]) / span[a] * cells[a]), 0), cells[a] - 1)
+        number[i] = (cell[i, 0] * cells[1] + cell[i, 1]) * cells[2] + cell[i, 2]
+        first[number[i] + 1] += 1
+    for c in range(first.size - 1):
+        first[c + 1] += first[c]
+    filled = first[:-1].copy()
+    order, moved = np.empty(count, np.int64), np.empty(count, np.int64)
+    for i in range(count):
+        moved[i] = filled[number[i]]
+        order[moved[i]] = i
+        filled[number[i]] += 1
+    body[:], size[:], wall_spring[:], name[:] = body[order], size[order], wall_spring[order], name[order]
+    cell = cell[order]
+
+    start = np.zeros(count + 1, np.int64)
+    place = np.empty((count, 4))
+    place[:, :3], place[:, 3] = body[:, :3], size[:, 0]
+    partner = np.empty(6 * count, np.int64)
+    total = _pairs(place, cell, first, cells, skin, period, start, partner)
+    if total > partner.size:
+        partner = np.empty(total, np.int64)
+        _pairs(place, cell, first, cells, skin, period, start, partner)
+    dashpot, spring = np.empty(total), np.zeros((total, 3))
+    for i in range(count):
+        for at in range(start[i], start[i + 1]):
+            m, other = size[i, 1], size[partner[at], 1]
+            dashpot[at] = dashpot_rate * math.sqrt(m * other / (m + other))
+    for old in range(old_start.size - 1):
+        for at in range(old_start[old], old_start[old + 1]):
+            if old_spring[at, 0] != 0.0 or old_spring[at, 1] != 0.0 or old_spring[at, 2] != 0.0:
+                i, j = moved[old], moved[old_partner[at]]
+                sign = 1.0
+                if i > j:
+                    i, j, sign = j, i, -1.0
+                for k in range(start[i], start[i + 1]):
+                    if partner[k] == j:
+                        for a in range(3):
+                            spring[k, a] = sign * old_spring[at, a]
+                        break
+    return start, partner[:total].copy(), dashpot, spring
+
+
+@njit(error_model="numpy", fastmath=True, inline="always")
+def _friction(spring, at, nx, ny, nz, vx, vy, vz, normal, stiffness, dashpot, friction, dt):  # pragma: no cover
+    """Tangential force of spring[at], which is stretched, turned into the tangent plane and cut by Coulomb's law."""
+    along = spring[at, 0] * nx + spring[at, 1] * ny + spring[at, 2] * nz
+    sx = spring[at, 0] - along * nx + vx * dt
+    sy = spring[at, 1] - along * ny + vy * dt
+    sz = spring[at, 2] - along * nz + vz * dt
+    tx, ty, tz = -stiffness * sx - dashpot * vx, -stiffness * sy - dashpot * vy, -stiffness * sz - dashpot * vz
+    square, limit = tx * tx + ty * ty + tz * tz, friction * normal
+    if square > limit * limit:
+        cut = limit / math.sqrt(square)
+        tx, ty, tz = tx * cut, ty * cut, tz * cut
+        soft = -1.0 / stiffness
+        sx, sy, sz = soft * (tx + dashpot * vx), soft * (ty + dashpot * vy), soft * (tz + dashpot * vz)
+    spring[at, 0], spring[at, 1], spring[at, 2] = sx, sy, sz
+    return tx, ty, tz
+
+
+@njit(cache=True, error_model="numpy", fastmath=True)
+def advance(body, load, size, pairs, walls, wall_spring, material, dt, steps, skin):  # pragma: no cover
+    """Up to `steps` steps, fewer if the Verlet list may have become too short; gives the number of steps done.
+
+    walls: planes (w, 4; inward unit normal and offset), cylinder radius (0 for none), period (2; 0 for none), with
+    wall_spring (n, w + 1, 3); material: stiffness, dashpot_rate = 2 zeta sqrt(stiffness), friction coefficient, spin_decay.
+    """
+    planes, cylinder_radius, period = walls
+    start, partner, dashpots, spring = pairs
+    stiffness, dashpot_rate, friction, spin_decay = material
+    tangential = SPRING_RATIO * stiffness
+    count = body.shape[0]
+    kept = 1.0 - spin_decay * dt
+    left = 0.5 * skin
+    for done in range(steps):
+        for i in range(count):
+            load[i, 0], load[i, 1], load[i, 2] = 0.0, 0.0, -size[i, 1]
+            load[i, 3], load[i, 4], load[i, 5] = 0.0, 0.0, 0.0
+        for i in range(count):
+            # what the inner loop reads and adds up for bead i stands in locals: arrays might alias, for the compiler
+            px, py, pz, radius = body[i, 0], body[i, 1], body[i, 2], size[i, 0]
+            ux, uy, uz, ox, oy, oz = body[i, 3], body[i, 4], body[i, 5], body[i, 6], body[i, 7], body[i, 8]
+            fx, fy, fz, mx, my, mz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+            for at in range(start[i], start[i + 1]):
+                j = partner[at]
+                nx, ny, nz = body[j, 0] - px, body[j, 1] - py, body[j, 2] - pz
+                if period[0] > 0.0:
+                    nx -= period[0] * math.floor(nx / period[0] + 0.5)
+                if period[1] > 0.0:
+                    ny -= period[1] * math.floor(ny / period[1] + 0.5)
+                square, reach = nx * nx + ny * ny + nz * nz, radius + size[j, 0]
+                if square >= reach * reach:
+                    spring[at, 0], spring[at, 1], spring[at, 2] = 0.0, 0.0, 0.0
+                    continue
+                distance = math.sqrt(square)
+                inverse = 1.0 / distance
+                nx, ny, nz = nx * inverse, ny * inverse, nz * inverse
+                overlap = reach - distance
+                ai, aj = radius - 0.5 * overlap, size[j, 0] - 0.5 * overlap
+                wx, wy, wz = ai * ox + aj * body[j, 6], ai * oy + aj * body[j, 7], ai * oz + aj * body[j, 8]
+                # surface of j against surface of i: v_j - v_i - (a_i w_i + a_j w_j) x n
+                vx = body[j, 3] - ux - (wy * nz - wz * ny)
+                vy = body[j, 4] - uy - (wz * nx - wx * nz)
+                vz = body[j, 5] - uz - (wx * ny - wy * nx)
+                vn = vx * nx + vy * ny + vz * nz
+                normal = max(stiffness * overlap - dashpots[at] * vn, 0.0)
+                tx, ty, tz = _friction(spring, at, nx, ny, nz, vx - vn * nx, vy - vn * ny, vz - vn * nz,
+                                       normal, tangential, SPRING_RATIO * dashpots[at], friction, dt)  # fmt: skip
+                cx, cy, cz = ny * tz - nz * ty, nz * tx - nx * tz, nx * ty - ny * tx
+                tx, ty, tz = tx + normal * nx, ty + normal * ny, tz + normal * nz
+                fx, fy, fz = fx - tx, fy - ty, fz - tz
+                mx, my, mz = mx - ai * cx, my - ai * cy, mz - ai * cz
+                load[j, 0] += tx
+                load[j, 1] += ty
+                load[j, 2] += tz
+                load[j, 3] -= aj * cx
+                load[j, 4] -= aj * cy
+                load[j, 5] -= aj * cz
+            load[i, 0] += fx
+            load[i, 1] += fy
+            load[i, 2] += fz
+            load[i, 3] += mx
+            load[i, 4] += my
+            load[i, 5] += mz
+        fastest = 0.0
+        for i in range(count):
+            radius, mass = size[i, 0], size[i, 1]
+            for wall in range(planes.shape[0] + 1):
+                nx, ny, nz = 0.0, 0.0, 0.0
+                if wall < planes.shape[0]:
+                    nx, ny, nz = planes[wall, 0], planes[wall, 1], planes[wall, 2]
+                    gap = nx * body[i, 0] + ny * body[i, 1] + nz * body[i, 2] + planes[wall, 3]
+                elif cylinder_radius > 0.0:
+                    square = body[i, 0] ** 2 + body[i, 1] ** 2
+                    gap = radius
+                    if square > (cylinder_radius - radius) ** 2:
+                        axial = math.sqrt(square)
+                        nx, ny = -body[i, 0] / axial, -body[i, 1] / axial
+                        gap = cylinder_radius - axial
+                else:
+                    continue
+                if gap >= radius:
+                    wall_spring[i, wall, 0], wall_spring[i, wall, 1], wall_spring[i, wall, 2] = 0.0, 0.0, 0.0
+                    continue
+                # n points from the wall to the bead's centre; the bead moves against the wall: v - gap w x n
+                vx = body[i, 3] - gap * (body[i, 7] * nz - body[i, 8] * ny)
+                vy = body[i, 4] - gap * (body[i, 8] * nx - body[i, 6] * nz)
+                vz = body[i, 5] - gap * (body[i, 6] * ny - body[i, 7] * nx)
+                vn = vx * nx + vy * ny + vz * nz
+                dashpot = dashpot_rate * math.sqrt(mass)
+                normal = max(stiffness * (radius - gap) - dashpot * vn, 0.0)
+                tx, ty, tz = _friction(wall_spring[i], wall, nx, ny, nz, vx - vn * nx, vy - vn * ny, vz - vn * nz,
+                                       normal, tangential, SPRING_RATIO * dashpot, friction, dt)  # fmt: skip
+                load[i, 0] += normal * nx + tx
+                load[i, 1] += normal * ny + ty
+                load[i, 2] += normal * nz + tz
+                load[i, 3] -= gap * (ny * tz - nz * ty)
+                load[i, 4] -= gap * (nz * tx - nx * tz)
+                load[i, 5] -= gap * (nx * ty - ny * tx)
+            push, turn = dt / mass, dt / (0.4 * mass * radius * radius)
+            speed = 0.0
+            for a in range(3):
+                body[i, 3 + a] += push * load[i, a]
+                body[i, 6 + a] = kept * (body[i, 6 + a] + turn * load[i, 3 + a])
+                body[i, a] += dt * body[i, 3 + a]
+                speed += body[i, 3 + a] ** 2
+            fastest = max(fastest, speed)
+        left -= dt * math.sqrt(fastest)
+        if left <= 0.0:
+            return done + 1
+    return steps

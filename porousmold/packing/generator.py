@@ -1,0 +1,205 @@
+"""Beads poured into a container: placed at random without touching, they fall and come to rest (`dynamics`).
+
+Rest means: kinetic energy per bead below 1e-6 m g d, and mean residual force below 1e-2 m g, with d and m the mean
+diameter and the mass of such a bead. The springs are as stiff as a mean overlap of about 0.08 % of d needs under the
+bed's own weight: softer beds are denser than beds of hard beads (0.65 % costs 0.02 in porosity), stiffer ones take
+longer. The start at a solid fraction of 0.30 keeps the layers at the wall sharp.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import root_scalar
+
+from ..errors import InputError, SolveError
+from . import dynamics
+from .packing import Packing
+
+LARGEST_KINETIC_ENERGY, LARGEST_RESIDUAL_FORCE = 1e-6, 1e-2
+START_SOLID_FRACTION = 0.30
+MEAN_OVERLAP, CONTACTS_PER_BEAD = 9e-4, 5.5
+RESTITUTION, SPIN_DECAY = 0.5, 10.0
+STEPS_PER_CONTACT = 6.0
+DEFAULT_FRICTION, LARGEST_FRICTION = 0.1, 1.0
+VOID_FRACTION_TOLERANCE = 1e-3
+# an even bed of equal spheres fills at most this much; the beads for a given height are counted with it
+DENSE_SOLID_FRACTION = 0.64
+LARGEST_TRIES = 200_000
+# in sqrt(d/g), after the time that the topmost bead falls
+LONGEST_SETTLING = 100.0
+STEPS_BETWEEN_CHECKS = 200
+
+
+@dataclass(frozen=True)
+class Mixture:
+    """Bead sizes: `diameters` in m and the share of each, by mass or by number (shares need not add up to 1).
+
+    Beads are of one density. Raises `InputError` for sizes or shares that cannot be.
+    """
+
+    diameters: tuple[float, ...]
+    shares: tuple[float, ...] = (1.0,)
+    by: str = "mass"
+
+    def __post_init__(self):
+        if not self.diameters or len(self.diameters) != len(self.shares):
+            raise InputError("mixture", str(self.diameters), "must have one share for each of its diameters")
+        for name, values in (("bead_diameter", self.diameters), ("share", self.shares)):
+            for value in values:
+                if not (math.isfinite(value) and value > 0.0):
+                    raise InputError(name, value, "must be > 0")
+        if self.by not in ("mass", "number"):
+            raise InputError("fractions", self.by, "must be 'mass' or 'number'")
+        if max(self.diameters) > 5.0 * min(self.diameters):
+            raise InputError("mixture", str(self.diameters), "must have diameters within a factor of 5")
+
+    @property
+    def _number_shares(self):
+        numbers = np.array(self.shares, float)
+        if self.by == "mass":
+            numbers /= np.array(self.diameters) ** 3
+        return numbers / numbers.sum()
+
+    @property
+    def mean_bead_volume(self):
+        """Mean over the number of beads (m³)."""
+        return float(np.pi / 6.0 * (self._number_shares * np.array(self.diameters) ** 3).sum())
+
+    def draw(self, number):
+        """Diameters (number) in m, largest first; counts by largest remainder, so that they are the nearest whole ones."""
+        exact = self._number_shares * number
+        counts = np.floor(exact).astype(int)
+        counts[np.argsort(counts - exact, kind="stable")[: number - counts.sum()]] += 1
+        return np.sort(np.repeat(self.diameters, counts))[::-1].copy()
+
+
+def pack(container, mixture, *, beads=None, bed_height=None, void_fraction=None, friction=None, seed=1, progress=None):
+    """A packing at rest of a `Mixture` in a container (`packing.container`), as `Packing`.
+
+    beads: how many; without it as many as fill the container a little above `bed_height` (m). void_fraction: reached to
+    0.001 by a search over the friction coefficient (of beads and walls alike), each trial being a packing; it is
+    measured between the floor and bed_height, or the levelled height where none is given. friction: default 0.1.
+    progress(time, kinetic_energy, residual_force) is called now and then, in sqrt(d/g), m g d and m g.
+
+    Raises `InputError` for a container too small, no beads, or a void fraction out of reach; `SolveError` for a bed that
+    does not come to rest.
+    """
+    number = _checked(container, mixture, beads, bed_height, void_fraction, friction, seed)
+    diameters = mixture.draw(number)
+    settings = {"bed_height": bed_height, "seed": seed}
+    if void_fraction is None:
+        return _poured(container, diameters, DEFAULT_FRICTION if friction is None else friction, settings, progress)
+
+    best: dict[str, Packing] = {}
+
+    def excess(trial):
+        packing = _poured(container, diameters, trial, settings, progress)
+        found = packing.void_fraction(bed_height) - void_fraction
+        best["packing"] = packing
+        return 0.0 if abs(found) <= VOID_FRACTION_TOLERANCE else found
+
+    ends = {trial: excess(trial) for trial in (0.0, LARGEST_FRICTION)}
+    if ends[0.0] > 0.0 or ends[LARGEST_FRICTION] < 0.0:
+        low, high = (value + void_fraction for value in ends.values())
+        raise InputError("void_fraction", void_fraction,
+                         f"is out of reach: friction 0 to {LARGEST_FRICTION:g} gives {low:.3f} to {high:.3f}")  # fmt: skip
+    # the void fraction rises steeply at small friction and saturates: the square root makes it nearly straight
+    root = root_scalar(lambda s: ends.get(s * s, None) or excess(s * s), bracket=(0.0, math.sqrt(LARGEST_FRICTION)), xtol=1e-4)
+    if not root.converged or abs(best["packing"].void_fraction(bed_height) - void_fraction) > VOID_FRACTION_TOLERANCE:
+        raise SolveError("packing", 0.0, f"void fraction {void_fraction} not met to {VOID_FRACTION_TOLERANCE}",
+                         "more beads: small beds scatter")  # fmt: skip
+    return best["packing"]
+
+
+def _checked(container, mixture, beads, bed_height, void_fraction, friction, seed):
+    largest = max(mixture.diameters)
+    if largest >= container.smallest_width:
+        raise InputError("bead_diameter", largest, f"must be < {container.smallest_width:g} m, the width of the container")
+    for period in container.period:
+        if 0.0 < period < 4.0 * largest:
+            raise InputError("width", period, f"must be >= {4.0 * largest:g} m: four beads, for periodic sides")
+    if bed_height is not None and not largest <= bed_height < 1e3:
+        raise InputError("bed_height", bed_height, f"must be >= {largest:g} (one bead) and < 1000 m")
+    if void_fraction is not None and not 0.0 < void_fraction < 1.0:
+        raise InputError("void_fraction", void_fraction, "must be > 0 and < 1")
+    if void_fraction is not None and friction is not None:
+        raise InputError("friction", friction, "has no place beside void_fraction, which it is tuned for")
+    if friction is not None and not 0.0 <= friction <= LARGEST_FRICTION:
+        raise InputError("friction", friction, f"must be >= 0 and <= {LARGEST_FRICTION:g}")
+    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
+        raise InputError("seed", seed, "must be a whole number >= 0")
+    if beads is None:
+        if bed_height is None:
+            raise InputError("beads", None, "is missing: give a number of beads or a bed_height")
+        volume = container.cross_section * (bed_height + largest)
+        return math.ceil(DENSE_SOLID_FRACTION * volume / mixture.mean_bead_volume)
+    if isinstance(beads, bool) or not isinstance(beads, int) or not 1 <= beads <= 10_000_000:
+        raise InputError("beads", beads, "must be a whole number from 1 to 10000000")
+    return beads
+
+
+def _poured(container, diameters, friction, settings, progress):
+    """One packing: placed, dropped, at rest."""
+    unit = diameters.mean()
+    count = diameters.size
+    size = np.column_stack((0.5 * diameters / unit, (diameters / unit) ** 3))
+    area, period = container.cross_section / unit**2, np.array(container.period) / unit
+    planes = np.array(container.planes) * (1.0, 1.0, 1.0, 1.0 / unit)
+    walls = (planes, container.radius / unit, period)
+    solid = np.pi / 6.0 * size[:, 1].sum()
+
+    body, top = _placed(container, size, solid / area, settings["seed"], unit)
+    name, load = np.arange(count), np.zeros((count, 6))
+    wall_spring = np.zeros((count, len(planes) + 1, 3))
+    pairs = (np.zeros(count + 1, np.int64), np.zeros(0, np.int64), np.zeros(0), np.zeros((0, 3)))
+
+    # a bed of height H carries its own weight, H/2 in the mean, on CONTACTS_PER_BEAD contacts: F = 6 m g (H/2) / (d Z)
+    height = solid / (0.6 * area)
+    stiffness = 3.0 * max(height, 1.0) / (CONTACTS_PER_BEAD * MEAN_OVERLAP)
+    zeta = -math.log(RESTITUTION) / math.hypot(math.pi, math.log(RESTITUTION))
+    material = (stiffness, 2.0 * zeta * math.sqrt(stiffness), friction, SPIN_DECAY)
+    contact_time = math.pi * math.sqrt(0.5 * size[:, 1].min() / (stiffness * (1.0 - zeta**2)))
+    dt = contact_time / STEPS_PER_CONTACT
+    fall = math.sqrt(2.0 * top)
+
+    time = 0.0
+    while True:
+        fastest = math.sqrt((body[:, 3:6] ** 2).sum(axis=1).max())
+        # long lists where beads fall, short ones where they rest: both cost time, as renewals and as idle pairs
+        skin = min(max(0.04, 40.0 * dt * fastest), 0.35)
+        pairs = dynamics.renew_pairs(body, size, name, wall_spring, pairs, skin, period, material[1])
+        time += dt * dynamics.advance(body, load, size, pairs, walls, wall_spring, material, dt, STEPS_BETWEEN_CHECKS, skin)
+        energy = 0.5 * (size[:, 1] * (body[:, 3:6] ** 2).sum(axis=1)).mean()
+        residual = np.linalg.norm(load[:, :3], axis=1).mean()
+        if progress is not None:
+            progress(time, energy, residual)
+        if not np.isfinite(energy) or time > fall + LONGEST_SETTLING:
+            raise SolveError("packing", time * math.sqrt(unit / 9.81),
+                             f"not at rest: kinetic energy {energy:.1e} m g d, residual force {residual:.1e} m g per bead",
+                             "another seed, or a friction above 0")  # fmt: skip
+        if time > 0.5 * fall and energy < LARGEST_KINETIC_ENERGY and residual < LARGEST_RESIDUAL_FORCE:
+            break
+
+    back = np.argsort(name)
+    made = {**{key: value for key, value in settings.items() if value is not None}, "friction": friction,
+            "stiffness": stiffness, "restitution": RESTITUTION, "kinetic_energy": energy, "residual_force": residual}  # fmt: skip
+    return Packing(body[back, :3] * unit, 2.0 * size[back, 0] * unit, container, made)
+
+
+def _placed(container, size, solid_height, seed, unit):
+    """Bodies (n, 9) at rest without contact, and the height of their column."""
+    body = np.zeros((len(size), 9))
+    place, radius = np.empty((len(size), 3)), size[:, 0].copy()
+    half_x, half_y = container.half_widths / unit
+    fraction = START_SOLID_FRACTION
+    while fraction > 0.02:
+        top = max(solid_height / fraction, 2.0 * radius.max())
+        low, high = np.array([-half_x, -half_y, 0.0]), np.array([half_x, half_y, top])
+        period = np.array(container.period) / unit
+        if dynamics.place(np.random.default_rng(seed), place, radius, low, high, container.radius / unit, period,
+                          LARGEST_TRIES) == len(size):  # fmt: skip
+            body[:, :3] = place
+            return body, top
+        fraction *= 0.8  # narrow containers hold fewer loose beads per volume
+    raise InputError("bead_diameter", float(2.0 * radius.max() * unit), f"is too large for {container}: beads find no place")

@@ -1,0 +1,102 @@
+"""A packing: beads in a container, with the checks that tell whether it is one."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ..errors import InputError
+
+
+@dataclass(frozen=True)
+class Packing:
+    """Centres (n, 3) and diameters (n) of beads in m, their container, and how they came about (`made`, plain values).
+
+    Raises `InputError` for arrays that are no beads, or beads that lie outside their container by more than a
+    hundredth of a diameter.
+    """
+
+    positions: np.ndarray
+    diameters: np.ndarray
+    container: Any
+    made: dict = field(default_factory=dict)
+
+    def __post_init__(self):
+        positions, diameters = np.asarray(self.positions, float), np.asarray(self.diameters, float)
+        object.__setattr__(self, "positions", positions)
+        object.__setattr__(self, "diameters", diameters)
+        if positions.ndim != 2 or positions.shape[1] != 3 or diameters.shape != positions.shape[:1] or not diameters.size:
+            raise InputError("packing", str(positions.shape), "must hold at least one bead of three coordinates")
+        if not (np.isfinite(positions).all() and np.isfinite(diameters).all() and (diameters > 0.0).all()):
+            raise InputError("packing", f"{diameters.size} beads", "must have finite centres and diameters > 0")
+        inside = self.container.wall_distance(positions) >= 0.49 * diameters
+        if not inside.all():
+            worst = int(np.argmin(self.container.wall_distance(positions) / diameters))
+            raise InputError("packing", f"bead at {positions[worst]} m", f"lies outside its container ({self.container})")
+
+    @property
+    def bead_diameter(self):
+        """Sauter mean diameter sum d³ / sum d² (m): the one diameter of beads of one size."""
+        return float((self.diameters**3).sum() / (self.diameters**2).sum())
+
+    @property
+    def levelled_height(self):
+        """Height (m) of an even bed with the same centre of gravity: twice the mean height of the solid."""
+        return float(2.0 * np.average(self.positions[:, 2], weights=self.diameters**3))
+
+    def void_fraction(self, high=None, low=0.0):
+        """Of the container between heights low and high (m; default 0 and the levelled height), spheres cut exactly."""
+        high = self.levelled_height if high is None else high
+        radii, heights = 0.5 * self.diameters, self.positions[:, 2]
+
+        def below(plane):
+            depth = np.clip(plane - heights + radii, 0.0, 2.0 * radii)
+            return (np.pi * depth**2 * (radii - depth / 3.0)).sum()
+
+        return float(1.0 - (below(high) - below(low)) / (self.container.cross_section * (high - low)))
+
+    @cached_property
+    def tree(self):
+        """k-d tree of the centres, shifted by `origin` where sides are periodic."""
+        return cKDTree(self.wrapped(self.positions), boxsize=(*self.container.period, 0.0))
+
+    def wrapped(self, points):
+        """Points in the coordinates of `tree`: periodic ones within [0, period)."""
+        points = np.array(points, float)
+        for axis, period in enumerate(self.container.period):
+            if period > 0.0:
+                points[:, axis] = np.mod(points[:, axis] + 0.5 * period, period)
+        return points
+
+    @cached_property
+    def contacts(self):
+        """(pairs (m, 2), overlaps (m) in m) of beads that touch."""
+        pairs = self.tree.query_pairs(self.diameters.max(), output_type="ndarray")
+        step = self.positions[pairs[:, 1]] - self.positions[pairs[:, 0]]
+        for axis, period in enumerate(self.container.period):
+            if period > 0.0:
+                step[:, axis] -= period * np.round(step[:, axis] / period)
+        overlap = 0.5 * self.diameters[pairs].sum(axis=1) - np.linalg.norm(step, axis=1)
+        touching = overlap >= 0.0
+        return pairs[touching], overlap[touching]
+
+    @property
+    def mean_overlap(self):
+        """Of the contacts between beads, over the mean bead diameter (0 without contacts)."""
+        overlap = self.contacts[1]
+        return float(overlap.mean() / self.diameters.mean()) if overlap.size else 0.0
+
+    @property
+    def coordination_number(self):
+        """Contacts per bead with other beads, walls and floor."""
+        touching_wall = self.container.wall_distance(self.positions) <= 0.5 * self.diameters
+        on_floor = self.positions[:, 2] <= 0.5 * self.diameters
+        walls = int(touching_wall.sum() + on_floor.sum())
+        return (2 * len(self.contacts[1]) + walls) / self.diameters.size
+
+    @property
+    def bead_coordination_number(self):
+        """Contacts per bead with other beads alone."""
+        return 2 * len(self.contacts[1]) / self.diameters.size
