@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 from .errors import InputError, SolveError
+from .packing.cli import add_commands as add_packing_commands
 
 DONE, BAD_INPUT, SOLVE_FAILED, INTERRUPTED = 0, 2, 3, 130
 
@@ -16,7 +17,7 @@ def main(arguments=None):
     parser = _parser()
     options = parser.parse_args(arguments)
     try:
-        return options.command(options)
+        return _on_one_rank(options.serial, options) if hasattr(options, "serial") else options.command(options)
     except InputError as error:
         return _end(BAD_INPUT, error)
     except SolveError as error:
@@ -28,6 +29,30 @@ def main(arguments=None):
 def _end(status, message):
     if _rank() == 0:
         print(f"porousmold: {message}", file=sys.stderr)
+    return status
+
+
+def _on_one_rank(command, options):
+    """A command without parallel work: rank 0 does it, the others wait for its status."""
+    from mpi4py import MPI
+
+    status = None
+    try:
+        if MPI.COMM_WORLD.rank == 0:
+            try:
+                text = command(options)
+            except InputError as error:
+                status = _end(BAD_INPUT, error)
+            except SolveError as error:
+                status = _end(SOLVE_FAILED, error)
+            except KeyboardInterrupt:
+                status = _end(INTERRUPTED, "interrupted; nothing was written")
+            else:
+                status = DONE
+                if text:
+                    print(text)
+    finally:
+        status = MPI.COMM_WORLD.bcast(status)
     return status
 
 
@@ -49,6 +74,7 @@ def _parser():
     run.add_argument("--out", metavar="DIR", help="folder to write (default: runs/NAME OF SCENE)")
     run.add_argument("--quiet", action="store_true", help="no progress bar, no summary")
     run.set_defaults(command=_run)
+    add_packing_commands(commands)
     keys = commands.add_parser("keys", help="list every key of a scene with its unit, default and meaning")
     keys.set_defaults(command=_keys)
     show = commands.add_parser("show", help="draw the pictures of a run again")

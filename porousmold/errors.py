@@ -10,7 +10,8 @@ class InputError(ValueError):
 
     def __str__(self):
         place = f" (in {self.where})" if self.where else ""
-        value = self.value if isinstance(self.value, int | float | str | bool) else str(self.value)
+        value = self.value if isinstance(self.value, int | str | bool) else str(self.value)
+        value = float(f"{self.value:.9g}") if isinstance(self.value, float) else value
         shown = f" = {value!r}" if self.value is not None else ""
         return f"{self.key}{shown}: {self.allowed}{place}"
 

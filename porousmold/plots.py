@@ -5,17 +5,13 @@ import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import h5py
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
 
 from .errors import InputError
+from .figures import STYLE, plt, save
 from .results import read_table
 
 PLACES = {"centre": ("bed centre", "-"), "bed_side": ("wall, bed side", "--"), "outer": ("wall, outside", ":")}
-STYLE = {"font.size": 11, "axes.grid": True, "grid.alpha": 0.3, "figure.dpi": 130}
 # Margins are given, not found: letting matplotlib measure them doubles the time of every picture.
 
 
@@ -59,7 +55,7 @@ def _temperatures(folder, summary):
         entries.append(plt.Line2D([], [], color="tab:red", label=f"heating time {time:.0f} s"))
     axes.set(xlabel="time in min", ylabel="temperature in °C", xlim=(0, minutes[-1] or 1))
     axes.legend(handles=entries, fontsize=9, loc="lower right")
-    return _save(figure, folder / "temperatures.png")
+    return save(figure, folder / "temperatures.png")
 
 
 def _near_wall(folder):
@@ -79,7 +75,7 @@ def _near_wall(folder):
         axes.set(xlabel="wall distance in mm", title=label, xlim=(distance[1], distance[-1]), ylim=(0, None))
     figure.suptitle("at half length, end of the run", fontsize=10, y=0.99)
     figure.subplots_adjust(left=0.04, right=0.99, bottom=0.16, top=0.84, wspace=0.2)
-    return _save(figure, folder / "near_wall.png")
+    return save(figure, folder / "near_wall.png")
 
 
 def _fields(folder):
@@ -112,7 +108,7 @@ def _fields(folder):
     for panel in axes[-1]:
         panel.set_xlabel("along the flow in m")
     figure.colorbar(drawn, cax=figure.add_axes((0.9, 0.12, 0.015, 0.8)), label="temperature in °C")
-    return _save(figure, folder / "fields.png")
+    return save(figure, folder / "fields.png")
 
 
 def read_fields(path):
@@ -132,9 +128,3 @@ def read_fields(path):
                 fields = steps.setdefault(float(time.attrib["Value"]), {})
                 fields[attribute.attrib["Name"]] = data(attribute).squeeze()
     return nodes, cells, steps
-
-
-def _save(figure, path):
-    figure.savefig(path)
-    plt.close(figure)
-    return path

@@ -1,0 +1,15 @@
+"""matplotlib for pictures in files: no display, one look."""
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+
+STYLE = {"font.size": 11, "axes.grid": True, "grid.alpha": 0.3, "figure.dpi": 130}
+
+
+def save(figure, path):
+    """Write the picture, close it, and give its path."""
+    figure.savefig(path)
+    plt.close(figure)
+    return path

@@ -1,0 +1,208 @@
+"""The commands `porousmold pack` and `porousmold porosity`."""
+
+import math
+from pathlib import Path
+from time import monotonic
+
+from ..errors import InputError
+from ..units import to_si
+
+SIZES = ("diameter", "width", "depth", "gap")
+
+
+def add_commands(commands):
+    """Add both to the subparsers of the command line; each handler takes the parsed options and gives its text."""
+    pack = commands.add_parser("pack", help="pour beads into a container and let them come to rest")
+    _add_container(pack)
+    pack.add_argument("--bead-diameter", metavar="LENGTH", help="of beads of one size")
+    pack.add_argument("--mixture", nargs="+", metavar="DIAMETER:SHARE", help="of several sizes, such as '3 mm:0.3' '6 mm:0.7'")
+    pack.add_argument("--fractions", default="mass", metavar="BY", help="what the shares mean: mass (default) or number")
+    pack.add_argument("--beads", metavar="N", help="how many")
+    pack.add_argument("--bed-height", metavar="LENGTH", help="in place of N: fill to a little above; void fractions refer to it")
+    pack.add_argument("--void-fraction", metavar="X", help="tune the friction until it is reached")
+    pack.add_argument("--friction", metavar="MU", help="coefficient between beads and at walls (default 0.1)")
+    pack.add_argument("--seed", default="1", metavar="N", help="same seed, same packing")
+    pack.add_argument("--out", default="packing.h5", metavar="FILE.h5", help="HDF5 file to write (default packing.h5)")
+    pack.add_argument("--extxyz", metavar="FILE", help="write extended XYZ too")
+    pack.add_argument("--vtk", metavar="FILE", help="write VTK too")
+    pack.add_argument("--quiet", action="store_true", help="no progress bar, no summary")
+    pack.set_defaults(serial=_pack)
+
+    porosity = commands.add_parser("porosity", help="phi_V and phi_A against wall distance, from a packing")
+    porosity.add_argument("packing", metavar="PACKING", help="HDF5 of `pack`, LIGGGHTS/LAMMPS dump, YADE text, extended XYZ, CSV, NPY")
+    _add_container(porosity)
+    porosity.add_argument("--bead-diameter", metavar="LENGTH", help="where the file holds none")
+    porosity.add_argument("--bed-height", metavar="LENGTH", help="of the bed that is averaged over (default: levelled height)")
+    porosity.add_argument("--grid", metavar="LENGTH", help="average on the thesis's grid of this spacing, not over strata")
+    porosity.add_argument("--out", default="profile.csv", metavar="FILE.csv", help="profile for bed.porosity_profile of a scene")
+    porosity.add_argument("--fitted", metavar="FILE.csv", help="write the piecewise-linear fit as a profile too")
+    porosity.add_argument("--quiet", action="store_true", help="no summary, no picture")
+    porosity.set_defaults(serial=_porosity)
+
+
+def _add_container(parser):
+    parser.add_argument("--container", metavar="KIND", help="cylinder (--diameter), box (--width --depth) or "
+                        "slab between two walls (--gap, --width of its periodic side)")  # fmt: skip
+    for name in SIZES:
+        parser.add_argument(f"--{name}", metavar="LENGTH")
+
+
+def _container(options):
+    from .container import container
+
+    sizes = {name: to_si(f"--{name}", text, "m") for name in SIZES if (text := getattr(options, name)) is not None}
+    if options.container is None:
+        if sizes:
+            raise InputError("--container", None, "is missing: cylinder, box or slab")
+        return None
+    return container(options.container, sizes)
+
+
+def _optional(options, name, unit):
+    text = getattr(options, name.replace("-", "_"))
+    value = None if text is None else to_si(f"--{name}", text, unit)
+    if value is not None and value < 0.0:
+        raise InputError(f"--{name}", text, "must not be negative")
+    return value
+
+
+def _whole(options, name):
+    text = getattr(options, name)
+    if text is not None and not text.strip().isdecimal():
+        raise InputError(f"--{name}", text, "must be a whole number")
+    return None if text is None else int(text)
+
+
+def _mixture(options):
+    from .generator import Mixture
+
+    if (options.bead_diameter is None) == (options.mixture is None):
+        raise InputError("--bead-diameter", options.bead_diameter, "give either it or --mixture")
+    if options.mixture is None:
+        return Mixture((to_si("--bead-diameter", options.bead_diameter, "m"),))
+    diameters, shares = [], []
+    for text in options.mixture:
+        diameter, colon, share = text.rpartition(":")
+        if not colon:
+            raise InputError("--mixture", text, "must be DIAMETER:SHARE, such as '3 mm:0.3'")
+        diameters.append(to_si("--mixture", diameter, "m"))
+        shares.append(to_si("--mixture", share, ""))
+    return Mixture(tuple(diameters), tuple(shares), options.fractions)
+
+
+def _pack(options):
+    box, mixture = _container(options), _mixture(options)
+    if box is None:
+        raise InputError("--container", None, "is missing: cylinder, box or slab")
+    from .files import check_writable, write_packing
+    from .generator import pack
+
+    check_writable(options.out, options.extxyz, options.vtk)
+    bed_height = _optional(options, "bed-height", "m")
+    bar = None if options.quiet else _Bar()
+    try:
+        packing = pack(
+            box,
+            mixture,
+            beads=_whole(options, "beads"),
+            bed_height=bed_height,
+            void_fraction=_optional(options, "void-fraction", ""),
+            friction=_optional(options, "friction", ""),
+            seed=_whole(options, "seed"),
+            progress=bar,
+        )
+    finally:
+        if bar is not None:
+            bar.close()
+    write_packing(packing, options.out, options.extxyz, options.vtk)
+    return None if options.quiet else _packing_text(packing, bed_height, options.out)
+
+
+def _packing_text(packing, bed_height, out):
+    made, lines = packing.made, [f"{packing.diameters.size} beads, levelled height {packing.levelled_height * 1e3:.1f} mm"]
+    height = "the levelled height" if bed_height is None else f"{bed_height * 1e3:g} mm"
+    lines += [
+        f"void fraction between the floor and {height}: {packing.void_fraction(bed_height):.4f} (friction {made['friction']:.4g})",
+        f"contacts per bead: {packing.coordination_number:.2f} ({packing.bead_coordination_number:.2f} with other beads); "
+        f"mean overlap {packing.mean_overlap:.2%} of d",
+        f"at rest: kinetic energy {made['kinetic_energy']:.1e} m g d, residual force {made['residual_force']:.1e} m g per bead",
+        f"written to {out}",
+    ]
+    return "\n".join(lines)
+
+
+class _Bar:
+    """Progress towards rest: the logarithm of the kinetic energy that is still to go, after the fall."""
+
+    def __init__(self):
+        self._bar, self._largest, self._shown = None, 0.0, -math.inf
+
+    def __call__(self, time, energy, residual):
+        from tqdm import tqdm
+
+        from .generator import LARGEST_KINETIC_ENERGY
+
+        if self._bar is None:
+            self._bar = tqdm(total=1.0, bar_format="{desc} |{bar}| {percentage:.0f} %, {elapsed} elapsed")
+        if time < 1.0:  # a new packing of a search
+            self._largest = 0.0
+        self._largest = max(self._largest, energy, 1e-3)
+        if monotonic() - self._shown < 0.2:
+            return
+        self._shown = monotonic()
+        done = math.log(self._largest / max(energy, LARGEST_KINETIC_ENERGY)) / math.log(self._largest / LARGEST_KINETIC_ENERGY)
+        self._bar.n = round(max(done, 0.0), 3)
+        self._bar.set_description_str(f"kinetic energy {energy:.1e} m g d, residual force {residual:.1e} m g")
+
+    def close(self):
+        """Leave the bar as it stands."""
+        if self._bar is not None:
+            self._bar.close()
+
+
+def _porosity(options):
+    from ..porosity.averaging import grid_profile, stratified_profile, thin_shell_porosity
+    from ..porosity.fitting import piecewise_linear
+    from ..porosity.profile import write_profile
+    from .files import check_writable, read_packing
+
+    check_writable(options.out, options.fitted)
+    bed_height, spacing = _optional(options, "bed-height", "m"), _optional(options, "grid", "m")
+    packing = read_packing(options.packing, _container(options), _optional(options, "bead-diameter", "m"))
+    if spacing is None:
+        profile = stratified_profile(packing, bed_height)
+    elif 0.0 < spacing < packing.container.smallest_width:
+        profile = grid_profile(packing, spacing, bed_height)
+    else:
+        raise InputError("--grid", options.grid, f"must be > 0 and < {packing.container.smallest_width:g} m")
+    source = [f"from {options.packing}: {packing.diameters.size} beads, Sauter mean diameter {packing.bead_diameter:.6g} m"]
+    write_profile(options.out, profile, source)
+    fits = [piecewise_linear(profile.position, values) for values in (profile.phi_v, profile.phi_a)]
+    if options.fitted:
+        write_profile(options.fitted, profile, [*source, "piecewise-linear fits"], *fits)
+    if options.quiet:
+        return None
+    from ..porosity.pictures import draw_profile
+
+    picture = draw_profile(Path(options.out).with_suffix(".png"), profile, thin_shell_porosity(packing, bed_height))
+    return _porosity_text(packing, profile, fits, bed_height) + f"\nwritten to {options.out}, {picture}" + (
+        f", {options.fitted}" if options.fitted else ""
+    )
+
+
+def _porosity_text(packing, profile, fits, bed_height):
+    from ..porosity.fitting import model_scores, r_squared
+
+    difference, place = profile.largest_difference
+    lines = [
+        f"{packing.diameters.size} beads, void fraction {packing.void_fraction(bed_height):.4f}, "
+        f"bulk porosity {profile.bulk_porosity:.4f}",
+        f"phi_V - phi_A is largest at y/d = {place:.2f}: {difference:+.4f}",
+        "R² of phi_V:            bulk 0.4      bulk fitted",
+    ]
+    for name, score in model_scores(profile.position, profile.phi_v).items():
+        lines.append(f"  {name:20s} {score.given:8.3f}      {score.fitted:.3f} ({score.fitted_bulk_porosity:.3f})")
+    lines.append(f"  {'piecewise linear':20s} {'':8s}      {r_squared(profile.phi_v, fits[0](profile.position)):.3f}")
+    knots = ", ".join(f"({s:.3f}, {value:.4f})" for s, value in zip(fits[0].knots, fits[0].values, strict=True))
+    lines.append(f"  its knots (y/d, phi_V): {knots}")
+    return "\n".join(lines)

@@ -1,0 +1,212 @@
+r"""phi_V and phi_A of spherical averaging volumes (REVs) in a packing, and profiles of them against wall distance.
+
+A bead of radius r whose centre lies at distance s from that of an REV of radius R takes from its volume and surface
+
+    V_i = pi (R + r - s)^2 (s^2 + 2 s r - 3 r^2 + 2 s R + 6 r R - 3 R^2) / (12 s)      (thesis eq. 5.59)
+    A_i = 2 pi R (r^2 - (R - s)^2) / (2 s)                                             (thesis eq. 5.60)
+
+where the spheres cut each other, |R - r| < s < R + r. The print leaves out the nested cases: a bead within the REV
+(s <= R - r) takes its whole volume and no surface, an REV within a bead (s <= r - R) has no void at all. Then
+phi_V = 1 - sum V_i / V, phi_A = 1 - sum A_i / A, and d(phi_V V)/dR = phi_A A, as for any body that grows with R.
+
+The REV at wall distance y has the diameter D = min(2 y, D_max), D_max = 5.5 d (thesis eq. 5.5), d being the Sauter
+mean diameter of a mixture. The wall is known by its distance function alone (`packing.container`).
+
+Profiles: the thesis's five steps on a grid (section 5.6.1), and samples drawn evenly over strata of wall distance. Its
+5 mm grid meets only 45 different radii of the 101.6 mm bed. Standard errors come from the scatter of blocks of the bed
+along its axis, because REVs overlap: samples within a block are not independent.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+MAXIMUM_DIAMETER_RATIO = 5.5
+BLOCKS = 6
+# strata in y/d: fine where phi falls, and of about the width that the REVs themselves resolve further in
+STRATA = np.concatenate((np.arange(0.0, 1.0, 0.05), np.arange(1.0, 3.0, 0.1), np.arange(3.0, 30.01, 0.25)))
+SAMPLES = 1000
+
+
+def lens_volume(rev_radius, bead_radius, distance):
+    """Volume (m³) that a bead takes from an REV, eq. 5.59 with the nested cases; arrays in m that broadcast, R and r > 0."""
+    R, r, s = np.broadcast_arrays(*(np.asarray(value, float) for value in (rev_radius, bead_radius, distance)))
+    nested = s <= np.abs(R - r)
+    safe = np.where(nested, 1.0, s)
+    lens = np.pi * (R + r - s) ** 2 * (s**2 + 2.0 * s * (r + R) - 3.0 * (R - r) ** 2) / (12.0 * safe)
+    return np.where(nested, 4.0 / 3.0 * np.pi * np.minimum(R, r) ** 3, np.where(s >= R + r, 0.0, lens))
+
+
+def lens_area(rev_radius, bead_radius, distance):
+    """Surface (m²) of an REV that lies within a bead, eq. 5.60 with the nested cases; as `lens_volume`."""
+    R, r, s = np.broadcast_arrays(*(np.asarray(value, float) for value in (rev_radius, bead_radius, distance)))
+    nested = s <= np.abs(R - r)
+    cap = np.pi * R * (r**2 - (R - s) ** 2) / np.where(nested, 1.0, s)
+    return np.where(nested, np.where(r > R, 4.0 * np.pi * R**2, 0.0), np.where(s >= R + r, 0.0, cap))
+
+
+def rev_porosities(packing, centres, radii):
+    """(phi_V, phi_A), arrays (m), of REVs with centres (m, 3) and radii (m) > 0 in m."""
+    centres, radii = packing.wrapped(centres), np.asarray(radii, float)
+    largest = 0.5 * packing.diameters.max()
+    solid_volume, solid_area = np.zeros(radii.size), np.zeros(radii.size)
+    # in batches, so that the list of all lenses stays within some 100 MB
+    for batch in np.array_split(np.arange(radii.size), max(1, radii.size // 20_000)):
+        found = packing.tree.query_ball_point(centres[batch], radii[batch] + largest)
+        counts = np.fromiter(map(len, found), int, len(found))
+        bead = np.concatenate([np.asarray(beads, int) for beads in found]) if counts.sum() else np.zeros(0, int)
+        rev = np.repeat(batch, counts)
+        distance = np.linalg.norm(_steps(packing, centres[rev], bead), axis=1)
+        lenses = radii[rev], 0.5 * packing.diameters[bead], distance
+        solid_volume += np.bincount(rev, lens_volume(*lenses), radii.size)
+        solid_area += np.bincount(rev, lens_area(*lenses), radii.size)
+    return 1.0 - solid_volume / (4.0 / 3.0 * np.pi * radii**3), 1.0 - solid_area / (4.0 * np.pi * radii**2)
+
+
+def _steps(packing, points, bead):
+    """Vectors from beads to wrapped points, the shortest across periodic sides."""
+    step = points - packing.tree.data[bead]
+    for axis, period in enumerate(packing.container.period):
+        if period > 0.0:
+            step[:, axis] -= period * np.round(step[:, axis] / period)
+    return step
+
+
+@dataclass(frozen=True)
+class MeasuredProfile:
+    """Means over samples at wall distances `position` (over the bead diameter), with standard errors and counts.
+
+    phi_v and phi_a are the porosities of the averaging spheres; the first row is the wall itself, where both are 1.
+    """
+
+    position: np.ndarray
+    phi_v: np.ndarray
+    phi_a: np.ndarray
+    phi_v_error: np.ndarray
+    phi_a_error: np.ndarray
+    samples: np.ndarray
+
+    @property
+    def bulk_porosity(self):
+        """Mean phi_V where the averaging sphere has its full size: y >= D_max / 2."""
+        bulk = self.position >= 0.5 * MAXIMUM_DIAMETER_RATIO
+        return float(np.average(self.phi_v[bulk], weights=self.samples[bulk])) if bulk.any() else float(self.phi_v[-1])
+
+    @property
+    def largest_difference(self):
+        """(phi_V - phi_A where it is largest in size, its place y/d)."""
+        at = int(np.argmax(np.abs(self.phi_v - self.phi_a)))
+        return float(self.phi_v[at] - self.phi_a[at]), float(self.position[at])
+
+
+def _limits(packing, bed_height):
+    """Lowest and highest centre (m) of an REV of full size in the bed (step 5 of the thesis)."""
+    high = packing.levelled_height if bed_height is None else bed_height
+    margin = 0.5 * MAXIMUM_DIAMETER_RATIO * packing.bead_diameter
+    return margin, max(high - margin, margin * 1.001)
+
+
+def _profile(packing, points, distance, group, groups):
+    """A `MeasuredProfile` of REVs at points, whose wall distances are in the groups given."""
+    diameter = packing.bead_diameter
+    radii = np.minimum(distance, 0.5 * MAXIMUM_DIAMETER_RATIO * diameter)
+    values = np.column_stack((distance / diameter, *rev_porosities(packing, points, radii)))
+    counts = np.bincount(group, minlength=groups)
+    means = np.column_stack([np.bincount(group, column, groups) for column in values.T]) / np.maximum(counts, 1)[:, None]
+    low, high = points[:, 2].min(), points[:, 2].max()
+    block = np.minimum((BLOCKS * (points[:, 2] - low) / max(high - low, 1e-300)).astype(int), BLOCKS - 1)
+    cell = group * BLOCKS + block
+    held = np.bincount(cell, minlength=groups * BLOCKS).reshape(groups, BLOCKS)
+    errors = []
+    for column in values.T[1:]:
+        block_means = np.bincount(cell, column, groups * BLOCKS).reshape(groups, BLOCKS) / np.maximum(held, 1)
+        used = (held > 0).sum(axis=1)
+        centre = np.where(held > 0, block_means, 0.0).sum(axis=1) / np.maximum(used, 1)
+        spread = np.where(held > 0, (block_means - centre[:, None]) ** 2, 0.0).sum(axis=1)
+        errors.append(np.sqrt(spread / np.maximum(used - 1, 1) / np.maximum(used, 1)))
+    rows = np.flatnonzero(counts)
+    rows = rows[np.argsort(means[rows, 0])]
+    first = ([0.0], [1.0], [1.0], [0.0], [0.0], [0])
+    columns = (*means[rows].T, errors[0][rows], errors[1][rows], counts[rows])
+    return MeasuredProfile(*(np.concatenate((start, column)) for start, column in zip(first, columns, strict=True)))
+
+
+def grid_profile(packing, spacing=5e-3, bed_height=None):
+    """The thesis's profile: REVs at the nodes of a grid of `spacing` (m) about the axis, averaged per wall distance."""
+    low, high = _limits(packing, bed_height)
+    half_x, half_y = packing.container.half_widths
+    axes = [spacing * np.arange(-np.floor(half / spacing), np.floor(half / spacing) + 1) for half in (half_x, half_y)]
+    x, y, z = np.meshgrid(*axes, np.arange(low, high + 1e-9, spacing), indexing="ij")
+    points = np.column_stack((x.ravel(), y.ravel(), z.ravel()))
+    distance = packing.container.wall_distance(points)
+    points, distance = points[distance > 0.0], distance[distance > 0.0]
+    _, group = np.unique(np.round(distance / packing.bead_diameter, 9), return_inverse=True)
+    return _profile(packing, points, distance, group, group.max() + 1)
+
+
+def stratified_profile(packing, bed_height=None, samples=SAMPLES, strata=STRATA, seed=1):
+    """A finer profile: REVs in each of the strata of y/d that the bed reaches, drawn evenly over their volume.
+
+    `samples` in each where the REV has its full size, and up to ten times as many where it is smaller and scatters more.
+    """
+    middles = 0.5 * (strata[1:] + strata[:-1])
+    wanted = (samples * np.clip((0.5 * MAXIMUM_DIAMETER_RATIO / middles) ** 2, 1.0, 10.0)).astype(int)
+    points, group, strata = stratified_points(packing, *_limits(packing, bed_height), wanted, strata, seed)
+    return _profile(packing, points, packing.container.wall_distance(points), group, len(strata) - 1)
+
+
+def stratified_points(packing, low, high, samples, strata, seed):
+    """Points (m, 3) between heights low and high (m), `samples` (one number each) in the strata of y/d, with the numbers
+    of their strata; and the edges of the strata that the container reaches by at least half their width."""
+    rng = np.random.default_rng(seed)
+    half_x, half_y = packing.container.half_widths
+    deepest = packing.container.wall_distance(_even_points(rng, 100_000, half_x, half_y, low, high)).max()
+    strata = strata[: 1 + max(int((deepest / packing.bead_diameter > 0.5 * (strata[1:] + strata[:-1])).sum()), 1)]
+    missing = np.array(samples[: len(strata) - 1])
+    points, groups = [], []
+    for _ in range(10_000):
+        batch = _even_points(rng, 200_000, half_x, half_y, low, high)
+        distance = packing.container.wall_distance(batch) / packing.bead_diameter
+        group = np.searchsorted(strata, distance, side="right") - 1
+        sound = (distance > 0.0) & (group < len(strata) - 1)
+        batch, group = batch[sound], group[sound]
+        order = np.argsort(group, kind="stable")
+        batch, group = batch[order], group[order]
+        rank = np.arange(group.size) - np.searchsorted(group, group)
+        taken = rank < missing[group]
+        points.append(batch[taken])
+        groups.append(group[taken])
+        missing -= np.bincount(group[taken], minlength=missing.size)
+        if not missing.any():
+            break
+    return np.concatenate(points), np.concatenate(groups), strata
+
+
+def _even_points(rng, number, half_x, half_y, low, high):
+    return rng.uniform((-half_x, -half_y, low), (half_x, half_y, high), (number, 3))
+
+
+def thin_shell_porosity(packing, bed_height=None, width=0.05, depth=5.0, samples=10_000, seed=1):
+    """(y/d, void fraction, standard error) of shells of `width` (in d) along the wall down to `depth` (in d).
+
+    The void fraction of a shell oscillates with wall distance, unlike that of the REVs. Points are drawn evenly in each
+    shell and tested against the beads; the error is binomial.
+    """
+    low, high = _limits(packing, bed_height)
+    strata = np.arange(0.0, depth + 0.5 * width, width)
+    wanted = np.full(len(strata) - 1, samples)
+    points, group, strata = stratified_points(packing, low, high, wanted, strata, seed)
+    within = _within_beads(packing, packing.wrapped(points))
+    number = np.bincount(group, minlength=len(strata) - 1)
+    void = 1.0 - np.bincount(group, within, len(strata) - 1) / number
+    return 0.5 * (strata[1:] + strata[:-1]), void, np.sqrt(void * (1.0 - void) / number)
+
+
+def _within_beads(packing, places):
+    """Which wrapped points lie within a bead: for each size of bead, is the nearest one close enough?"""
+    within = np.zeros(len(places), bool)
+    for diameter in np.unique(packing.diameters):
+        beads = cKDTree(packing.tree.data[packing.diameters == diameter], boxsize=packing.tree.boxsize)
+        within |= np.isfinite(beads.query(places, distance_upper_bound=0.5 * diameter)[0])
+    return within
