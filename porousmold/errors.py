@@ -10,9 +10,12 @@ class InputError(ValueError):
 
     def __str__(self):
         place = f" (in {self.where})" if self.where else ""
-        value = self.value if isinstance(self.value, int | str | bool) else str(self.value)
-        value = float(f"{self.value:.9g}") if isinstance(self.value, float) else value
-        shown = f" = {value!r}" if self.value is not None else ""
+        if isinstance(self.value, float):
+            shown = f" = {float(f'{self.value:.9g}')!r}"
+        elif isinstance(self.value, int | str | None):
+            shown = f" = {self.value!r}" if self.value is not None else ""
+        else:
+            shown = f" = {str(self.value)!r}"
         return f"{self.key}{shown}: {self.allowed}{place}"
 
 

@@ -15,10 +15,16 @@ def add_commands(commands):
     pack = commands.add_parser("pack", help="pour beads into a container and let them come to rest")
     _add_container(pack)
     pack.add_argument("--bead-diameter", metavar="LENGTH", help="of beads of one size")
-    pack.add_argument("--mixture", nargs="+", metavar="DIAMETER:SHARE", help="of several sizes, such as '3 mm:0.3' '6 mm:0.7'")
-    pack.add_argument("--fractions", default="mass", metavar="BY", help="what the shares mean: mass (default) or number")
+    pack.add_argument(
+        "--mixture", nargs="+", metavar="DIAMETER:SHARE", help="of several sizes, such as '3 mm:0.3' '6 mm:0.7'"
+    )
+    pack.add_argument(
+        "--fractions", default="mass", metavar="BY", help="what the shares mean: mass (default) or number"
+    )
     pack.add_argument("--beads", metavar="N", help="how many")
-    pack.add_argument("--bed-height", metavar="LENGTH", help="in place of N: fill to a little above; void fractions refer to it")
+    pack.add_argument(
+        "--bed-height", metavar="LENGTH", help="in place of N: fill to a little above; void fractions refer to it"
+    )
     pack.add_argument("--void-fraction", metavar="X", help="tune the friction until it is reached")
     pack.add_argument("--friction", metavar="MU", help="coefficient between beads and at walls (default 0.1)")
     pack.add_argument("--seed", default="1", metavar="N", help="same seed, same packing")
@@ -29,12 +35,20 @@ def add_commands(commands):
     pack.set_defaults(serial=_pack)
 
     porosity = commands.add_parser("porosity", help="phi_V and phi_A against wall distance, from a packing")
-    porosity.add_argument("packing", metavar="PACKING", help="HDF5 of `pack`, LIGGGHTS/LAMMPS dump, YADE text, extended XYZ, CSV, NPY")
+    porosity.add_argument(
+        "packing", metavar="PACKING", help="HDF5 of `pack`, LIGGGHTS dump, YADE text, extended XYZ, CSV, NPY"
+    )
     _add_container(porosity)
     porosity.add_argument("--bead-diameter", metavar="LENGTH", help="where the file holds none")
-    porosity.add_argument("--bed-height", metavar="LENGTH", help="of the bed that is averaged over (default: levelled height)")
-    porosity.add_argument("--grid", metavar="LENGTH", help="average on the thesis's grid of this spacing, not over strata")
-    porosity.add_argument("--out", default="profile.csv", metavar="FILE.csv", help="profile for bed.porosity_profile of a scene")
+    porosity.add_argument(
+        "--bed-height", metavar="LENGTH", help="of the bed that is averaged over (default: levelled height)"
+    )
+    porosity.add_argument(
+        "--grid", metavar="LENGTH", help="average on the thesis's grid of this spacing, not over strata"
+    )
+    porosity.add_argument(
+        "--out", default="profile.csv", metavar="FILE.csv", help="profile for bed.porosity_profile of a scene"
+    )
     porosity.add_argument("--fitted", metavar="FILE.csv", help="write the piecewise-linear fit as a profile too")
     porosity.add_argument("--quiet", action="store_true", help="no summary, no picture")
     porosity.set_defaults(serial=_porosity)
@@ -119,10 +133,10 @@ def _pack(options):
 
 
 def _packing_text(packing, bed_height, out):
-    made, lines = packing.made, [f"{packing.diameters.size} beads, levelled height {packing.levelled_height * 1e3:.1f} mm"]
-    height = "the levelled height" if bed_height is None else f"{bed_height * 1e3:g} mm"
-    lines += [
-        f"void fraction between the floor and {height}: {packing.void_fraction(bed_height):.4f} (friction {made['friction']:.4g})",
+    made, height = packing.made, "the levelled height" if bed_height is None else f"{bed_height * 1e3:g} mm"
+    lines = [
+        f"{packing.diameters.size} beads, levelled height {packing.levelled_height * 1e3:.1f} mm",
+        f"void fraction from the floor to {height}: {packing.void_fraction(bed_height):.4f} (friction {made['friction']:.4g})",
         f"contacts per bead: {packing.coordination_number:.2f} ({packing.bead_coordination_number:.2f} with other beads); "
         f"mean overlap {packing.mean_overlap:.2%} of d",
         f"at rest: kinetic energy {made['kinetic_energy']:.1e} m g d, residual force {made['residual_force']:.1e} m g per bead",
@@ -150,7 +164,9 @@ class _Bar:
         if monotonic() - self._shown < 0.2:
             return
         self._shown = monotonic()
-        done = math.log(self._largest / max(energy, LARGEST_KINETIC_ENERGY)) / math.log(self._largest / LARGEST_KINETIC_ENERGY)
+        done = math.log(self._largest / max(energy, LARGEST_KINETIC_ENERGY)) / math.log(
+            self._largest / LARGEST_KINETIC_ENERGY
+        )
         self._bar.n = round(max(done, 0.0), 3)
         self._bar.set_description_str(f"kinetic energy {energy:.1e} m g d, residual force {residual:.1e} m g")
 
@@ -175,7 +191,9 @@ def _porosity(options):
         profile = grid_profile(packing, spacing, bed_height)
     else:
         raise InputError("--grid", options.grid, f"must be > 0 and < {packing.container.smallest_width:g} m")
-    source = [f"from {options.packing}: {packing.diameters.size} beads, Sauter mean diameter {packing.bead_diameter:.6g} m"]
+    source = [
+        f"from {options.packing}: {packing.diameters.size} beads, Sauter mean diameter {packing.bead_diameter:.6g} m"
+    ]
     write_profile(options.out, profile, source)
     fits = [piecewise_linear(profile.position, values) for values in (profile.phi_v, profile.phi_a)]
     if options.fitted:
@@ -185,8 +203,10 @@ def _porosity(options):
     from ..porosity.pictures import draw_profile
 
     picture = draw_profile(Path(options.out).with_suffix(".png"), profile, thin_shell_porosity(packing, bed_height))
-    return _porosity_text(packing, profile, fits, bed_height) + f"\nwritten to {options.out}, {picture}" + (
-        f", {options.fitted}" if options.fitted else ""
+    return (
+        _porosity_text(packing, profile, fits, bed_height)
+        + f"\nwritten to {options.out}, {picture}"
+        + (f", {options.fitted}" if options.fitted else "")
     )
 
 

@@ -89,7 +89,9 @@ def _read_npy(path):
     except (OSError, ValueError, EOFError) as error:
         raise InputError(KEY, str(path), f"is not a sound NPY file: {error}") from error
     if table.ndim != 2 or table.shape[1] not in (3, 4) or table.dtype.kind not in "fiu":
-        raise InputError(KEY, str(path), f"must hold numbers of shape (n, 3) or (n, 4), not {table.dtype} {table.shape}")
+        raise InputError(
+            KEY, str(path), f"must hold numbers of shape (n, 3) or (n, 4), not {table.dtype} {table.shape}"
+        )
     return table[:, :3].astype(float), (2.0 * table[:, 3].astype(float) if table.shape[1] == 4 else None)
 
 
@@ -137,7 +139,9 @@ def _read_dump(path, lines):
     if len(rows) != count:
         raise InputError(KEY, str(path), f"ends early: {len(rows)} of {count} atoms in its last frame")
     # columns of words, such as the element's name, are left alone
-    wanted = [name for name in names if name in {"id", "radius", "diameter", *"xyz", "xu", "yu", "zu", "xs", "ys", "zs"}]
+    wanted = [
+        name for name in names if name in {"id", "radius", "diameter", *"xyz", "xu", "yu", "zu", "xs", "ys", "zs"}
+    ]
     at = [names.index(name) for name in wanted]
     if any(len(row) != len(names) for row in rows):
         raise InputError(KEY, str(path), f"has rows that are not of {len(names)} columns, as its ITEM: ATOMS says")
@@ -183,7 +187,7 @@ def _read_extxyz(path, lines):
         spans[name] = (offset, _whole(path, width))
         offset += spans[name][1]
     cells = [row.split() for row in rows]
-    columns = {}
+    columns: dict[str, np.ndarray] = {}
     for name in ("pos", "radius", "diameter"):
         if name in spans:
             first, width = spans[name]

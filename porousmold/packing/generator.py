@@ -1,7 +1,7 @@
 """Beads poured into a container: placed at random without touching, they fall and come to rest (`dynamics`).
 
 Rest means: kinetic energy per bead below 1e-6 m g d, and mean residual force below 1e-2 m g, with d and m the mean
-diameter and the mass of such a bead. The springs are as stiff as a mean overlap of about 0.08 % of d needs under the
+diameter and the mass of such a bead. The springs are as stiff as a mean overlap of about 0.09 % of d needs under the
 bed's own weight: softer beds are denser than beds of hard beads (0.65 % costs 0.02 in porosity), stiffer ones take
 longer. The start at a solid fraction of 0.30 keeps the layers at the wall sharp.
 """
@@ -18,9 +18,10 @@ from .packing import Packing
 
 LARGEST_KINETIC_ENERGY, LARGEST_RESIDUAL_FORCE = 1e-6, 1e-2
 START_SOLID_FRACTION = 0.30
-MEAN_OVERLAP, CONTACTS_PER_BEAD = 9e-4, 5.5
+MEAN_OVERLAP, CONTACTS_PER_BEAD = 1e-3, 5.5
 RESTITUTION, SPIN_DECAY = 0.5, 10.0
-STEPS_PER_CONTACT = 6.0
+# below 5 the steps are unstable where a bead has many contacts
+STEPS_PER_CONTACT = 5.5
 DEFAULT_FRICTION, LARGEST_FRICTION = 0.1, 1.0
 VOID_FRACTION_TOLERANCE = 1e-3
 # an even bed of equal spheres fills at most this much; the beads for a given height are counted with it
@@ -105,7 +106,8 @@ def pack(container, mixture, *, beads=None, bed_height=None, void_fraction=None,
         raise InputError("void_fraction", void_fraction,
                          f"is out of reach: friction 0 to {LARGEST_FRICTION:g} gives {low:.3f} to {high:.3f}")  # fmt: skip
     # the void fraction rises steeply at small friction and saturates: the square root makes it nearly straight
-    root = root_scalar(lambda s: ends.get(s * s, None) or excess(s * s), bracket=(0.0, math.sqrt(LARGEST_FRICTION)), xtol=1e-4)
+    bracket = 0.0, math.sqrt(LARGEST_FRICTION)
+    root = root_scalar(lambda s: ends.get(s * s) or excess(s * s), bracket=bracket, xtol=1e-4)
     if not root.converged or abs(best["packing"].void_fraction(bed_height) - void_fraction) > VOID_FRACTION_TOLERANCE:
         raise SolveError("packing", 0.0, f"void fraction {void_fraction} not met to {VOID_FRACTION_TOLERANCE}",
                          "more beads: small beds scatter")  # fmt: skip
@@ -115,7 +117,9 @@ def pack(container, mixture, *, beads=None, bed_height=None, void_fraction=None,
 def _checked(container, mixture, beads, bed_height, void_fraction, friction, seed):
     largest = max(mixture.diameters)
     if largest >= container.smallest_width:
-        raise InputError("bead_diameter", largest, f"must be < {container.smallest_width:g} m, the width of the container")
+        raise InputError(
+            "bead_diameter", largest, f"must be < {container.smallest_width:g} m, the width of the container"
+        )
     for period in container.period:
         if 0.0 < period < 4.0 * largest:
             raise InputError("width", period, f"must be >= {4.0 * largest:g} m: four beads, for periodic sides")
@@ -169,7 +173,9 @@ def _poured(container, diameters, friction, settings, progress):
         # long lists where beads fall, short ones where they rest: both cost time, as renewals and as idle pairs
         skin = min(max(0.04, 40.0 * dt * fastest), 0.35)
         pairs = dynamics.renew_pairs(body, size, name, wall_spring, pairs, skin, period, material[1])
-        time += dt * dynamics.advance(body, load, size, pairs, walls, wall_spring, material, dt, STEPS_BETWEEN_CHECKS, skin)
+        time += dt * dynamics.advance(
+            body, load, size, pairs, walls, wall_spring, material, dt, STEPS_BETWEEN_CHECKS, skin
+        )
         energy = 0.5 * (size[:, 1] * (body[:, 3:6] ** 2).sum(axis=1)).mean()
         residual = np.linalg.norm(load[:, :3], axis=1).mean()
         if progress is not None:
@@ -202,4 +208,6 @@ def _placed(container, size, solid_height, seed, unit):
             body[:, :3] = place
             return body, top
         fraction *= 0.8  # narrow containers hold fewer loose beads per volume
-    raise InputError("bead_diameter", float(2.0 * radius.max() * unit), f"is too large for {container}: beads find no place")
+    raise InputError(
+        "bead_diameter", float(2.0 * radius.max() * unit), f"is too large for {container}: beads find no place"
+    )

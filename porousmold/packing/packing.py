@@ -15,7 +15,7 @@ class Packing:
     """Centres (n, 3) and diameters (n) of beads in m, their container, and how they came about (`made`, plain values).
 
     Raises `InputError` for arrays that are no beads, or beads that lie outside their container by more than a
-    hundredth of a diameter.
+    twentieth of their diameter.
     """
 
     positions: np.ndarray
@@ -27,14 +27,21 @@ class Packing:
         positions, diameters = np.asarray(self.positions, float), np.asarray(self.diameters, float)
         object.__setattr__(self, "positions", positions)
         object.__setattr__(self, "diameters", diameters)
-        if positions.ndim != 2 or positions.shape[1] != 3 or diameters.shape != positions.shape[:1] or not diameters.size:
+        if (
+            positions.ndim != 2
+            or positions.shape[1] != 3
+            or diameters.shape != positions.shape[:1]
+            or not diameters.size
+        ):
             raise InputError("packing", str(positions.shape), "must hold at least one bead of three coordinates")
         if not (np.isfinite(positions).all() and np.isfinite(diameters).all() and (diameters > 0.0).all()):
             raise InputError("packing", f"{diameters.size} beads", "must have finite centres and diameters > 0")
-        inside = self.container.wall_distance(positions) >= 0.49 * diameters
+        inside = self.container.wall_distance(positions) >= 0.45 * diameters
         if not inside.all():
             worst = int(np.argmin(self.container.wall_distance(positions) / diameters))
-            raise InputError("packing", f"bead at {positions[worst]} m", f"lies outside its container ({self.container})")
+            raise InputError(
+                "packing", f"bead at {positions[worst]} m", f"lies outside its container ({self.container})"
+            )
 
     @property
     def bead_diameter(self):

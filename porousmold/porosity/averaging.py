@@ -29,21 +29,28 @@ STRATA = np.concatenate((np.arange(0.0, 1.0, 0.05), np.arange(1.0, 3.0, 0.1), np
 SAMPLES = 1000
 
 
+def _broadcast(rev_radius, bead_radius, distance):
+    return np.broadcast_arrays(*(np.asarray(value, float) for value in (rev_radius, bead_radius, distance)))
+
+
 def lens_volume(rev_radius, bead_radius, distance):
     """Volume (m³) that a bead takes from an REV, eq. 5.59 with the nested cases; arrays in m that broadcast, R and r > 0."""
-    R, r, s = np.broadcast_arrays(*(np.asarray(value, float) for value in (rev_radius, bead_radius, distance)))
-    nested = s <= np.abs(R - r)
-    safe = np.where(nested, 1.0, s)
-    lens = np.pi * (R + r - s) ** 2 * (s**2 + 2.0 * s * (r + R) - 3.0 * (R - r) ** 2) / (12.0 * safe)
-    return np.where(nested, 4.0 / 3.0 * np.pi * np.minimum(R, r) ** 3, np.where(s >= R + r, 0.0, lens))
+    rev, bead, s = _broadcast(rev_radius, bead_radius, distance)
+    nested = s <= np.abs(rev - bead)
+    # divided by s inside, where |R - r| < s keeps every term small: s may be tiny for equal spheres
+    inner = s + 2.0 * (bead + rev) - 3.0 * (rev - bead) ** 2 / np.where(nested, 1.0, s)
+    lens = np.pi / 12.0 * (rev + bead - s) ** 2 * inner
+    whole = 4.0 / 3.0 * np.pi * np.minimum(rev, bead) ** 3
+    return np.where(nested, whole, np.where(s >= rev + bead, 0.0, lens))
 
 
 def lens_area(rev_radius, bead_radius, distance):
     """Surface (m²) of an REV that lies within a bead, eq. 5.60 with the nested cases; as `lens_volume`."""
-    R, r, s = np.broadcast_arrays(*(np.asarray(value, float) for value in (rev_radius, bead_radius, distance)))
-    nested = s <= np.abs(R - r)
-    cap = np.pi * R * (r**2 - (R - s) ** 2) / np.where(nested, 1.0, s)
-    return np.where(nested, np.where(r > R, 4.0 * np.pi * R**2, 0.0), np.where(s >= R + r, 0.0, cap))
+    rev, bead, s = _broadcast(rev_radius, bead_radius, distance)
+    nested = s <= np.abs(rev - bead)
+    cap = np.pi * rev * (bead + rev - s) * (1.0 + (bead - rev) / np.where(nested, 1.0, s))
+    whole = np.where(bead > rev, 4.0 * np.pi * rev**2, 0.0)
+    return np.where(nested, whole, np.where(s >= rev + bead, 0.0, cap))
 
 
 def rev_porosities(packing, centres, radii):
@@ -113,7 +120,9 @@ def _profile(packing, points, distance, group, groups):
     radii = np.minimum(distance, 0.5 * MAXIMUM_DIAMETER_RATIO * diameter)
     values = np.column_stack((distance / diameter, *rev_porosities(packing, points, radii)))
     counts = np.bincount(group, minlength=groups)
-    means = np.column_stack([np.bincount(group, column, groups) for column in values.T]) / np.maximum(counts, 1)[:, None]
+    means = (
+        np.column_stack([np.bincount(group, column, groups) for column in values.T]) / np.maximum(counts, 1)[:, None]
+    )
     low, high = points[:, 2].min(), points[:, 2].max()
     block = np.minimum((BLOCKS * (points[:, 2] - low) / max(high - low, 1e-300)).astype(int), BLOCKS - 1)
     cell = group * BLOCKS + block
@@ -152,7 +161,8 @@ def stratified_profile(packing, bed_height=None, samples=SAMPLES, strata=STRATA,
     """
     middles = 0.5 * (strata[1:] + strata[:-1])
     wanted = (samples * np.clip((0.5 * MAXIMUM_DIAMETER_RATIO / middles) ** 2, 1.0, 10.0)).astype(int)
-    points, group, strata = stratified_points(packing, *_limits(packing, bed_height), wanted, strata, seed)
+    low, high = _limits(packing, bed_height)
+    points, group, strata = stratified_points(packing, low, high, wanted, strata, seed)
     return _profile(packing, points, packing.container.wall_distance(points), group, len(strata) - 1)
 
 

@@ -75,7 +75,9 @@ def piecewise_linear(position, porosity, segments=4):
         return fitted(knots)(position) - porosity
 
     places = np.linspace(0.35, np.sqrt(min(4.0, position.max())), 16) ** 2
-    start = min((np.array(knots) for knots in combinations(places, segments)), key=lambda knots: (residuals(knots) ** 2).sum())
+    start = min(
+        (np.array(knots) for knots in combinations(places, segments)), key=lambda knots: (residuals(knots) ** 2).sum()
+    )
     # each knot stays on its side of the middles between those of the start, so that their order holds
     middles = 0.5 * (start[1:] + start[:-1])
     bounds = np.concatenate(([0.5 * start[0]], middles)), np.concatenate((middles, [start[-1] + 1.0]))

@@ -1,0 +1,144 @@
+"""Packings of other codes, each from a small file written by hand to its documented format."""
+
+import h5py
+import meshio
+import numpy as np
+import pytest
+
+from porousmold.errors import InputError
+from porousmold.packing.container import Cylinder
+from porousmold.packing.files import check_writable, read_packing, write_packing
+from porousmold.packing.packing import Packing
+
+BOX = Cylinder(0.1)
+POSITIONS = np.array([[0.01, 0.02, 0.003], [-0.01, 0.0, 0.004], [0.0, -0.02, 0.005]])
+DIAMETERS = np.array([0.006, 0.004, 0.002])
+
+DUMP = """ITEM: TIMESTEP
+0
+ITEM: NUMBER OF ATOMS
+1
+ITEM: BOX BOUNDS ff ff ff
+-0.05 0.05
+-0.05 0.05
+0 0.1
+ITEM: ATOMS id type x y z radius
+1 1 0 0 0 0.001
+ITEM: TIMESTEP
+1000
+ITEM: NUMBER OF ATOMS
+3
+ITEM: BOX BOUNDS ff ff ff
+-0.05 0.05
+-0.05 0.05
+0 0.1
+ITEM: ATOMS type id {x} {y} {z} vx element radius
+1 3 {r3} 0 X 0.001
+1 1 {r1} 0 X 0.003
+1 2 {r2} 0 X 0.002
+"""
+PLAIN = DUMP.format(x="x", y="y", z="z", r1="0.01 0.02 0.003", r2="-0.01 0 0.004", r3="0 -0.02 0.005")
+SCALED = DUMP.format(x="xs", y="ys", z="zs", r1="0.6 0.7 0.03", r2="0.4 0.5 0.04", r3="0.5 0.3 0.05")
+UNWRAPPED = PLAIN.replace(" x y z ", " xu yu zu ").replace("id xu yu zu radius", "id x y z radius")
+YADE = "#format x_y_z_r\n0.01\t0.02\t0.003\t0.003\n-0.01\t0\t0.004\t0.002\n0\t-0.02\t0.005\t0.001\n"
+EXTXYZ = """3
+Lattice="1 0 0 0 1 0 0 0 1" Properties=species:S:1:velo:R:3:pos:R:3:radius:R:1 Time=0.1
+X 9 9 9 0.01 0.02 0.003 0.003
+X 9 9 9 -0.01 0 0.004 0.002
+X 9 9 9 0 -0.02 0.005 0.001
+"""
+CSV = "# by hand\nid,y [mm],x [mm],z [mm],diameter [mm]\n1,20,10,3,6\n2,0,-10,4,4\n3,-20,0,5,2\n"
+CSV_METRES = "x,y,z,radius\n0.01,0.02,0.003,0.003\n-0.01,0,0.004,0.002\n0,-0.02,0.005,0.001\n"
+FILES = {"dump": PLAIN, "scaled.dump": SCALED, "unwrapped.lammpstrj": UNWRAPPED, "yade.txt": YADE, "a.extxyz": EXTXYZ,
+         "frames.xyz": EXTXYZ.replace("0.02", "0.04") + EXTXYZ, "mm.csv": CSV, "m.csv": CSV_METRES}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_reads_files_of_other_codes(tmp_path, name):
+    path = tmp_path / name
+    path.write_text(FILES[name])
+    packing = read_packing(path, BOX)
+    assert packing.positions == pytest.approx(POSITIONS)
+    assert packing.diameters == pytest.approx(DIAMETERS)
+    assert packing.container == BOX
+
+
+def test_reads_npy(tmp_path):
+    np.save(tmp_path / "four.npy", np.column_stack((POSITIONS, 0.5 * DIAMETERS)))
+    assert read_packing(tmp_path / "four.npy", BOX).diameters == pytest.approx(DIAMETERS)
+    np.save(tmp_path / "three.npy", POSITIONS)
+    assert read_packing(tmp_path / "three.npy", BOX, 0.004).diameters == pytest.approx([0.004] * 3)
+    with pytest.raises(InputError, match="give the bead diameter"):
+        read_packing(tmp_path / "three.npy", BOX)
+
+
+def test_what_is_written_is_read_again(tmp_path):
+    packing = Packing(POSITIONS, DIAMETERS, BOX, {"seed": 3})
+    write_packing(packing, tmp_path / "a.h5", tmp_path / "a.extxyz", tmp_path / "a.vtk")
+    again = read_packing(tmp_path / "a.h5")
+    assert np.array_equal(again.positions, POSITIONS) and again.container == BOX and again.made == {"seed": 3}
+    assert read_packing(tmp_path / "a.extxyz", BOX).positions == pytest.approx(POSITIONS)
+    assert read_packing(tmp_path / "a.extxyz", BOX).diameters == pytest.approx(DIAMETERS)
+    vertices = meshio.read(tmp_path / "a.vtk")
+    assert vertices.points == pytest.approx(POSITIONS) and vertices.point_data["radius"] == pytest.approx(
+        0.5 * DIAMETERS
+    )
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.extxyz", "a.h5", "a.vtk"]
+
+
+BROKEN = {
+    "empty.dump": ("", "is empty"),
+    "short.dump": (PLAIN.rsplit("\n", 2)[0] + "\n", "ends early: 2 of 3"),
+    "noatoms.dump": ("ITEM: TIMESTEP\n0\n", "ITEM: ATOMS"),
+    "columns.dump": (PLAIN.replace(" vx element radius", " radius"), "columns"),
+    "noplace.dump": (PLAIN.replace(" x y z ", " a b c "), "columns x, y and z"),
+    "word.dump": (PLAIN.replace("-0.02", "oops"), "no number"),
+    "count.dump": (PLAIN.replace("ATOMS\n3", "ATOMS\nthree"), "whole number"),
+    "bounds.dump": (SCALED.replace("ITEM: BOX BOUNDS", "ITEM: BOX"), "BOX BOUNDS"),
+    "short.extxyz": (EXTXYZ.rsplit("\n", 2)[0] + "\n", "ends early: 2 of 3"),
+    "words.extxyz": (EXTXYZ.replace("0.003 0.003", "0.003"), "too few columns"),
+    "width.extxyz": (EXTXYZ.replace("pos:R:3", "pos:R:x"), "whole number"),
+    "three.txt": ("1 2 3\n4 5 6\n", "no known format"),
+    "rows.txt": ("0 0 0.1 0.1\n1 2\n", "too few columns in row 2"),
+    "words.txt": ("a b c d\n", "no number"),
+    "head.csv": ("a,b\n1,2\n", "columns x, y and z"),
+    "empty.csv": ("x,y,z,radius\n", "holds no beads"),
+    "unit.csv": (CSV.replace("x [mm]", "x [kg]"), "length"),
+    "negative.csv": (CSV_METRES.replace("0,0.004,0.002", "0,0.004,-0.002"), "diameters > 0"),
+    "outside.csv": (CSV_METRES.replace("0.01,0.02", "0.1,0.02"), "outside its container"),
+    "binary.txt": (b"\x00\xff\xfe\x01" * 20, "text file"),
+    "broken.npy": (b"\x93NUMPY\x01\x00v\x00rubbish", "NPY"),
+    "broken.h5": (b"\x89HDF\r\n\x1a\nrubbish", "damaged"),
+}
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_broken_files_get_one_line(tmp_path, name):
+    content, word = BROKEN[name]
+    path = tmp_path / name
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    with pytest.raises(InputError, match=word) as caught:
+        read_packing(path, BOX)
+    assert "\n" not in str(caught.value) and name in str(caught.value)
+
+
+def test_foreign_hdf5_is_refused(tmp_path):
+    with h5py.File(tmp_path / "other.h5", "w") as file:
+        file["something"] = np.zeros(3)
+    with pytest.raises(InputError, match="not a packing"):
+        read_packing(tmp_path / "other.h5")
+
+
+def test_container_and_file_must_be_there(tmp_path):
+    (tmp_path / "yade.txt").write_text(YADE)
+    with pytest.raises(InputError, match="holds no container"):
+        read_packing(tmp_path / "yade.txt")
+    with pytest.raises(InputError, match="No such file"):
+        read_packing(tmp_path / "none.txt", BOX)
+
+
+def test_paths_that_cannot_be_written_are_found_first(tmp_path):
+    check_writable(tmp_path / "a.h5", None)
+    for path in (tmp_path, tmp_path / "none" / "a.h5"):
+        with pytest.raises(InputError, match="must be a file"):
+            check_writable(path)
