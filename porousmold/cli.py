@@ -63,9 +63,7 @@ def _rank():
 
 
 def _parser():
-    parser = argparse.ArgumentParser(
-        prog="porousmold", description="Heating and cooling of bead-filled molds and pipes."
-    )
+    parser = _Parser(prog="porousmold", description="Heating and cooling of bead-filled molds and pipes.")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     run = commands.add_parser("run", help="run a scene to its heating time")
     run.add_argument("scene", metavar="SCENE.toml")
@@ -81,6 +79,14 @@ def _parser():
     show.add_argument("run", metavar="RUN")
     show.set_defaults(command=_show)
     return parser
+
+
+class _Parser(argparse.ArgumentParser):
+    """Refuses with one line, like everything else."""
+
+    def error(self, message):
+        """End the program with one line and the status of bad input."""
+        sys.exit(_end(BAD_INPUT, f"{message} (see {self.prog} --help)"))
 
 
 def _settings(texts):

@@ -82,7 +82,7 @@ def _optional(options, name, unit):
 
 def _whole(options, name):
     text = getattr(options, name)
-    if text is not None and not text.strip().isdecimal():
+    if text is not None and (not text.strip().isdecimal() or len(text.strip()) > 15):
         raise InputError(f"--{name}", text, "must be a whole number")
     return None if text is None else int(text)
 
@@ -149,7 +149,7 @@ class _Bar:
     """Progress towards rest: the logarithm of the kinetic energy that is still to go, after the fall."""
 
     def __init__(self):
-        self._bar, self._largest, self._shown = None, 0.0, -math.inf
+        self._bar, self._largest, self._shown, self._time = None, 0.0, -math.inf, 0.0
 
     def __call__(self, time, energy, residual):
         from tqdm import tqdm
@@ -158,10 +158,11 @@ class _Bar:
 
         if self._bar is None:
             self._bar = tqdm(total=1.0, bar_format="{desc} |{bar}| {percentage:.0f} %, {elapsed} elapsed")
-        if time < 1.0:  # a new packing of a search
+        if time < self._time:  # a new packing of a search
             self._largest = 0.0
+        self._time = time
         self._largest = max(self._largest, energy, 1e-3)
-        if monotonic() - self._shown < 0.2:
+        if monotonic() - self._shown < 0.2 and energy > LARGEST_KINETIC_ENERGY:
             return
         self._shown = monotonic()
         done = math.log(self._largest / max(energy, LARGEST_KINETIC_ENERGY)) / math.log(
@@ -182,9 +183,13 @@ def _porosity(options):
     from ..porosity.profile import write_profile
     from .files import check_writable, read_packing
 
-    check_writable(options.out, options.fitted)
+    picture = None if options.quiet else Path(options.out).with_suffix(".png")
+    check_writable(options.out, options.fitted, picture, sources=[options.packing])
     bed_height, spacing = _optional(options, "bed-height", "m"), _optional(options, "grid", "m")
-    packing = read_packing(options.packing, _container(options), _optional(options, "bead-diameter", "m"))
+    bead_diameter = _optional(options, "bead-diameter", "m")
+    if bead_diameter == 0.0:
+        raise InputError("--bead-diameter", bead_diameter, "must be > 0")
+    packing = read_packing(options.packing, _container(options), bead_diameter)
     if spacing is None:
         profile = stratified_profile(packing, bed_height)
     elif 0.0 < spacing < packing.container.smallest_width:
@@ -198,25 +203,24 @@ def _porosity(options):
     fits = [piecewise_linear(profile.position, values) for values in (profile.phi_v, profile.phi_a)]
     if options.fitted:
         write_profile(options.fitted, profile, [*source, "piecewise-linear fits"], *fits)
-    if options.quiet:
+    if picture is None:
         return None
     from ..porosity.pictures import draw_profile
 
-    picture = draw_profile(Path(options.out).with_suffix(".png"), profile, thin_shell_porosity(packing, bed_height))
-    return (
-        _porosity_text(packing, profile, fits, bed_height)
-        + f"\nwritten to {options.out}, {picture}"
-        + (f", {options.fitted}" if options.fitted else "")
-    )
+    draw_profile(picture, profile, fits, thin_shell_porosity(packing, bed_height))
+    written = [options.out, str(picture)] + ([options.fitted] if options.fitted else [])
+    return _porosity_text(packing, profile, fits, bed_height) + f"\nwritten to {', '.join(written)}"
 
 
 def _porosity_text(packing, profile, fits, bed_height):
     from ..porosity.fitting import model_scores, r_squared
 
     difference, place = profile.largest_difference
+    middle = f"bulk porosity {profile.bulk_porosity:.4f}"
+    if not profile.has_bulk:
+        middle = f"porosity in the middle {profile.phi_v[-1]:.4f} (narrower than 5.5 beads: there is no bulk)"
     lines = [
-        f"{packing.diameters.size} beads, void fraction {packing.void_fraction(bed_height):.4f}, "
-        f"bulk porosity {profile.bulk_porosity:.4f}",
+        f"{packing.diameters.size} beads, void fraction {packing.void_fraction(bed_height):.4f}, {middle}",
         f"phi_V - phi_A is largest at y/d = {place:.2f}: {difference:+.4f}",
         "R² of phi_V:            bulk 0.4      bulk fitted",
     ]
@@ -225,4 +229,6 @@ def _porosity_text(packing, profile, fits, bed_height):
     lines.append(f"  {'piecewise linear':20s} {'':8s}      {r_squared(profile.phi_v, fits[0](profile.position)):.3f}")
     knots = ", ".join(f"({s:.3f}, {value:.4f})" for s, value in zip(fits[0].knots, fits[0].values, strict=True))
     lines.append(f"  its knots (y/d, phi_V): {knots}")
+    if (packing.levelled_height if bed_height is None else bed_height) < 16.0 * packing.bead_diameter:
+        lines.append("the bed is lower than 16 beads: the standard errors are too small")
     return "\n".join(lines)

@@ -4,8 +4,8 @@ Linear spring and dashpot with Coulomb friction (Cundall and Strack, Géotechniq
 overlap by delta, with n from i to j, relative velocity v of j's surface against i's and m = m_i m_j / (m_i + m_j):
 
     F_n = k delta - 2 zeta sqrt(m k) v.n          (never pulling; on j)
-    F_t = -k_t xi - 2 zeta_t sqrt(m k_t) v_t      with |F_t| <= mu F_n, xi the tangential spring since first touch
-    k_t = 2/7 k,  zeta_t the same fraction        (equal normal and tangential periods of solid spheres)
+    F_t = -k_t xi - 2 zeta sqrt(m_t k_t) v_t      with |F_t| <= mu F_n, xi the tangential spring since first touch
+    k_t = 2/7 k,  m_t = 2/7 m                     (equal normal and tangential periods of solid spheres)
     zeta = -ln e / sqrt(pi^2 + ln^2 e)            for the coefficient of restitution e (0.55 for e = 0.5: no pull)
 
 and likewise against the walls, with m the bead's own mass. Spins decay at a given rate besides: it stands for rolling
@@ -35,7 +35,7 @@ def place(rng, position, radius, low, high, cylinder_radius, period, largest_tri
     position (n, 3) is filled; beads lie within the box `low` to `high`, but for its periodic sides, and within the
     cylinder about z if its radius is > 0. Stops at the first bead that finds no place in `largest_tries` tries.
     """
-    cells = _grid(high - low, 2.0 * radius.max(), period)
+    cells = _grid(high - low, 2.0 * radius.max(), period, radius.size)
     around = np.empty(27, np.int64)
     head = np.full(cells[0] * cells[1] * cells[2], -1, np.int64)
     following = np.full(radius.size, -1, np.int64)
@@ -73,9 +73,11 @@ def place(rng, position, radius, low, high, cylinder_radius, period, largest_tri
 
 
 @njit(cache=True)
-def _grid(span, size, period):  # pragma: no cover
-    """Cells of at least `size` along each side; a periodic side has one cell or at least three, so that none is met twice."""
+def _grid(span, size, period, count):  # pragma: no cover
+    """Cells of at least `size` along each side, some ten per bead at most; a periodic side has one cell or at least three,
+    so that none is met twice."""
     cells = np.empty(3, np.int64)
+    size = max(size, (span[0] * span[1] * span[2] / (10.0 * count + 1000.0)) ** (1.0 / 3.0), span.max() / 1e5)
     for a in range(3):
         cells[a] = max(1, math.floor(span[a] / size))
         if a < 2 and period[a] > 0.0 and cells[a] < 3:
@@ -160,7 +162,7 @@ def renew_pairs(body, size, name, wall_spring, pairs, skin, period, dashpot_rate
         else:
             low[a] = body[:, a].min()
             span[a] = body[:, a].max() - low[a] + 1e-9
-    cells = _grid(span, 2.0 * size[:, 0].max() + skin, period)
+    cells = _grid(span, 2.0 * size[:, 0].max() + skin, period, count)
     cell = np.empty((count, 3), np.int64)
     number = np.empty(count, np.int64)
     first = np.zeros(cells[0] * cells[1] * cells[2] + 1, np.int64)

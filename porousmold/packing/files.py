@@ -20,6 +20,7 @@ import io
 import json
 import os
 import re
+import tokenize
 from pathlib import Path
 
 import h5py
@@ -75,18 +76,18 @@ def _packing(path, positions, diameters, box, made):
 def _read_hdf5(path, box):
     try:
         with h5py.File(path, "r") as file:
-            positions, diameters = file["positions"][:], file["diameters"][:]
-            kind, sizes = file.attrs["container"], json.loads(file.attrs["container_sizes"])
-            made = json.loads(file.attrs["made"])
-    except (OSError, KeyError, ValueError) as error:
+            positions, diameters = file["positions"][:].astype(float), file["diameters"][:].astype(float)
+            own = container(str(file.attrs["container"]), dict(json.loads(file.attrs["container_sizes"])))
+            made = dict(json.loads(file.attrs["made"]))
+    except (OSError, KeyError, ValueError, TypeError, AttributeError, RuntimeError) as error:
         raise InputError(KEY, str(path), f"is not a packing written by porousmold, or is damaged: {error}") from error
-    return _packing(path, positions, diameters, box or container(kind, sizes), made)
+    return _packing(path, positions, diameters, box or own, made)
 
 
 def _read_npy(path):
     try:
         table = np.load(path, allow_pickle=False)
-    except (OSError, ValueError, EOFError) as error:
+    except (OSError, ValueError, EOFError, SyntaxError, tokenize.TokenError) as error:
         raise InputError(KEY, str(path), f"is not a sound NPY file: {error}") from error
     if table.ndim != 2 or table.shape[1] not in (3, 4) or table.dtype.kind not in "fiu":
         raise InputError(
@@ -113,7 +114,7 @@ def _read_csv(path):
 
 def _read_text(path):
     try:
-        lines = path.read_text(encoding="utf-8").splitlines()
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(KEY, str(path), "must be a text file, HDF5 or NPY") from error
     if lines[0].startswith("ITEM:"):
@@ -137,7 +138,9 @@ def _read_dump(path, lines):
     count = _whole(path, lines[counts[-1] + 1])
     rows = [line.split() for line in lines[heads[-1] + 1 :] if line.strip()]
     if len(rows) != count:
-        raise InputError(KEY, str(path), f"ends early: {len(rows)} of {count} atoms in its last frame")
+        raise InputError(
+            KEY, str(path), f"is cut short: {len(rows)} rows in its last frame, where {count} atoms are due"
+        )
     # columns of words, such as the element's name, are left alone
     wanted = [
         name for name in names if name in {"id", "radius", "diameter", *"xyz", "xu", "yu", "zu", "xs", "ys", "zs"}
@@ -185,6 +188,8 @@ def _read_extxyz(path, lines):
     offset, spans = 0, {}
     for name, width in zip(parts[::3], parts[2::3], strict=True):
         spans[name] = (offset, _whole(path, width))
+        if not spans[name][1]:
+            raise InputError(KEY, str(path), f"has no column for {name} in its Properties")
         offset += spans[name][1]
     cells = [row.split() for row in rows]
     columns: dict[str, np.ndarray] = {}
@@ -218,7 +223,7 @@ def _numbers(path, rows, width):
 
 
 def _whole(path, text):
-    if not text.strip().isdecimal():
+    if not text.strip().isdecimal() or len(text.strip()) > 15:
         raise InputError(KEY, str(path), f"has {text.strip()!r} where a whole number is due")
     return int(text)
 
@@ -232,13 +237,22 @@ def write_packing(packing, path, extxyz=None, vtk=None):
         _whole_or_not(vtk, lambda temporary: _write_vtk(packing, temporary))
 
 
-def check_writable(*paths):
-    """Refuse a path that cannot be written before long work begins; `InputError`."""
+def check_writable(*paths, sources=()):
+    """Refuse paths that cannot be written, are one another or a source, before long work begins; `InputError`."""
+    taken = {Path(path).resolve() for path in sources}
     for path in paths:
-        if path is not None:
-            folder = Path(path).resolve().parent
-            if Path(path).is_dir() or not folder.is_dir() or not os.access(folder, os.W_OK):
-                raise InputError("--out", str(path), "must be a file in a folder that exists and can be written")
+        if path is None:
+            continue
+        try:
+            full = Path(path).resolve()
+            writable = not full.is_dir() and full.parent.is_dir() and os.access(full.parent, os.W_OK)
+        except OSError:
+            writable = False
+        if not writable:
+            raise InputError("--out", str(path), "must be a file in a folder that exists and can be written")
+        if full in taken:
+            raise InputError("--out", str(path), "is needed for another file")
+        taken.add(full)
 
 
 def _whole_or_not(path, write):

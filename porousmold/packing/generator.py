@@ -23,13 +23,18 @@ RESTITUTION, SPIN_DECAY = 0.5, 10.0
 # below 5 the steps are unstable where a bead has many contacts
 STEPS_PER_CONTACT = 5.5
 DEFAULT_FRICTION, LARGEST_FRICTION = 0.1, 1.0
+# beads without any friction in a narrow cylinder slide about for ever
+SMALLEST_TUNED_FRICTION = 0.003
 VOID_FRACTION_TOLERANCE = 1e-3
-# an even bed of equal spheres fills at most this much; the beads for a given height are counted with it
-DENSE_SOLID_FRACTION = 0.64
+# beds fill between so much and so much; mixtures more than equal beads
+LOOSE_SOLID_FRACTION, DENSE_SOLID_FRACTION, DENSE_MIXTURE = 0.45, 0.64, 0.78
+SMALLEST_DIAMETER, LARGEST_NUMBER = 1e-6, 10_000_000
 LARGEST_TRIES = 200_000
 # in sqrt(d/g), after the time that the topmost bead falls
 LONGEST_SETTLING = 100.0
 STEPS_BETWEEN_CHECKS = 200
+# in largest diameters: an averaging sphere of 5.5 d must not meet both images of a bead
+SMALLEST_PERIOD = 7.0
 
 
 @dataclass(frozen=True)
@@ -46,10 +51,12 @@ class Mixture:
     def __post_init__(self):
         if not self.diameters or len(self.diameters) != len(self.shares):
             raise InputError("mixture", str(self.diameters), "must have one share for each of its diameters")
-        for name, values in (("bead_diameter", self.diameters), ("share", self.shares)):
-            for value in values:
-                if not (math.isfinite(value) and value > 0.0):
-                    raise InputError(name, value, "must be > 0")
+        for diameter in self.diameters:
+            if not SMALLEST_DIAMETER <= diameter < 1e3:
+                raise InputError("bead_diameter", diameter, f"must be >= {SMALLEST_DIAMETER:g} and < 1000 m")
+        for share in self.shares:
+            if not 0.0 < share < math.inf:
+                raise InputError("share", share, "must be > 0")
         if self.by not in ("mass", "number"):
             raise InputError("fractions", self.by, "must be 'mass' or 'number'")
         if max(self.diameters) > 5.0 * min(self.diameters):
@@ -57,7 +64,7 @@ class Mixture:
 
     @property
     def _number_shares(self):
-        numbers = np.array(self.shares, float)
+        numbers = np.array(self.shares, float) / max(self.shares)
         if self.by == "mass":
             numbers /= np.array(self.diameters) ** 3
         return numbers / numbers.sum()
@@ -72,6 +79,10 @@ class Mixture:
         exact = self._number_shares * number
         counts = np.floor(exact).astype(int)
         counts[np.argsort(counts - exact, kind="stable")[: number - counts.sum()]] += 1
+        if not counts.all() and number > 1:
+            raise InputError(
+                "mixture", str(self.diameters), f"must have a bead of each size: of {number}, one size gets none"
+            )
         return np.sort(np.repeat(self.diameters, counts))[::-1].copy()
 
 
@@ -92,26 +103,29 @@ def pack(container, mixture, *, beads=None, bed_height=None, void_fraction=None,
     if void_fraction is None:
         return _poured(container, diameters, DEFAULT_FRICTION if friction is None else friction, settings, progress)
 
-    best: dict[str, Packing] = {}
+    trials: dict[float, Packing] = {}
 
-    def excess(trial):
-        packing = _poured(container, diameters, trial, settings, progress)
-        found = packing.void_fraction(bed_height) - void_fraction
-        best["packing"] = packing
+    def excess(root_of_friction):
+        friction = root_of_friction**2
+        if friction not in trials:
+            trials[friction] = _poured(container, diameters, friction, settings, progress)
+        found = trials[friction].void_fraction(bed_height) - void_fraction
         return 0.0 if abs(found) <= VOID_FRACTION_TOLERANCE else found
 
-    ends = {trial: excess(trial) for trial in (0.0, LARGEST_FRICTION)}
-    if ends[0.0] > 0.0 or ends[LARGEST_FRICTION] < 0.0:
-        low, high = (value + void_fraction for value in ends.values())
-        raise InputError("void_fraction", void_fraction,
-                         f"is out of reach: friction 0 to {LARGEST_FRICTION:g} gives {low:.3f} to {high:.3f}")  # fmt: skip
     # the void fraction rises steeply at small friction and saturates: the square root makes it nearly straight
-    bracket = 0.0, math.sqrt(LARGEST_FRICTION)
-    root = root_scalar(lambda s: ends.get(s * s) or excess(s * s), bracket=bracket, xtol=1e-4)
-    if not root.converged or abs(best["packing"].void_fraction(bed_height) - void_fraction) > VOID_FRACTION_TOLERANCE:
+    bracket = math.sqrt(SMALLEST_TUNED_FRICTION), math.sqrt(LARGEST_FRICTION)
+    low, high = (excess(end) for end in bracket)
+    if low > 0.0 or high < 0.0:
+        raise InputError("void_fraction", void_fraction,
+                         f"is out of reach: friction {SMALLEST_TUNED_FRICTION:g} to {LARGEST_FRICTION:g} gives "
+                         f"{void_fraction + low:.3f} to {void_fraction + high:.3f}")  # fmt: skip
+    if low < 0.0 < high:
+        root_scalar(excess, bracket=bracket, xtol=1e-4)
+    nearest = min(trials.values(), key=lambda packing: abs(packing.void_fraction(bed_height) - void_fraction))
+    if abs(nearest.void_fraction(bed_height) - void_fraction) > VOID_FRACTION_TOLERANCE:
         raise SolveError("packing", 0.0, f"void fraction {void_fraction} not met to {VOID_FRACTION_TOLERANCE}",
                          "more beads: small beds scatter")  # fmt: skip
-    return best["packing"]
+    return nearest
 
 
 def _checked(container, mixture, beads, bed_height, void_fraction, friction, seed):
@@ -121,8 +135,12 @@ def _checked(container, mixture, beads, bed_height, void_fraction, friction, see
             "bead_diameter", largest, f"must be < {container.smallest_width:g} m, the width of the container"
         )
     for period in container.period:
-        if 0.0 < period < 4.0 * largest:
-            raise InputError("width", period, f"must be >= {4.0 * largest:g} m: four beads, for periodic sides")
+        if 0.0 < period < SMALLEST_PERIOD * largest:
+            raise InputError(
+                "width",
+                period,
+                f"must be >= {SMALLEST_PERIOD * largest:g} m: {SMALLEST_PERIOD:g} beads, for periodic sides",
+            )
     if bed_height is not None and not largest <= bed_height < 1e3:
         raise InputError("bed_height", bed_height, f"must be >= {largest:g} (one bead) and < 1000 m")
     if void_fraction is not None and not 0.0 < void_fraction < 1.0:
@@ -136,10 +154,17 @@ def _checked(container, mixture, beads, bed_height, void_fraction, friction, see
     if beads is None:
         if bed_height is None:
             raise InputError("beads", None, "is missing: give a number of beads or a bed_height")
-        volume = container.cross_section * (bed_height + largest)
-        return math.ceil(DENSE_SOLID_FRACTION * volume / mixture.mean_bead_volume)
-    if isinstance(beads, bool) or not isinstance(beads, int) or not 1 <= beads <= 10_000_000:
-        raise InputError("beads", beads, "must be a whole number from 1 to 10000000")
+        fraction = DENSE_SOLID_FRACTION if len(mixture.diameters) == 1 else DENSE_MIXTURE
+        number = math.ceil(fraction * container.cross_section * (bed_height + largest) / mixture.mean_bead_volume)
+        if number > LARGEST_NUMBER:
+            raise InputError("bed_height", bed_height, f"needs {number:.1e} beads; {LARGEST_NUMBER} are the most")
+        return number
+    if isinstance(beads, bool) or not isinstance(beads, int) or not 1 <= beads <= LARGEST_NUMBER:
+        raise InputError("beads", beads, f"must be a whole number from 1 to {LARGEST_NUMBER}")
+    if bed_height is not None:
+        reached = beads * mixture.mean_bead_volume / (LOOSE_SOLID_FRACTION * container.cross_section)
+        if bed_height > reached:
+            raise InputError("bed_height", bed_height, f"must be < {reached:.3g} m, which {beads} beads fill at most")
     return beads
 
 
@@ -160,7 +185,8 @@ def _poured(container, diameters, friction, settings, progress):
 
     # a bed of height H carries its own weight, H/2 in the mean, on CONTACTS_PER_BEAD contacts: F = 6 m g (H/2) / (d Z)
     height = solid / (0.6 * area)
-    stiffness = 3.0 * max(height, 1.0) / (CONTACTS_PER_BEAD * MEAN_OVERLAP)
+    # on beads of size 1; forces grow with d^2, so that beads larger than the mean need stiffer springs
+    stiffness = 3.0 * max(height, 1.0) / (CONTACTS_PER_BEAD * MEAN_OVERLAP) * 2.0 * size[:, 0].max()
     zeta = -math.log(RESTITUTION) / math.hypot(math.pi, math.log(RESTITUTION))
     material = (stiffness, 2.0 * zeta * math.sqrt(stiffness), friction, SPIN_DECAY)
     contact_time = math.pi * math.sqrt(0.5 * size[:, 1].min() / (stiffness * (1.0 - zeta**2)))

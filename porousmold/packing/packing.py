@@ -14,8 +14,8 @@ from ..errors import InputError
 class Packing:
     """Centres (n, 3) and diameters (n) of beads in m, their container, and how they came about (`made`, plain values).
 
-    Raises `InputError` for arrays that are no beads, or beads that lie outside their container by more than a
-    twentieth of their diameter.
+    Raises `InputError` for arrays that are no beads, or beads that lie outside their container or below its
+    floor by more than a twentieth of their diameter.
     """
 
     positions: np.ndarray
@@ -34,14 +34,19 @@ class Packing:
             or not diameters.size
         ):
             raise InputError("packing", str(positions.shape), "must hold at least one bead of three coordinates")
-        if not (np.isfinite(positions).all() and np.isfinite(diameters).all() and (diameters > 0.0).all()):
-            raise InputError("packing", f"{diameters.size} beads", "must have finite centres and diameters > 0")
-        inside = self.container.wall_distance(positions) >= 0.45 * diameters
-        if not inside.all():
-            worst = int(np.argmin(self.container.wall_distance(positions) / diameters))
-            raise InputError(
-                "packing", f"bead at {positions[worst]} m", f"lies outside its container ({self.container})"
-            )
+        sound = np.isfinite(positions).all(axis=1) & np.isfinite(diameters) & (diameters > 0.0)
+        if not sound.all():
+            bad = int(np.argmin(sound))
+            what = f"bead {bad + 1}: centre {positions[bad]}, diameter {diameters[bad]:g}"
+            raise InputError("packing", what, "must have finite centres and diameters > 0")
+        for gap in (self.container.wall_distance(positions), *self._plane_distances()):
+            worst = int(np.argmin(gap / diameters))
+            if gap[worst] < 0.45 * diameters[worst]:
+                raise InputError("packing", f"bead {worst + 1} at {positions[worst]} m",
+                                 f"lies outside its container, {self.container} with its floor at z = 0")  # fmt: skip
+
+    def _plane_distances(self):
+        return [self.positions @ np.array(plane[:3]) + plane[3] for plane in self.container.planes]
 
     @property
     def bead_diameter(self):
@@ -75,6 +80,7 @@ class Packing:
         for axis, period in enumerate(self.container.period):
             if period > 0.0:
                 points[:, axis] = np.mod(points[:, axis] + 0.5 * period, period)
+                points[points[:, axis] >= period, axis] = 0.0  # np.mod rounds a tiny negative number to the period
         return points
 
     @cached_property
@@ -91,16 +97,17 @@ class Packing:
 
     @property
     def mean_overlap(self):
-        """Of the contacts between beads, over the mean bead diameter (0 without contacts)."""
-        overlap = self.contacts[1]
-        return float(overlap.mean() / self.diameters.mean()) if overlap.size else 0.0
+        """Of the contacts between beads, each over the mean diameter of its two (0 without contacts)."""
+        pairs, overlap = self.contacts
+        return float((overlap / self.diameters[pairs].mean(axis=1)).mean()) if overlap.size else 0.0
 
     @property
     def coordination_number(self):
         """Contacts per bead with other beads, walls and floor."""
-        touching_wall = self.container.wall_distance(self.positions) <= 0.5 * self.diameters
-        on_floor = self.positions[:, 2] <= 0.5 * self.diameters
-        walls = int(touching_wall.sum() + on_floor.sum())
+        gaps = self._plane_distances()
+        if self.container.radius > 0.0:
+            gaps.append(self.container.wall_distance(self.positions))
+        walls = sum(int((gap <= 0.5 * self.diameters).sum()) for gap in gaps)
         return (2 * len(self.contacts[1]) + walls) / self.diameters.size
 
     @property

@@ -14,7 +14,8 @@ mean diameter of a mixture. The wall is known by its distance function alone (`p
 
 Profiles: the thesis's five steps on a grid (section 5.6.1), and samples drawn evenly over strata of wall distance. Its
 5 mm grid meets only 45 different radii of the 101.6 mm bed. Standard errors come from the scatter of blocks of the bed
-along its axis, because REVs overlap: samples within a block are not independent.
+along its axis, because REVs overlap: samples within a block are not independent. In beds lower than some 16 d
+neighbouring blocks are not independent either, and the errors are too small.
 """
 
 from dataclasses import dataclass
@@ -22,11 +23,14 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ..errors import InputError
+
 MAXIMUM_DIAMETER_RATIO = 5.5
 BLOCKS = 6
 # strata in y/d: fine where phi falls, and of about the width that the REVs themselves resolve further in
 STRATA = np.concatenate((np.arange(0.0, 1.0, 0.05), np.arange(1.0, 3.0, 0.1), np.arange(3.0, 30.01, 0.25)))
 SAMPLES = 1000
+LARGEST_GRID = 5_000_000
 
 
 def _broadcast(rev_radius, bead_radius, distance):
@@ -54,9 +58,16 @@ def lens_area(rev_radius, bead_radius, distance):
 
 
 def rev_porosities(packing, centres, radii):
-    """(phi_V, phi_A), arrays (m), of REVs with centres (m, 3) and radii (m) > 0 in m."""
+    """(phi_V, phi_A), arrays (m), of REVs with centres (m, 3) and radii (m) > 0 in m.
+
+    Raises `InputError` where periodic sides are so close that an REV would meet a bead twice.
+    """
     centres, radii = packing.wrapped(centres), np.asarray(radii, float)
     largest = 0.5 * packing.diameters.max()
+    for period in packing.container.period:
+        if 0.0 < period < 2.0 * (radii.max() + largest):
+            raise InputError("width", period, f"must be >= {2.0 * (radii.max() + largest):g} m: else an averaging sphere "
+                             "meets two images of a bead across the periodic sides")  # fmt: skip
     solid_volume, solid_area = np.zeros(radii.size), np.zeros(radii.size)
     # in batches, so that the list of all lenses stays within some 100 MB
     for batch in np.array_split(np.arange(radii.size), max(1, radii.size // 20_000)):
@@ -95,8 +106,13 @@ class MeasuredProfile:
     samples: np.ndarray
 
     @property
+    def has_bulk(self):
+        """Whether some averaging sphere has its full size."""
+        return bool(self.position[-1] >= 0.5 * MAXIMUM_DIAMETER_RATIO)
+
+    @property
     def bulk_porosity(self):
-        """Mean phi_V where the averaging sphere has its full size: y >= D_max / 2."""
+        """Mean phi_V where the averaging sphere has its full size, y >= D_max / 2; the last phi_V if none has."""
         bulk = self.position >= 0.5 * MAXIMUM_DIAMETER_RATIO
         return float(np.average(self.phi_v[bulk], weights=self.samples[bulk])) if bulk.any() else float(self.phi_v[-1])
 
@@ -108,10 +124,17 @@ class MeasuredProfile:
 
 
 def _limits(packing, bed_height):
-    """Lowest and highest centre (m) of an REV of full size in the bed (step 5 of the thesis)."""
+    """Lowest and highest centre (m) of an REV of full size in the bed (step 5 of the thesis).
+
+    Raises `InputError` for a bed that none fits into, or one that ends below `bed_height`.
+    """
     high = packing.levelled_height if bed_height is None else bed_height
-    margin = 0.5 * MAXIMUM_DIAMETER_RATIO * packing.bead_diameter
-    return margin, max(high - margin, margin * 1.001)
+    largest = MAXIMUM_DIAMETER_RATIO * packing.bead_diameter
+    top = float((packing.positions[:, 2] + 0.5 * packing.diameters).max())
+    if not 1.05 * largest <= high <= top * (1.0 + 1e-9):
+        raise InputError("bed_height", float(high), f"must be >= {1.05 * largest:.4g} m, so that averaging spheres of "
+                         f"{MAXIMUM_DIAMETER_RATIO:g} bead diameters fit, and <= {top:.4g} m, the top of the bed")  # fmt: skip
+    return 0.5 * largest, high - 0.5 * largest
 
 
 def _profile(packing, points, distance, group, groups):
@@ -123,17 +146,7 @@ def _profile(packing, points, distance, group, groups):
     means = (
         np.column_stack([np.bincount(group, column, groups) for column in values.T]) / np.maximum(counts, 1)[:, None]
     )
-    low, high = points[:, 2].min(), points[:, 2].max()
-    block = np.minimum((BLOCKS * (points[:, 2] - low) / max(high - low, 1e-300)).astype(int), BLOCKS - 1)
-    cell = group * BLOCKS + block
-    held = np.bincount(cell, minlength=groups * BLOCKS).reshape(groups, BLOCKS)
-    errors = []
-    for column in values.T[1:]:
-        block_means = np.bincount(cell, column, groups * BLOCKS).reshape(groups, BLOCKS) / np.maximum(held, 1)
-        used = (held > 0).sum(axis=1)
-        centre = np.where(held > 0, block_means, 0.0).sum(axis=1) / np.maximum(used, 1)
-        spread = np.where(held > 0, (block_means - centre[:, None]) ** 2, 0.0).sum(axis=1)
-        errors.append(np.sqrt(spread / np.maximum(used - 1, 1) / np.maximum(used, 1)))
+    errors = [_block_error(column, points[:, 2], group, groups) for column in values.T[1:]]
     rows = np.flatnonzero(counts)
     rows = rows[np.argsort(means[rows, 0])]
     first = ([0.0], [1.0], [1.0], [0.0], [0.0], [0])
@@ -141,10 +154,30 @@ def _profile(packing, points, distance, group, groups):
     return MeasuredProfile(*(np.concatenate((start, column)) for start, column in zip(first, columns, strict=True)))
 
 
+def _block_error(values, height, group, groups):
+    """Standard errors (groups) of group means from the scatter of blocks of the bed along z; nan from a single block."""
+    low, high = height.min(), height.max()
+    block = np.minimum((BLOCKS * (height - low) / max(high - low, 1e-300)).astype(int), BLOCKS - 1)
+    cell, shape = group * BLOCKS + block, (groups, BLOCKS)
+    held = np.bincount(cell, minlength=groups * BLOCKS).reshape(shape)
+    means = np.bincount(cell, values, groups * BLOCKS).reshape(shape) / np.maximum(held, 1)
+    means[held == 0] = np.nan
+    used = (held > 0).sum(axis=1)
+    centre = np.nansum(means, axis=1) / np.maximum(used, 1)
+    spread = np.nansum((means - centre[:, None]) ** 2, axis=1)
+    return np.where(used > 1, np.sqrt(spread / np.maximum(used - 1, 1) / np.maximum(used, 1)), np.nan)
+
+
 def grid_profile(packing, spacing=5e-3, bed_height=None):
-    """The thesis's profile: REVs at the nodes of a grid of `spacing` (m) about the axis, averaged per wall distance."""
+    """The thesis's profile: REVs at the nodes of a grid of `spacing` (m) about the axis, averaged per wall distance.
+
+    Raises `InputError` for a bed too low for its averaging spheres, or more than `LARGEST_GRID` nodes.
+    """
     low, high = _limits(packing, bed_height)
     half_x, half_y = packing.container.half_widths
+    nodes = 4.0 * half_x * half_y * (high - low) / spacing**3
+    if nodes > LARGEST_GRID:
+        raise InputError("grid", spacing, f"gives {nodes:.1e} nodes; {LARGEST_GRID} are the most")
     axes = [spacing * np.arange(-np.floor(half / spacing), np.floor(half / spacing) + 1) for half in (half_x, half_y)]
     x, y, z = np.meshgrid(*axes, np.arange(low, high + 1e-9, spacing), indexing="ij")
     points = np.column_stack((x.ravel(), y.ravel(), z.ravel()))
@@ -201,7 +234,7 @@ def thin_shell_porosity(packing, bed_height=None, width=0.05, depth=5.0, samples
     """(y/d, void fraction, standard error) of shells of `width` (in d) along the wall down to `depth` (in d).
 
     The void fraction of a shell oscillates with wall distance, unlike that of the REVs. Points are drawn evenly in each
-    shell and tested against the beads; the error is binomial.
+    shell and tested against the beads.
     """
     low, high = _limits(packing, bed_height)
     strata = np.arange(0.0, depth + 0.5 * width, width)
@@ -210,13 +243,19 @@ def thin_shell_porosity(packing, bed_height=None, width=0.05, depth=5.0, samples
     within = _within_beads(packing, packing.wrapped(points))
     number = np.bincount(group, minlength=len(strata) - 1)
     void = 1.0 - np.bincount(group, within, len(strata) - 1) / number
-    return 0.5 * (strata[1:] + strata[:-1]), void, np.sqrt(void * (1.0 - void) / number)
+    return 0.5 * (strata[1:] + strata[:-1]), void, _block_error(1.0 - within, points[:, 2], group, len(strata) - 1)
 
 
 def _within_beads(packing, places):
     """Which wrapped points lie within a bead: for each size of bead, is the nearest one close enough?"""
     within = np.zeros(len(places), bool)
-    for diameter in np.unique(packing.diameters):
-        beads = cKDTree(packing.tree.data[packing.diameters == diameter], boxsize=packing.tree.boxsize)
-        within |= np.isfinite(beads.query(places, distance_upper_bound=0.5 * diameter)[0])
+    # sizes within a fiftieth of the mean count as one: continuous distributions have as many as beads
+    sizes = np.round(50.0 * packing.diameters / packing.diameters.mean())
+    for size in np.unique(sizes):
+        own = sizes == size
+        beads, radius = (
+            cKDTree(packing.tree.data[own], boxsize=packing.tree.boxsize),
+            0.5 * packing.diameters[own].mean(),
+        )
+        within |= np.isfinite(beads.query(places, distance_upper_bound=radius)[0])
     return within

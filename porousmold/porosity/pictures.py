@@ -3,25 +3,24 @@
 import numpy as np
 
 from ..figures import STYLE, plt, save
-from .fitting import piecewise_linear
 from .models import POROSITY_MODELS
 from .oscillating import de_klerk
 
 
-def draw_profile(path, profile, shells, bulk_porosity=0.4):
+def draw_profile(path, profile, fits, shells, bulk_porosity=0.4):
     """phi_V and phi_A with fits; phi_V beside the laws of table 5.1; thin shells beside de Klerk (2003). Gives the path.
 
-    profile: a `MeasuredProfile`; shells: what `thin_shell_porosity` gives; bulk_porosity: of the laws.
+    profile: a `MeasuredProfile`; fits: those of its phi_V and phi_A, functions of y/d with `knots`; shells: what
+    `thin_shell_porosity` gives; bulk_porosity: of the laws.
     """
     with plt.rc_context(STYLE):
         figure, (averages, laws, layers) = plt.subplots(1, 3, figsize=(15.0, 4.4))
         figure.subplots_adjust(left=0.045, right=0.99, bottom=0.13, top=0.92, wspace=0.16)
-        for values, errors, label, colour in (
-            (profile.phi_v, profile.phi_v_error, "$\\phi_V$", "tab:blue"),
-            (profile.phi_a, profile.phi_a_error, "$\\phi_A$", "tab:orange"),
+        for values, errors, fit, label, colour in (
+            (profile.phi_v, profile.phi_v_error, fits[0], "$\\phi_V$", "tab:blue"),
+            (profile.phi_a, profile.phi_a_error, fits[1], "$\\phi_A$", "tab:orange"),
         ):
             averages.errorbar(profile.position, values, 2.0 * errors, fmt="o", markersize=3, color=colour, label=label)
-            fit = piecewise_linear(profile.position, values)
             at = np.union1d(np.linspace(0.0, profile.position[-1], 400), fit.knots)
             averages.plot(at, fit(at), color=colour, linewidth=1.0, label=f"{label}, piecewise linear")
         averages.set_title("averaging spheres (bars: two standard errors)", fontsize=10)

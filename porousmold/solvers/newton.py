@@ -14,6 +14,8 @@ _PREFIX = "porousmold_"
 _OPTIONS = {
     "snes_type": "newtonls",
     "snes_linesearch_type": "basic",
+    # else a warm start, whose first residual is tiny, counts as diverged where it only has to move
+    "snes_divergence_tolerance": -1,
     "ksp_type": "preonly",
     "pc_type": "lu",
     "pc_factor_mat_solver_type": "mumps",

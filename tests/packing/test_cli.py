@@ -15,7 +15,7 @@ from porousmold.porosity.profile import PorosityProfile
 
 from ..support import STUDIES, coarse_scene
 
-PACK = ["pack", "--container", "slab", "--gap", "50 mm", "--width", "3 cm", "--bead-diameter", "5 mm"]
+PACK = ["pack", "--container", "slab", "--gap", "50 mm", "--width", "36 mm", "--bead-diameter", "5 mm"]
 
 
 @pytest.fixture(scope="module")
@@ -107,6 +107,8 @@ def test_porosity_refuses_what_it_cannot_average(tmp_path, capsys):
         (["no.h5"], "No such file"),
         ([str(tmp_path / "a.txt")], "holds no container"),
         ([str(tmp_path / "a.txt"), "--container", "cylinder", "--diameter", "5 cm", "--grid", "0"], "--grid"),
+        ([str(tmp_path / "a.txt"), "--container", "cylinder", "--diameter", "5 cm"], "averaging spheres"),
+        ([str(tmp_path / "a.txt"), "--bead-diameter", "0"], "--bead-diameter"),
     ):
         assert main(["porosity", *arguments, "--out", str(tmp_path / "p.csv")]) == 2
         error = capsys.readouterr().err

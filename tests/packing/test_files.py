@@ -50,7 +50,8 @@ X 9 9 9 0 -0.02 0.005 0.001
 CSV = "# by hand\nid,y [mm],x [mm],z [mm],diameter [mm]\n1,20,10,3,6\n2,0,-10,4,4\n3,-20,0,5,2\n"
 CSV_METRES = "x,y,z,radius\n0.01,0.02,0.003,0.003\n-0.01,0,0.004,0.002\n0,-0.02,0.005,0.001\n"
 FILES = {"dump": PLAIN, "scaled.dump": SCALED, "unwrapped.lammpstrj": UNWRAPPED, "yade.txt": YADE, "a.extxyz": EXTXYZ,
-         "frames.xyz": EXTXYZ.replace("0.02", "0.04") + EXTXYZ, "mm.csv": CSV, "m.csv": CSV_METRES}  # fmt: skip
+         "frames.xyz": EXTXYZ.replace("0.02", "0.04") + EXTXYZ, "mm.csv": CSV, "m.csv": CSV_METRES,
+         "mark.csv": "\ufeff" + CSV_METRES}  # fmt: skip
 
 
 @pytest.mark.parametrize("name", FILES)
@@ -88,7 +89,8 @@ def test_what_is_written_is_read_again(tmp_path):
 
 BROKEN = {
     "empty.dump": ("", "is empty"),
-    "short.dump": (PLAIN.rsplit("\n", 2)[0] + "\n", "ends early: 2 of 3"),
+    "short.dump": (PLAIN.rsplit("\n", 2)[0] + "\n", "cut short: 2 rows"),
+    "next.dump": (PLAIN + "ITEM: TIMESTEP\n2000\n", "cut short: 5 rows"),
     "noatoms.dump": ("ITEM: TIMESTEP\n0\n", "ITEM: ATOMS"),
     "columns.dump": (PLAIN.replace(" vx element radius", " radius"), "columns"),
     "noplace.dump": (PLAIN.replace(" x y z ", " a b c "), "columns x, y and z"),
@@ -105,6 +107,10 @@ BROKEN = {
     "empty.csv": ("x,y,z,radius\n", "holds no beads"),
     "unit.csv": (CSV.replace("x [mm]", "x [kg]"), "length"),
     "negative.csv": (CSV_METRES.replace("0,0.004,0.002", "0,0.004,-0.002"), "diameters > 0"),
+    "nan.csv": (CSV_METRES.replace("-0.01,0,", "nan,0,"), "bead 2"),
+    "floor.csv": (CSV_METRES.replace("0,0.004", "0,-0.004"), "floor"),
+    "zero.extxyz": (EXTXYZ.replace("radius:R:1", "radius:R:0"), "no column for radius"),
+    "huge.extxyz": ("9" * 5000 + "\n" + EXTXYZ.split("\n", 1)[1], "whole number"),
     "outside.csv": (CSV_METRES.replace("0.01,0.02", "0.1,0.02"), "outside its container"),
     "binary.txt": (b"\x00\xff\xfe\x01" * 20, "text file"),
     "broken.npy": (b"\x93NUMPY\x01\x00v\x00rubbish", "NPY"),
@@ -129,6 +135,17 @@ def test_foreign_hdf5_is_refused(tmp_path):
         read_packing(tmp_path / "other.h5")
 
 
+def test_damaged_attributes_are_refused(tmp_path):
+    for name, value in (("container", [1, 2]), ("container_sizes", "[]"), ("container_sizes", '{"diameter": "x"}'),
+                        ("made", "[1]"), ("made", 3)):  # fmt: skip
+        path = tmp_path / "damaged.h5"
+        write_packing(Packing(POSITIONS, DIAMETERS, BOX), path)
+        with h5py.File(path, "a") as file:
+            file.attrs[name] = value
+        with pytest.raises(InputError, match="damaged"):
+            read_packing(path)
+
+
 def test_container_and_file_must_be_there(tmp_path):
     (tmp_path / "yade.txt").write_text(YADE)
     with pytest.raises(InputError, match="holds no container"):
@@ -139,6 +156,9 @@ def test_container_and_file_must_be_there(tmp_path):
 
 def test_paths_that_cannot_be_written_are_found_first(tmp_path):
     check_writable(tmp_path / "a.h5", None)
-    for path in (tmp_path, tmp_path / "none" / "a.h5"):
+    for path in (tmp_path, tmp_path / "none" / "a.h5", tmp_path / ("a" * 300)):
         with pytest.raises(InputError, match="must be a file"):
             check_writable(path)
+    for paths, sources in ((("a", "a"), ()), (("a",), ("a",))):
+        with pytest.raises(InputError, match="needed for another"):
+            check_writable(*(tmp_path / name for name in paths), sources=[tmp_path / name for name in sources])

@@ -8,7 +8,7 @@ from porousmold.packing.container import Box, Cylinder, Slab
 from porousmold.packing.generator import LARGEST_KINETIC_ENERGY, LARGEST_RESIDUAL_FORCE, Mixture, pack
 
 BEADS = Mixture((5e-3,))
-CONTAINERS = [Cylinder(0.03), Box(0.03, 0.025), Slab(0.03, 0.025)]
+CONTAINERS = [Cylinder(0.03), Box(0.03, 0.025), Slab(0.03, 0.035)]
 
 
 @pytest.mark.parametrize("container", CONTAINERS, ids=["cylinder", "box", "slab"])
@@ -65,11 +65,25 @@ def test_mixture_has_its_shares(by):
     assert mixture.mean_bead_volume == pytest.approx(np.pi / 6 * (diameters**3).mean(), rel=2e-3)
 
 
+def test_mixture_has_a_bead_of_each_size():
+    with pytest.raises(InputError, match="one size gets none"):
+        Mixture((3e-3, 6e-3), (1.0, 1e-6)).draw(100)
+    with np.errstate(all="raise"):
+        assert Mixture((3e-3, 6e-3), (1e308, 1e308), "number").draw(4).size == 4
+
+
+def test_large_beads_of_a_mixture_overlap_no_more_than_small_ones():
+    packing = pack(Slab(0.04, 0.056), Mixture((2e-3, 8e-3), (0.3, 0.7)), bed_height=0.03)
+    pairs, overlap = packing.contacts
+    large = (packing.diameters[pairs] == 8e-3).all(axis=1)
+    assert large.sum() > 20 and overlap[large].mean() < 2e-3 * 8e-3
+
+
 def test_mixture_is_denser_than_one_size():
     equal = pack(Cylinder(0.05), Mixture((4e-3,)), bed_height=0.05)
     mixed = pack(Cylinder(0.05), Mixture((3e-3, 9e-3), (0.4, 0.6)), bed_height=0.05)
     assert set(mixed.diameters) == {3e-3, 9e-3}
-    assert mixed.mean_overlap < 1.5e-3
+    assert mixed.mean_overlap < 1e-3
     assert mixed.void_fraction(0.05) < equal.void_fraction(0.05)
 
 
@@ -86,6 +100,7 @@ def test_mixture_is_denser_than_one_size():
         ({"beads": 10, "friction": 0.1, "void_fraction": 0.4}, "friction"),
         ({"beads": 10, "void_fraction": 1.4}, "void_fraction"),
         ({"beads": 60, "void_fraction": 0.2}, "out of reach"),
+        ({"beads": 60, "bed_height": 1.0}, "60 beads fill at most"),
         ({"beads": 10, "seed": -1}, "seed"),
     ],
 )
@@ -100,11 +115,12 @@ def test_impossible_wishes_get_one_line(options, word):
     [
         (Cylinder(5e-3), BEADS, "width of the container"),
         (Slab(0.03, 0.015), BEADS, "periodic"),
+        (Cylinder(50.0), Mixture((1e-3,)), "beads; 10000000 are the most"),
     ],
 )
 def test_beads_too_large_for_the_container(container, mixture, word):
     with pytest.raises(InputError, match=word):
-        pack(container, mixture, beads=20)
+        pack(container, mixture, bed_height=1.0)
 
 
 @pytest.mark.parametrize(
@@ -114,6 +130,7 @@ def test_beads_too_large_for_the_container(container, mixture, word):
         ((1e-3, 2e-3), (1.0,), "mass", "one share"),
         ((1e-3, -2e-3), (1.0, 1.0), "mass", "bead_diameter"),
         ((1e-3, 2e-3), (1.0, 0.0), "mass", "share"),
+        ((1e-120,), (1.0,), "mass", "bead_diameter"),
         ((1e-3, 2e-3), (1.0, 1.0), "volume", "number"),
         ((1e-3, 9e-3), (1.0, 1.0), "mass", "factor of 5"),
     ],

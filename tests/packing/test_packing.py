@@ -58,6 +58,11 @@ def test_contacts_across_periodic_sides():
     assert sorted(map(tuple, pairs)) == [(0, 1)] and overlap == pytest.approx([0.9])
 
 
+def test_bead_in_a_corner_touches_three_walls():
+    packing = Packing(np.array([[-1.0, -1.5, 0.5]]), np.ones(1) + 1e-12, Box(3.0, 4.0))
+    assert packing.coordination_number == 3.0 and packing.bead_coordination_number == 0.0
+
+
 def test_sauter_mean_of_a_mixture():
     packing = Packing(np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 3.0]]), np.array([1.0, 2.0]), Cylinder(4.0))
     assert packing.bead_diameter == pytest.approx(9.0 / 5.0)
@@ -71,6 +76,7 @@ def test_sauter_mean_of_a_mixture():
         (np.array([[0.0, 0.0, np.nan]]), np.ones(1), "finite"),
         (np.array([[0.0, 0.0, 0.5]]), np.array([-1.0]), "diameters > 0"),
         (np.array([[1.9, 0.0, 0.5]]), np.ones(1), "outside"),
+        (np.array([[0.0, 0.0, 0.5], [0.0, 0.0, -2.0]]), np.ones(2), "floor"),
     ],
 )
 def test_what_is_no_packing_is_refused(positions, diameters, word):
