@@ -15,7 +15,7 @@ from . import fenicsx, geometry
 from .closures.drag import DRAG_LAWS
 from .closures.nusselt import NUSSELT_CORRELATIONS
 from .equations.coordinates import Coordinates
-from .equations.energy import EnergyEquations, OuterWall
+from .equations.energy import EnergyEquations, OuterWall, ThinWall
 from .equations.flow import FlowEquations, FlowScales, FlowState, Opening
 from .equations.medium import Bed, FluidState, rev_vector
 from .equations.turbulence import TurbulenceModel
@@ -112,14 +112,18 @@ class Discretisation:
         scene, estimates, solver = self.scene, self.estimates, self.scene.solver
         _, width, _ = bed_size(scene)
         first_cell = solver.first_cell or estimates.first_cell
+        resolved = scene.model.wall == "conjugate"
+        wall_nodes = (
+            np.linspace(0.0, scene.wall.thickness, (solver.wall_cells or estimates.wall_cells) + 1) if resolved else []
+        )
         return geometry.strip(
             self.communicator,
             length=scene.geometry.length,
             width=width,
-            wall_thickness=scene.wall.thickness,
+            wall_thickness=scene.wall.thickness if resolved else 0.0,
             axial_nodes=scene.geometry.length * np.linspace(0.0, 1.0, solver.axial_cells + 1) ** AXIAL_GRADING,
             bed_nodes=geometry.graded_coordinates(width, first_cell, solver.cell_growth),
-            wall_nodes=np.linspace(0.0, scene.wall.thickness, (solver.wall_cells or estimates.wall_cells) + 1),
+            wall_nodes=wall_nodes,
             axisymmetric=scene.geometry.kind == "pipe",
         )
 
@@ -209,13 +213,16 @@ class Discretisation:
                 self.flow_state,
                 self.flow_temperature,
                 domain.entrance(),
-                self._with_constants(self.wall_material) if domain.has_wall else None,
+                self._with_constants(self.wall_material) if self.has_wall else None,
                 self._inlet_temperature,
                 ds(geometry.INLET),
                 ds(geometry.OUTLET),
-                self._outer_wall(ds(geometry.OUTER)),
+                self._outer_wall(ds(geometry.OUTER if domain.has_outer_wall else geometry.INTERFACE)),
                 dx(geometry.BED),
                 dx(geometry.WALL),
+                self._thin_wall(ds(geometry.INTERFACE)),
+                model.energy == "two-temperature",
+                self._constant(model.exchange_factor),
             )
             self.heat = TransientHeat(
                 domain,
@@ -227,7 +234,7 @@ class Discretisation:
             outflow = coordinates.weight * self.energy_equations.outward_mass_flux
             self._mass_out = fenicsx.compiled_form(outflow * ds(geometry.OUTLET))
             self._mass_in = fenicsx.compiled_form(-outflow * ds(geometry.INLET))
-            temperature = ufl.split(self.heat.unknown)[0]
+            temperature = ufl.split(self.heat.unknown)[0] if self.two_temperatures else self.heat.unknown
             self.outlet_heat = fenicsx.compiled_form(outflow * temperature * ds(geometry.OUTLET))
 
     def _inlet_drive(self):
@@ -238,12 +245,29 @@ class Discretisation:
             return {"mass_flux": self._drive / self._constant(self._inlet_area())}
         return {"velocity": self._drive, "temperature": self._inlet_temperature}
 
+    @property
+    def has_wall(self):
+        """Whether there is a wall that stores heat, resolved or thin."""
+        return self.domain.has_wall or self.scene.model.wall == "thin"
+
+    @property
+    def two_temperatures(self):
+        """Whether fluid and beads have a temperature each."""
+        return self.scene.model.energy == "two-temperature"
+
+    def _thin_wall(self, ds):
+        if self.scene.model.wall != "thin":
+            return None
+        thickness, curved = self.scene.wall.thickness, self.scene.geometry.kind == "pipe"
+        ratio = thickness / bed_size(self.scene)[1] if curved else 0.0
+        return ThinWall(ds, self._constant(thickness * (1.0 + 0.5 * ratio)), self._constant(1.0 + ratio))
+
     def _outer_wall(self, ds):
         operation = self.scene.operation
         flux, coefficient = operation.outer_heat_flux, operation.outer_coefficient
         if flux is None and coefficient is None:
             return None
-        if not self.domain.has_outer_wall:
+        if not self.domain.has_outer_wall and self.scene.model.wall != "thin":
             raise InputError(
                 "geometry.mesh",
                 str(self.scene.geometry.mesh),
@@ -276,7 +300,7 @@ class Discretisation:
         }
         self.station_names = list(named)
         self.stations = PointProbe(self.domain, list(named.values()))
-        space = self.heat.space.sub(0)
+        space = self.heat.space.sub(0) if self.two_temperatures else self.heat.space
         dimension = self.domain.mesh.topology.dim
         where = {
             "wall": fem.locate_dofs_topological(space, dimension, self.domain.cells(geometry.WALL)),
@@ -307,12 +331,12 @@ class Discretisation:
         return self.part_of_heat(self.heat.unknown, 1)
 
     def part_of_heat(self, unknown, part):
-        """T (part 0) or T_s (part 1) of a function of the energy's mixed space, as a function on the mesh.
+        """T (part 0) or T_s (part 1) of a function of the energy's space, as a function on the mesh.
 
         By interpolation: across ranks the spaces number their nodes differently.
         """
         function = fem.Function(self.flow_temperature.function_space)
-        function.interpolate(unknown.sub(part))
+        function.interpolate(unknown.sub(part) if self.two_temperatures else unknown)
         function.x.scatter_forward()
         return function
 
@@ -337,7 +361,7 @@ class Discretisation:
 
     def property_laws(self):
         """All property laws in use: (owner, name of the property, law)."""
-        owners = [self.fluid, self.beads] + ([self.wall_material] if self.domain.has_wall else [])
+        owners = [self.fluid, self.beads] + ([self.wall_material] if self.has_wall else [])
         return [(owner.name, name, law) for owner in owners for name, law in owner.laws().items()]
 
     def sources(self):

@@ -124,8 +124,11 @@ KEYS: dict[str, dict[str, Key]] = {
             ("none", "k-epsilon", "nakayama-kuwahara", "damped-nakayama-kuwahara"),
             "damped-nakayama-kuwahara",
         ),
-        "energy": _choice("energy equations", ("two-temperature",), "two-temperature"),
-        "wall": _choice("wall", ("conjugate",), "conjugate"),
+        "energy": _choice("temperatures of fluid and beads, or one for both", ("two-temperature", "one-temperature"),
+                          "two-temperature"),
+        "wall": _choice("wall: resolved, of one temperature through its thickness, or none", ("conjugate", "thin", "insulated"),
+                        "conjugate"),
+        "exchange_factor": Key("", "factor on the heat exchange between fluid and beads", 1.0, low=0.0, high=1e6),
         "rev_terms": _choice("terms of the non-constant averaging volume", ("off", "consistent", "as-published"), "off"),
         "flow_update": _choice("how the flow follows the temperature", ("quasi-steady", "frozen"), "quasi-steady"),
         "nusselt": _choice("heat exchange between fluid and beads", NUSSELT_CORRELATIONS, "wakao"),
@@ -323,8 +326,13 @@ def _check_together(scene):
         if name in scene._given.get("geometry", {}):
             raise InputError(f"geometry.{name}", getattr(geometry, name), f"has no place in a {geometry.kind}", where)
     need("bed", "bead_diameter")
+    if geometry.kind == "mesh" and scene.model.wall != "conjugate":
+        raise InputError(
+            "model.wall", scene.model.wall, "must be 'conjugate' for a mesh, which has its own wall", where
+        )
     if geometry.kind != "mesh":
-        need("wall", "thickness")
+        if scene.model.wall != "insulated":
+            need("wall", "thickness")
     elif scene.wall.thickness is not None:
         raise InputError(
             "wall.thickness", scene.wall.thickness, "has no place in a mesh, which has its own wall", where
@@ -367,6 +375,10 @@ def _check_together(scene):
     if operation.heating_margin >= difference:
         raise InputError("operation.heating_margin", operation.heating_margin,
                          f"must be < {difference:g} K, the difference of inlet and initial temperature", where)  # fmt: skip
+    if scene.model.wall == "insulated" and (operation.outer_heat_flux or operation.outer_coefficient) is not None:
+        raise InputError(
+            "model.wall", "insulated", "has no place beside operation.outer_heat_flux or outer_coefficient", where
+        )
     if (operation.outer_coefficient is None) != (operation.ambient_temperature is None):
         raise InputError("operation.outer_coefficient", operation.outer_coefficient,
                          "and operation.ambient_temperature must be given together", where)  # fmt: skip

@@ -12,6 +12,9 @@ enthalpy. Fixing the inlet's nodes instead would heat a conducting wall through 
 heating time with an aluminium skin). The outlet has no diffusive flux. With b the sum of the fluid's and the beads'
 equations keeps b.(lambda_fe grad T_f - lambda_s grad T_s), which is no divergence: `rev_heat` is that amount.
 
+With one temperature T_f = T_s the two equations are summed and the exchange is gone. A thin wall (`ThinWall`) has no
+cells: its storage and its conduction along the surface are terms on the interface.
+
 Storage of beads and wall is written with the enthalpy per volume H(T), so that the discrete balance closes whatever
 C(T); that of the fluid (10^-3 of the total) with rho C_f at the temperature of the flow's last solution.
 """
@@ -50,6 +53,18 @@ class OuterWall:
 
 
 @dataclass(frozen=True)
+class ThinWall:
+    """A wall of one temperature through its thickness, on the facets `ds` of the interface.
+
+    `volume` is its volume and `outer_area` its outer surface, per area of the interface (m, 1).
+    """
+
+    ds: ufl.Measure
+    volume: Any
+    outer_area: Any
+
+
+@dataclass(frozen=True)
 class EnergyEquations:
     """Forms of the energy balance for given flow fields.
 
@@ -69,6 +84,9 @@ class EnergyEquations:
     outer: OuterWall | None
     dx_bed: ufl.Measure
     dx_wall: ufl.Measure
+    thin_wall: ThinWall | None = None
+    two_temperatures: bool = True
+    exchange_factor: Any = 1.0
 
     @property
     def bed(self) -> Bed:
@@ -105,7 +123,8 @@ class EnergyEquations:
             prandtl_number(viscosity, laws.heat_capacity(temperature), conductivity),
             bed.porosity,
         )
-        return specific_surface(bed.porosity, bed.bead_diameter) * nusselt * conductivity / bed.bead_diameter
+        surface = specific_surface(bed.porosity, bed.bead_diameter)
+        return self.exchange_factor * surface * nusselt * conductivity / bed.bead_diameter
 
     def effective_conductivity(self, temperature):
         """lambda_fe, W/m/K (eq. 7.11)."""
@@ -120,11 +139,32 @@ class EnergyEquations:
     def stored_heat(self, temperature, bead_temperature, test, bead_test):
         """Form of the heat per volume (J/m3) against the tests; its change over time is the storage."""
         beads, weight = self.bed.beads, self.coordinates.weight
+        if not self.two_temperatures:
+            # the storage is what the advection balances: the upwinding's residual must hold it
+            test = bead_test = test + self._upwind(test)
         form = weight * self._fluid_storage() * temperature * test * self.dx_bed
         form += weight * (1.0 - self.bed.porosity) * volumetric_heat(beads, bead_temperature) * bead_test * self.dx_bed
-        if self.wall is not None:
+        if self.thin_wall is not None:
+            form += weight * self.thin_wall.volume * volumetric_heat(self.wall, temperature) * test * self.thin_wall.ds
+        elif self.wall is not None:
             form += weight * volumetric_heat(self.wall, temperature) * test * self.dx_wall
         return form
+
+    def _upwind(self, test):
+        """The streamline upwinding's addition to a test function, tau C_f phi rho u.grad v.
+
+        Its coefficients are held at the flow's temperature: they shift no solution, only the stabilisation.
+        """
+        capacity = self._laws.heat_capacity(self.flow_temperature)
+        flux = self.flow.mass_flux(self.flow_state, self.flow_temperature)
+        sizes = (
+            metric(self.coordinates.mesh),
+            capacity * flux,
+            self.bed.porosity * self.effective_conductivity(self.flow_temperature),
+            self.exchange_coefficient(self.flow_temperature) if self.two_temperatures else 0.0,
+        )
+        tau = self.entrance * streamline_time_scale(*sizes) + (1.0 - self.entrance) * time_scale(*sizes)
+        return tau * capacity * ufl.dot(flux, ufl.grad(test))
 
     def outflow_of_heat(self, temperature, bead_temperature, test, bead_test):
         """Form of everything but the storage: what leaves each place, W against the tests.
@@ -137,9 +177,10 @@ class EnergyEquations:
         phi, flux = bed.porosity, self.flow.mass_flux(self.flow_state, self.flow_temperature)
         fluid_conductivity = self.effective_conductivity(temperature)
         bead_conductivity = bed.beads.conductivity(bead_temperature)
-        exchange = self.exchange_coefficient(temperature)
         heat_flux_along = self._laws.heat_capacity(temperature) * ufl.dot(flux, ufl.grad(temperature))
-        transfer = exchange * (temperature - bead_temperature)
+        transfer = ufl.as_ufl(0.0)
+        if self.two_temperatures:
+            transfer = self.exchange_coefficient(temperature) * (temperature - bead_temperature)
         fluid = (heat_flux_along + transfer) * test + phi * fluid_conductivity * ufl.dot(
             ufl.grad(temperature), ufl.grad(test)
         )
@@ -149,25 +190,24 @@ class EnergyEquations:
         if bed.rev_vector is not None:
             fluid -= fluid_conductivity * ufl.dot(bed.rev_vector, ufl.grad(temperature)) * test
             bead += bead_conductivity * ufl.dot(bed.rev_vector, ufl.grad(bead_temperature)) * bead_test
-        # The upwinding's coefficients are held at the flow's temperature: they shift no solution, only the stabilisation
-        capacity = self._laws.heat_capacity(self.flow_temperature)
-        sizes = (
-            metric(self.coordinates.mesh),
-            capacity * flux,
-            phi * self.effective_conductivity(self.flow_temperature),
-            self.exchange_coefficient(self.flow_temperature),
-        )
-        tau = self.entrance * streamline_time_scale(*sizes) + (1.0 - self.entrance) * time_scale(*sizes)
-        upwind = tau * (heat_flux_along + transfer) * capacity * ufl.dot(flux, ufl.grad(test))
+        upwind = (heat_flux_along + transfer) * self._upwind(test)
         form = weight * (fluid + upwind + bead) * self.dx_bed
         form -= weight * self.enthalpy_entering(temperature) * test * self.inlet
-        if wall is not None:
+        if self.thin_wall is not None and wall is not None:
+            along, test_along = (self._along_the_wall(ufl.grad(f)) for f in (temperature, test))
+            conducted = self.thin_wall.volume * wall.conductivity(temperature) * ufl.dot(along, test_along)
+            form += weight * conducted * self.thin_wall.ds
+        elif wall is not None:
             form += (
                 weight * wall.conductivity(temperature) * ufl.dot(ufl.grad(temperature), ufl.grad(test)) * self.dx_wall
             )
         if self.outer is not None:
-            form -= weight * self.outer.into_wall(temperature) * test * self.outer.ds
+            form -= self._outer_weight * self.outer.into_wall(temperature) * test * self.outer.ds
         return form
+
+    def _along_the_wall(self, vector):
+        normal = ufl.FacetNormal(self.coordinates.mesh)
+        return vector - ufl.dot(vector, normal) * normal
 
     def enthalpy_entering(self, temperature):
         """-(rho phi u.n)(h(T_in) - h(T)): heat that the inflow brings beyond what it finds, W/m2 of inlet."""
@@ -184,7 +224,12 @@ class EnergyEquations:
         """Form (scalar, W) of the heat that enters through the outer wall; None where it is insulated."""
         if self.outer is None:
             return None
-        return self.coordinates.weight * self.outer.into_wall(temperature) * self.outer.ds
+        return self._outer_weight * self.outer.into_wall(temperature) * self.outer.ds
+
+    @property
+    def _outer_weight(self):
+        area = 1.0 if self.thin_wall is None else self.thin_wall.outer_area
+        return self.coordinates.weight * area
 
     def rev_heat(self, temperature, bead_temperature):
         """Form (scalar, W) of the heat that the REV terms create; None without them.

@@ -48,27 +48,36 @@ class HeatBalance:
 class TransientHeat:
     """The temperatures over a domain. `equations` are its `EnergyEquations`.
 
-    `unknown` holds T (fluid and wall) and T_s (beads, held where there are none); `set_time(t)` is called before each
-    stage to update the boundary values.
+    `unknown` holds T (fluid and wall) and T_s (beads, held where there are none), or with one temperature T alone;
+    `set_time(t)` is called before each stage to update the boundary values.
     """
 
     def __init__(self, domain, equations, initial_temperature, set_time, dx):
         self.domain, self.equations, self._set_time = domain, equations, set_time
+        two = equations.two_temperatures
         element = fenicsx.lagrange_element(domain.mesh, 1)
-        self.space = fenicsx.mixed_space(domain.mesh, [element, element])
+        self.space = (
+            fenicsx.mixed_space(domain.mesh, [element, element]) if two else fenicsx.lagrange_space(domain.mesh)
+        )
         self.unknown = fem.Function(self.space)
         self.unknown.x.array[:] = initial_temperature
         self._start, self._first = fem.Function(self.space), fem.Function(self.space)
-        parts, tests = ufl.split(self.unknown), ufl.TestFunctions(self.space)
+        if two:
+            parts, tests = ufl.split(self.unknown), ufl.TestFunctions(self.space)
+        else:
+            parts, tests = (self.unknown,) * 2, (ufl.TestFunction(self.space),) * 2
         self._inverse_stage = fem.Constant(domain.mesh, 1.0)
         stored = equations.stored_heat(*parts, *tests)
         nothing = fem.Constant(domain.mesh, 0.0)
         # the matrix needs entries for the bead temperatures that are held inside the wall
         residual = self._inverse_stage * stored + equations.outflow_of_heat(*parts, *tests)
         residual += nothing * parts[1] * tests[1] * dx
-        held = unknowns_outside(domain, self.space, (1,), BED)
-        beads = np.setdiff1d(fenicsx.collapse(self.space, 1)[1], held)
-        self._storing = np.concatenate([beads, unknowns_outside(domain, self.space, (0,), BED)])
+        if two:
+            held = unknowns_outside(domain, self.space, (1,), BED)
+            beads = np.setdiff1d(fenicsx.collapse(self.space, 1)[1], held)
+            self._storing = np.concatenate([beads, unknowns_outside(domain, self.space, (0,), BED)])
+        else:
+            held, self._storing = np.empty(0, np.int64), np.arange(len(self.unknown.x.array))
         self._system = NewtonSystem(residual, self.unknown, held, keep_jacobian=True)
         self._stored_form = fenicsx.compiled_form(stored)
         self._stored_start, self._stored_now = (fenicsx.petsc_vector(self.unknown).duplicate() for _ in range(2))
