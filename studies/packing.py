@@ -9,6 +9,7 @@ import shutil
 import statistics
 import subprocess
 import time
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -44,6 +45,12 @@ def yardstick():
     return statistics.median(seconds)
 
 
+@cache
+def bed(size, seed=1):
+    """A bed of beads of one size (m) in the thesis's pipe: 7461 of them for its own size, else a height of 200 mm."""
+    return pack(PIPE, Mixture((size,)), beads=BEADS if size == BEAD else None, bed_height=HEIGHT, seed=seed)
+
+
 def timed(*arguments, **options):
     """(packing, seconds)."""
     start = time.perf_counter()
@@ -71,14 +78,13 @@ class Page:
 
 
 def thesis_bed(page):
-    """The bed of section 5.6, three seeds; gives the first."""
-    page.add("", "## The bed of section 5.6: 7461 beads of 6.27 mm in 101.6 mm", "")
+    """The bed of section 5.6, three seeds."""
+    page.add("## The bed of section 5.6: 7461 beads of 6.27 mm in 101.6 mm", "")
     pack(PIPE, Mixture((BEAD,)), beads=20)  # compiles
-    rows, packings = [], []
+    rows = []
     for seed in (1, 2, 3):
         y = yardstick()
         packing, seconds = timed(PIPE, Mixture((BEAD,)), beads=BEADS, bed_height=HEIGHT, seed=seed)
-        packings.append(packing)
         rows.append([f"{seed}", f"{seconds:.1f}", f"{seconds / y:.1f}", f"{packing.void_fraction(HEIGHT):.4f}",
                      f"{packing.mean_overlap:.3%}", f"{packing.coordination_number:.2f}",
                      f"{packing.bead_coordination_number:.2f}", f"{packing.made['kinetic_energy']:.1e}",
@@ -86,12 +92,11 @@ def thesis_bed(page):
     page.table(["seed", "seconds", "in Y", "void fraction, 0-200 mm", "mean overlap / d", "contacts per bead",
                 "with beads alone", "kinetic energy, m g d", "residual force, m g"], rows)  # fmt: skip
     page.add("Thesis: 7461 beads, void fraction 0.406. Friction is the default 0.1.")
-    return packings
 
 
-def liggghts(page, ours):
+def liggghts(page):
     """The same bed by LIGGGHTS: the same contact law, its own random start of the same solid fraction."""
-    page.add("", "## LIGGGHTS on the same task", "")
+    page.add("## LIGGGHTS on the same task", "")
     program = shutil.which("liggghts")
     if program is None:
         page.add("LIGGGHTS was not installed: no comparison.")
@@ -99,7 +104,7 @@ def liggghts(page, ours):
     folder = Path("runs") / "liggghts"
     folder.mkdir(parents=True, exist_ok=True)
     mass = 2500.0 * np.pi / 6.0 * BEAD**3
-    stiffness = ours[0].made["stiffness"] * mass * 9.81 / BEAD
+    stiffness = bed(BEAD).made["stiffness"] * mass * 9.81 / BEAD
     zeta = -np.log(RESTITUTION) / np.hypot(np.pi, np.log(RESTITUTION))
     damping = 2.0 * zeta * np.sqrt(stiffness / (0.5 * mass))
     step = np.pi * np.sqrt(0.5 * mass / (stiffness * (1.0 - zeta**2))) / STEPS_PER_CONTACT
@@ -164,9 +169,10 @@ run 0
              f"{theirs.mean_overlap:.3%}, {theirs.coordination_number:.2f} contacts per bead. It has the same springs, "
              "dashpots and friction, but no decay of spins, and stops at the same kinetic energy.")  # fmt: skip
     rows = []
-    reference = [stratified_profile(ours[0], HEIGHT), thin_shell_porosity(ours[0], HEIGHT)[1]]
-    for name, packing in (("LIGGGHTS", theirs), ("ours, seed 2", ours[1]), ("ours, seed 3", ours[2])):
-        profile, shells = stratified_profile(packing, HEIGHT), thin_shell_porosity(packing, HEIGHT)[1]
+    # four times the points of the default: the samples' own scatter would be half of the difference
+    reference = [stratified_profile(bed(BEAD), HEIGHT), thin_shell_porosity(bed(BEAD), HEIGHT, samples=40_000)[1]]
+    for name, packing in (("LIGGGHTS", theirs), ("ours, seed 2", bed(BEAD, 2)), ("ours, seed 3", bed(BEAD, 3))):
+        profile, shells = stratified_profile(packing, HEIGHT), thin_shell_porosity(packing, HEIGHT, samples=40_000)[1]
         rms = [np.sqrt(np.mean((a - b) ** 2)) for a, b in ((profile.phi_v, reference[0].phi_v),
                (profile.phi_a, reference[0].phi_a), (shells, reference[1]))]  # fmt: skip
         rows.append([name, *(f"{value:.4f}" for value in rms)])
@@ -176,7 +182,7 @@ run 0
 
 def scaling(page):
     """Seconds against the number of beads, beds of one shape."""
-    page.add("", "## Growth", "")
+    page.add("## Growth", "")
     rows, numbers, all_seconds = [], [2000, 7461, 20_000, 50_000], []
     for number in numbers:
         y = yardstick()
@@ -190,14 +196,10 @@ def scaling(page):
     page.add(f"Slope {slope:.2f}: a taller bed falls longer, and its weight needs stiffer springs and shorter steps.")
 
 
-def sizes(page, bed):
+def sizes(page):
     """Profiles of 3, 6.27 and 9 mm beads, the laws pooled over them, as in section 5.7."""
-    page.add("", "## Profiles of 3, 6.27 and 9 mm beads (sections 5.6 and 5.7)", "")
-    beds = {
-        3.0: pack(PIPE, Mixture((3e-3,)), bed_height=HEIGHT),
-        6.27: bed,
-        9.0: pack(PIPE, Mixture((9e-3,)), bed_height=HEIGHT),
-    }
+    page.add("## Profiles of 3, 6.27 and 9 mm beads (sections 5.6 and 5.7)", "")
+    beds = {size * 1e3: bed(size) for size in (3e-3, BEAD, 9e-3)}
     rows, grids = [], []
     for size, packing in beds.items():
         fine, grid = stratified_profile(packing, HEIGHT), grid_profile(packing, 5e-3, HEIGHT)
@@ -217,24 +219,22 @@ def sizes(page, bed):
     fit = piecewise_linear(position, phi)
     rows.append(["piecewise linear", "-", f"{r_squared(phi, fit(position)):.3f}", "-", "0.97"])
     page.table(["law", "phi_b = 0.4", "phi_b fitted", "that phi_b", "thesis"], rows)
-    shells = thin_shell_porosity(bed, HEIGHT)
-    bulk = stratified_profile(bed, HEIGHT).bulk_porosity
+    profile, shells = stratified_profile(bed(BEAD), HEIGHT), thin_shell_porosity(bed(BEAD), HEIGHT)
+    bulk = profile.bulk_porosity
     rms = np.sqrt(np.mean((shells[1] - de_klerk(shells[0], bulk)) ** 2))
     page.add(f"Thin shells (0.05 d wide, to 5 d) of the 6.27 mm bed against de Klerk (2003) with the bed's bulk porosity "
              f"{bulk:.3f}: rms {rms:.4f}.")  # fmt: skip
-    profile = stratified_profile(bed, HEIGHT)
     fits = [piecewise_linear(profile.position, values) for values in (profile.phi_v, profile.phi_a)]
     draw_profile(HERE.parent / "docs" / "packing.png", profile, fits, shells)
     page.add("", "![profiles of the 6.27 mm bed](packing.png)")
-    return beds
 
 
-def mixture(page, bed):
+def mixture(page):
     """A two-size bed beside the one of one size (thesis, section 10.2)."""
-    page.add("", "## A mixture of two sizes", "")
+    page.add("## A mixture of two sizes", "")
     two = pack(PIPE, Mixture((4e-3, 8e-3), (0.5, 0.5)), bed_height=HEIGHT)
     rows = []
-    for name, packing in (("6.27 mm", bed), ("4 mm and 8 mm, half the mass each", two)):
+    for name, packing in (("6.27 mm", bed(BEAD)), ("4 mm and 8 mm, half the mass each", two)):
         profile, shells = stratified_profile(packing, HEIGHT), thin_shell_porosity(packing, HEIGHT)
         difference, place = profile.largest_difference
         score = model_scores(profile.position, profile.phi_v)["hunt-tien"]
@@ -249,14 +249,13 @@ def mixture(page, bed):
     page.add("y/d is taken with the Sauter mean diameter.")
 
 
-def walls(page, beds):
+def walls(page):
     """Slab walls against cylinder walls at D/d from 10 to 34."""
-    page.add("", "## Slab against cylinder", "")
+    page.add("## Slab against cylinder", "")
     rows = []
-    for size in (10.16e-3, 6.27e-3, 3e-3):
+    for size in (10.16e-3, BEAD, 3e-3):
         ratio = PIPE.diameter / size
-        known = beds.get(round(size * 1e3, 2))
-        round_bed = known or pack(PIPE, Mixture((size,)), bed_height=HEIGHT)
+        round_bed = bed(size)
         flat_bed = pack(Slab(PIPE.diameter, max(12.0 * size, 0.04)), Mixture((size,)), bed_height=HEIGHT)
         cylinder, slab = stratified_profile(round_bed, HEIGHT), stratified_profile(flat_bed, HEIGHT)
         near = int((cylinder.position <= 3.0).sum())  # both have the same strata there
@@ -274,7 +273,7 @@ def walls(page, beds):
 
 def heating(page):
     """Heating times with the laws of table 5.1, with the fitted profile and with the raw one (section 6.6.4)."""
-    page.add("", "## Heating times with laws and profiles", "")
+    page.add("## Heating times with laws and profiles", "")
     folder = HERE / "profiles"
     folder.mkdir(exist_ok=True)
     scenes = {"aluminium mold": (HERE / "mold" / "aluminium.toml", Slab(0.05, 0.06), "slab_ratio_10"),
@@ -312,31 +311,32 @@ def heating(page):
     page.add("of their packings (slab of 10 d, cylinder of 20.3 d).")
 
 
+PARTS = {"thesis": thesis_bed, "liggghts": liggghts, "growth": scaling, "sizes": sizes, "mixture": mixture, "walls": walls,
+         "heating": heating}  # fmt: skip
+HEAD = """# Packings and porosity
+
+Written by `make packing`; do not edit.
+
+Seconds are those of one core; Y is the median time of one sparse LU factorisation of the Laplacian on 300 x 300 points, taken
+just before. Void fractions cut spheres exactly; profiles are means over averaging spheres of diameter min(2 y, 5.5 d).
+"""
+
+
 def main():
-    """Compute everything and write the page."""
+    """Compute the parts asked for, all by default, and put them into the page."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--only", nargs="*", help="run these parts alone and write no page: liggghts, heating")
-    only = parser.parse_args().only
-    page, start = Page(), time.perf_counter()
-    if only:
-        beds = thesis_bed(page) if "liggghts" in only else []
-        for name, part in (("liggghts", lambda: liggghts(page, beds)), ("heating", lambda: heating(page))):
-            if name in only:
-                part()
-        return
-    page.add("# Packings and porosity", "", "Written by `make packing`; do not edit.", "",
-             "Seconds are those of one core; Y is the median time of one sparse LU factorisation of the Laplacian on 300 x 300 "
-             "points, taken just before. Void fractions cut spheres exactly; profiles are means over averaging spheres of "
-             "diameter min(2 y, 5.5 d).")  # fmt: skip
-    beds = thesis_bed(page)
-    liggghts(page, beds)
-    scaling(page)
-    by_size = sizes(page, beds[0])
-    mixture(page, beds[0])
-    walls(page, by_size)
-    heating(page)
-    page.add("", f"All of this took {(time.perf_counter() - start) / 60:.0f} minutes.")
-    (HERE.parent / "docs" / "packing.md").write_text("\n".join(page.lines) + "\n", encoding="utf-8")
+    parser.add_argument(
+        "--only", nargs="*", choices=PARTS, default=list(PARTS), help="renew these parts of the page alone"
+    )
+    only, path = parser.parse_args().only, HERE.parent / "docs" / "packing.md"
+    old = path.read_text(encoding="utf-8").split("\n## ")[1:] if path.is_file() else []
+    sections = {text.split("\n", 1)[0]: text for text in old} if len(only) < len(PARTS) else {}
+    for name in only:
+        page = Page()
+        PARTS[name](page)
+        text = "\n".join(page.lines).strip().removeprefix("## ")
+        sections[text.split("\n", 1)[0]] = text
+    path.write_text("\n## ".join([HEAD, *(text.rstrip() + "\n" for text in sections.values())]), encoding="utf-8")
 
 
 if __name__ == "__main__":

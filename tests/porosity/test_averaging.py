@@ -218,8 +218,12 @@ def test_profiles_of_the_thesis(bed):
 
 
 def test_thin_shells_oscillate_as_measured(bed):
-    position, void, _ = thin_shell_porosity(bed, PUBLISHED["bed_height"], samples=3000)
-    bulk = stratified_profile(bed, PUBLISHED["bed_height"], samples=50).bulk_porosity
+    height = PUBLISHED["bed_height"]
+    # two beds: the shells of a single one scatter by 0.01
+    other = pack(bed.container, Mixture((bed.bead_diameter,)), beads=bed.diameters.size, bed_height=height, seed=2)
+    shells = [thin_shell_porosity(each, height) for each in (bed, other)]
+    position, void = shells[0][0], np.mean([each[1] for each in shells], axis=0)
+    bulk = stratified_profile(bed, height, samples=50).bulk_porosity
     assert np.sqrt(np.mean((void - de_klerk(position, bulk)) ** 2)) < 0.035
     for low, high, pick in (
         (0.3, 0.8, np.argmin),
