@@ -20,9 +20,13 @@ def draw(folder):
     folder = Path(folder)
     if not (folder / "result.json").is_file() or not (folder / "history.csv").is_file():
         raise InputError("RUN", str(folder), "is not the folder of a run (no result.json and history.csv)")
-    summary = json.loads((folder / "result.json").read_text())
+    try:
+        summary = json.loads((folder / "result.json").read_text(encoding="utf-8"))
+        heating_time = summary["heating_time"]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputError("RUN", str(folder), f"has a damaged result.json: {error}") from error
     with plt.rc_context(STYLE):
-        drawn = [_temperatures(folder, summary)]
+        drawn = [_temperatures(folder, heating_time)]
         if (folder / "near_wall.csv").is_file():
             drawn.append(_near_wall(folder))
         if (folder / "fields.xdmf").is_file():
@@ -30,7 +34,7 @@ def draw(folder):
     return drawn
 
 
-def _temperatures(folder, summary):
+def _temperatures(folder, heating_time):
     history, _ = read_table(folder / "history.csv")
     minutes = np.array(history["time"]) / 60.0
     figure, axes = plt.subplots(figsize=(8.0, 5.0))
@@ -49,10 +53,9 @@ def _temperatures(folder, summary):
     shown = [p for p in PLACES if any(name.startswith(f"temperature_{p}") for name in history)]
     entries += [plt.Line2D([], [], color="k", linestyle=PLACES[p][1], label=PLACES[p][0]) for p in shown]
     entries.append(plt.Line2D([], [], color="0.4", linewidth=1.0, label="inlet"))
-    if summary["heating_time"] is not None:
-        time = summary["heating_time"]
-        axes.axvline(time / 60.0, color="tab:red", linewidth=1.2)
-        entries.append(plt.Line2D([], [], color="tab:red", label=f"heating time {time:.0f} s"))
+    if heating_time is not None:
+        axes.axvline(heating_time / 60.0, color="tab:red", linewidth=1.2)
+        entries.append(plt.Line2D([], [], color="tab:red", label=f"heating time {heating_time:.0f} s"))
     axes.set(xlabel="time in min", ylabel="temperature in °C", xlim=(0, minutes[-1] or 1))
     axes.legend(handles=entries, fontsize=9, loc="lower right")
     return save(figure, folder / "temperatures.png")

@@ -12,6 +12,7 @@ from mpi4py import MPI
 from . import __version__
 from .errors import SolveError
 from .results import RunFolder
+from .scene import SMALLEST_RATIO
 from .simulation import Simulation
 
 HIGHEST_MACH_NUMBER = 0.3
@@ -160,6 +161,10 @@ def warnings_of(simulation, bounds):
                 f"temperatures reached {beyond:.2g} K beyond those given, behind the sharp first front: "
                 "more solver.axial_cells lessen it"
             )
-    if scene.bed.allow_small_ratio and scene.geometry.kind != "mesh":
-        found.append("the bed may be narrower than 10 beads: averages over a packing lose their meaning there")
+    width = scene.geometry.cavity_height or scene.geometry.diameter
+    if width is not None and width < SMALLEST_RATIO * scene.bed.bead_diameter * (1.0 - 1e-9):
+        found.append(
+            f"the bed is {width / scene.bed.bead_diameter:.1f} beads wide, below {SMALLEST_RATIO:g}: "
+            "averages over a packing lose their meaning there"
+        )
     return found

@@ -228,7 +228,7 @@ class Scene:
         for table, keys in KEYS.items():
             content = {}
             for name in keys:
-                if table == "geometry" and name in _FOREIGN[self.geometry.kind]:
+                if f"{table}.{name}" in _FOREIGN[self.geometry.kind]:
                     continue
                 value = getattr(getattr(self, table), name)
                 if isinstance(value, TimeSeries):
@@ -306,8 +306,12 @@ def _check_bounds(name, number, key, where):
 
 
 _NEEDED = {"mold": ("length", "cavity_height"), "pipe": ("length", "diameter"), "mesh": ("mesh",)}
-_FOREIGN = {"mold": ("diameter", "mesh", "symmetry"), "pipe": ("cavity_height", "mesh", "symmetry"),
-            "mesh": ("length", "cavity_height", "diameter")}  # fmt: skip
+_FOREIGN = {
+    "mold": ("geometry.diameter", "geometry.mesh", "geometry.symmetry"),
+    "pipe": ("geometry.cavity_height", "geometry.mesh", "geometry.symmetry"),
+    "mesh": ("geometry.length", "geometry.cavity_height", "geometry.diameter", "solver.axial_cells", "solver.first_cell",
+             "solver.cell_growth", "solver.wall_cells"),
+}  # fmt: skip
 _DRIVES = ("pressure_drop", "inlet_velocity", "mass_flow")
 SMALLEST_RATIO = 10.0
 
@@ -322,9 +326,12 @@ def _check_together(scene):
     need("geometry", "kind")
     for name in _NEEDED[geometry.kind]:
         need("geometry", name)
-    for name in _FOREIGN[geometry.kind]:
-        if name in scene._given.get("geometry", {}):
-            raise InputError(f"geometry.{name}", getattr(geometry, name), f"has no place in a {geometry.kind}", where)
+    for full_name in _FOREIGN[geometry.kind]:
+        table, name = full_name.split(".")
+        if name in scene._given.get(table, {}):
+            raise InputError(
+                full_name, getattr(getattr(scene, table), name), f"has no place in a {geometry.kind}", where
+            )
     need("bed", "bead_diameter")
     if geometry.kind == "mesh" and scene.model.wall != "conjugate":
         raise InputError(

@@ -246,6 +246,22 @@ def test_gmsh_mold_agrees_with_the_built_in_mesh():
     assert gmsh == pytest.approx(ours, rel=3e-3)
 
 
+def test_damaged_result_is_refused_by_show(folder, tmp_path, capsys):
+    for text in ("{", "[]", "{}"):
+        for name in ("result.json", "history.csv"):
+            (tmp_path / name).write_text(text if name == "result.json" else (folder / name).read_text())
+        assert main(["show", str(tmp_path)]) == 2
+        error = capsys.readouterr().err
+        assert "damaged" in error and error.count("\n") == 1
+
+
+def test_narrow_bed_is_warned_of_and_a_wide_one_is_not():
+    for bead_diameter, warned in (("6.25 mm", True), ("5 mm", False)):
+        scene = coarse_scene(bed__bead_diameter=bead_diameter, bed__allow_small_ratio=True, model__turbulence="none",
+                             operation__end_time=20.0)  # fmt: skip
+        assert any("8.0 beads wide" in text for text in heated(scene)["warnings"]) == warned
+
+
 def test_warnings_name_the_limits_that_a_run_touches():
     summary = heated(coarse_scene(bed__bead_conductivity=0.2, operation__pressure_drop="60 kPa", model__nusselt="pen"))
     text = " ".join(summary["warnings"])

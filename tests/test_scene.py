@@ -137,3 +137,13 @@ def test_overrides_leave_the_original_alone():
 def test_reference_page_is_what_the_program_prints():
     page = STUDIES.parent / "docs" / "scene.md"
     assert page.read_text() == reference(), "run: porousmold keys > docs/scene.md"
+
+
+def test_mesh_of_a_file_takes_no_mesh_settings():
+    """They would be ignored; the scene as run leaves them out, so that it can be read again."""
+    curved = STUDIES / "mold" / "curved.toml"
+    for name, value in (("axial_cells", 20), ("first_cell", 1e-5), ("cell_growth", 1.2), ("wall_cells", 3)):
+        with pytest.raises(InputError, match=f"solver.{name}.*has no place in a mesh"):
+            Scene.from_file(curved, {f"solver.{name}": value})
+        assert name not in Scene.from_file(curved).as_tables()["solver"]
+    Scene(Scene.from_file(curved).as_tables())
