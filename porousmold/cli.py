@@ -14,10 +14,16 @@ DONE, BAD_INPUT, SOLVE_FAILED, INTERRUPTED = 0, 2, 3, 130
 
 def main(arguments=None):
     """Entry point: parse, dispatch, and turn errors into one line and an exit status."""
-    parser = _parser()
-    options = parser.parse_args(arguments)
+    options = _parser().parse_args(arguments)
+    if hasattr(options, "serial"):
+        return _on_one_rank(options.serial, options)
+    return _status_of(options.command, options)
+
+
+def _status_of(command, options):
+    """Exit status of a command, its errors told in one line."""
     try:
-        return _on_one_rank(options.serial, options) if hasattr(options, "serial") else options.command(options)
+        return command(options)
     except InputError as error:
         return _end(BAD_INPUT, error)
     except SolveError as error:
@@ -33,24 +39,22 @@ def _end(status, message):
 
 
 def _on_one_rank(command, options):
-    """A command without parallel work: rank 0 does it, the others wait for its status."""
+    """A command without parallel work, which gives its text: rank 0 does it, the others wait for its status."""
     from mpi4py import MPI
+
+    def told(options):
+        try:
+            text = command(options)
+        except KeyboardInterrupt:
+            return _end(INTERRUPTED, "interrupted; nothing was written")
+        if text:
+            print(text)
+        return DONE
 
     status = None
     try:
         if MPI.COMM_WORLD.rank == 0:
-            try:
-                text = command(options)
-            except InputError as error:
-                status = _end(BAD_INPUT, error)
-            except SolveError as error:
-                status = _end(SOLVE_FAILED, error)
-            except KeyboardInterrupt:
-                status = _end(INTERRUPTED, "interrupted; nothing was written")
-            else:
-                status = DONE
-                if text:
-                    print(text)
+            status = _status_of(told, options)
     finally:
         status = MPI.COMM_WORLD.bcast(status)
     return status

@@ -221,7 +221,7 @@ class Discretisation:
                 dx(geometry.BED),
                 dx(geometry.WALL),
                 self._thin_wall(ds(geometry.INTERFACE)),
-                model.energy == "two-temperature",
+                self.two_temperatures,
                 self._constant(model.exchange_factor),
             )
             self.heat = TransientHeat(

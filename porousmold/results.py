@@ -11,6 +11,7 @@ from dolfinx import io
 from . import fenicsx
 from .errors import InputError
 from .observation import field_snapshots, profile_near_wall
+from .whole_files import whole_file
 
 OUTPUTS = [
     *("result.json", "history.csv", "near_wall.csv", "fields.h5", "fields.xdmf", "scene.toml"),
@@ -55,17 +56,14 @@ class RunFolder:
             self._replace("result.json", json.dumps(summary, indent=2) + "\n")
 
     def _write_table(self, name, columns, units):
-        temporary = self.path / f".{name}.part"
-        with temporary.open("w", newline="", encoding="utf-8") as file:
+        with whole_file(self.path / name) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)
             writer.writerow([f"{column} [{units[column]}]" for column in columns])
             writer.writerows(zip(*columns.values(), strict=True))
-        temporary.replace(self.path / name)
 
     def _replace(self, name, text):
-        temporary = self.path / f".{name}.part"
-        temporary.write_text(text, encoding="utf-8")
-        temporary.replace(self.path / name)
+        with whole_file(self.path / name) as temporary:
+            temporary.write_text(text, encoding="utf-8")
 
     def _write_fields(self, simulation):
         with io.XDMFFile(simulation.problem.domain.communicator, str(self.path / "fields.xdmf"), "w") as file:

@@ -22,7 +22,7 @@ from porousmold.packing.container import Cylinder, Slab
 from porousmold.packing.files import read_packing, write_packing
 from porousmold.packing.generator import DEFAULT_FRICTION, RESTITUTION, STEPS_PER_CONTACT, Mixture, pack
 from porousmold.porosity.averaging import grid_profile, stratified_profile, thin_shell_porosity
-from porousmold.porosity.fitting import model_scores, piecewise_linear, r_squared
+from porousmold.porosity.fitting import model_scores, piecewise_linear, profile_fits, r_squared
 from porousmold.porosity.models import POROSITY_MODELS
 from porousmold.porosity.oscillating import de_klerk
 from porousmold.porosity.pictures import draw_profile
@@ -224,7 +224,7 @@ def sizes(page):
     rms = np.sqrt(np.mean((shells[1] - de_klerk(shells[0], bulk)) ** 2))
     page.add(f"Thin shells (0.05 d wide, to 5 d) of the 6.27 mm bed against de Klerk (2003) with the bed's bulk porosity "
              f"{bulk:.3f}: rms {rms:.4f}.")  # fmt: skip
-    fits = [piecewise_linear(profile.position, values) for values in (profile.phi_v, profile.phi_a)]
+    fits = profile_fits(profile)
     draw_profile(HERE.parent / "docs" / "packing.png", profile, fits, shells)
     page.add("", "![profiles of the 6.27 mm bed](packing.png)")
 
@@ -291,7 +291,7 @@ def heating(page):
         ]
         raw, fitted = folder / f"{name}.csv", folder / f"{name}_fitted.csv"
         write_profile(raw, profile, source)
-        fits = [piecewise_linear(profile.position, values) for values in (profile.phi_v, profile.phi_a)]
+        fits = profile_fits(profile)
         write_profile(fitted, profile, [*source, "piecewise-linear fits"], *fits)
         cases = settings | {"packing, piecewise-linear fit": {"bed.porosity_profile": str(fitted.resolve())},
                             "packing, raw": {"bed.porosity_profile": str(raw.resolve())},

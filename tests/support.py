@@ -118,6 +118,14 @@ def nodal(domain, expression):
     return function
 
 
+def fill_part(function, part, expression):
+    """Give a part of a mixed function the values of an expression at its nodes."""
+    subspace, numbers = fenicsx.collapse(function.function_space, part)
+    values = fem.Function(subspace)
+    values.interpolate(fenicsx.compiled_expression(expression, subspace))
+    function.x.array[numbers] = values.x.array
+
+
 def integral(form):
     """Value of a scalar form on a communicator of one rank."""
     return fem.assemble_scalar(fenicsx.compiled_form(form))

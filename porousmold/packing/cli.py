@@ -179,7 +179,7 @@ class _Bar:
 
 def _porosity(options):
     from ..porosity.averaging import grid_profile, stratified_profile, thin_shell_porosity
-    from ..porosity.fitting import piecewise_linear
+    from ..porosity.fitting import profile_fits
     from ..porosity.profile import write_profile
     from .files import check_writable, read_packing
 
@@ -200,7 +200,7 @@ def _porosity(options):
         f"from {options.packing}: {packing.diameters.size} beads, Sauter mean diameter {packing.bead_diameter:.6g} m"
     ]
     write_profile(options.out, profile, source)
-    fits = [piecewise_linear(profile.position, values) for values in (profile.phi_v, profile.phi_a)]
+    fits = profile_fits(profile)
     if options.fitted:
         write_profile(options.fitted, profile, [*source, "piecewise-linear fits"], *fits)
     if picture is None:

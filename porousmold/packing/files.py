@@ -29,6 +29,7 @@ import numpy as np
 from ..errors import InputError
 from ..tables import read_rows
 from ..units import to_si
+from ..whole_files import output_file
 from .container import container, description
 from .packing import Packing
 
@@ -230,11 +231,10 @@ def _whole(path, text):
 
 def write_packing(packing, path, extxyz=None, vtk=None):
     """HDF5 at `path`, and on request extended XYZ and VTK (vertices with radius). `InputError` if one cannot be written."""
-    _whole_or_not(path, lambda temporary: _write_hdf5(packing, temporary))
-    if extxyz is not None:
-        _whole_or_not(extxyz, lambda temporary: _write_extxyz(packing, temporary))
-    if vtk is not None:
-        _whole_or_not(vtk, lambda temporary: _write_vtk(packing, temporary))
+    for target, write in ((path, _write_hdf5), (extxyz, _write_extxyz), (vtk, _write_vtk)):
+        if target is not None:
+            with output_file(target) as temporary:
+                write(packing, temporary)
 
 
 def check_writable(*paths, sources=()):
@@ -253,17 +253,6 @@ def check_writable(*paths, sources=()):
         if full in taken:
             raise InputError("--out", str(path), "is needed for another file")
         taken.add(full)
-
-
-def _whole_or_not(path, write):
-    path = Path(path)
-    temporary = path.with_name(f".{path.name}.part")
-    try:
-        write(temporary)
-        temporary.replace(path)
-    except OSError as error:
-        temporary.unlink(missing_ok=True)
-        raise InputError("--out", str(path), f"cannot be written: {error.strerror or error}") from error
 
 
 def _write_hdf5(packing, path):

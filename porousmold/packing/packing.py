@@ -71,7 +71,7 @@ class Packing:
 
     @cached_property
     def tree(self):
-        """k-d tree of the centres, shifted by `origin` where sides are periodic."""
+        """k-d tree of the centres in the coordinates of `wrapped`."""
         return cKDTree(self.wrapped(self.positions), boxsize=(*self.container.period, 0.0))
 
     def wrapped(self, points):
@@ -83,14 +83,18 @@ class Packing:
                 points[points[:, axis] >= period, axis] = 0.0  # np.mod rounds a tiny negative number to the period
         return points
 
+    def shortest(self, steps):
+        """Steps (n, 3) between points, each the shortest across periodic sides; changes and gives the array."""
+        for axis, period in enumerate(self.container.period):
+            if period > 0.0:
+                steps[:, axis] -= period * np.round(steps[:, axis] / period)
+        return steps
+
     @cached_property
     def contacts(self):
         """(pairs (m, 2), overlaps (m) in m) of beads that touch."""
         pairs = self.tree.query_pairs(self.diameters.max(), output_type="ndarray")
-        step = self.positions[pairs[:, 1]] - self.positions[pairs[:, 0]]
-        for axis, period in enumerate(self.container.period):
-            if period > 0.0:
-                step[:, axis] -= period * np.round(step[:, axis] / period)
+        step = self.shortest(self.positions[pairs[:, 1]] - self.positions[pairs[:, 0]])
         overlap = 0.5 * self.diameters[pairs].sum(axis=1) - np.linalg.norm(step, axis=1)
         touching = overlap >= 0.0
         return pairs[touching], overlap[touching]

@@ -75,20 +75,11 @@ def rev_porosities(packing, centres, radii):
         counts = np.fromiter(map(len, found), int, len(found))
         bead = np.concatenate([np.asarray(beads, int) for beads in found]) if counts.sum() else np.zeros(0, int)
         rev = np.repeat(batch, counts)
-        distance = np.linalg.norm(_steps(packing, centres[rev], bead), axis=1)
+        distance = np.linalg.norm(packing.shortest(centres[rev] - packing.tree.data[bead]), axis=1)
         lenses = radii[rev], 0.5 * packing.diameters[bead], distance
         solid_volume += np.bincount(rev, lens_volume(*lenses), radii.size)
         solid_area += np.bincount(rev, lens_area(*lenses), radii.size)
     return 1.0 - solid_volume / (4.0 / 3.0 * np.pi * radii**3), 1.0 - solid_area / (4.0 * np.pi * radii**2)
-
-
-def _steps(packing, points, bead):
-    """Vectors from beads to wrapped points, the shortest across periodic sides."""
-    step = points - packing.tree.data[bead]
-    for axis, period in enumerate(packing.container.period):
-        if period > 0.0:
-            step[:, axis] -= period * np.round(step[:, axis] / period)
-    return step
 
 
 @dataclass(frozen=True)

@@ -56,6 +56,11 @@ class PiecewiseLinear:
         return np.interp(position, self.knots, self.values)
 
 
+def profile_fits(profile):
+    """The piecewise-linear fits of phi_V and phi_A of a `MeasuredProfile`."""
+    return tuple(piecewise_linear(profile.position, values) for values in (profile.phi_v, profile.phi_a))
+
+
 def piecewise_linear(position, porosity, segments=4):
     """The continuous piecewise-linear least-squares fit with free knots that is 1 at the wall (thesis, figure 5.4).
 

@@ -9,6 +9,7 @@ from scipy.interpolate import PchipInterpolator
 
 from ..errors import InputError
 from ..tables import read_rows
+from ..whole_files import output_file
 
 HEAD = ("wall_distance_over_bead_diameter", "phi_v", "phi_a")
 MORE = ("phi_v_standard_error", "phi_a_standard_error", "samples")
@@ -72,20 +73,14 @@ def write_profile(path, profile, comments=(), phi_v=None, phi_a=None):
 
     A fit has no standard errors: with it the file has the first three columns. `InputError` if it cannot be written.
     """
-    path = Path(path)
     columns, head = [profile.position], list(HEAD)
     if phi_v is None:
         columns += [profile.phi_v, profile.phi_a, profile.phi_v_error, profile.phi_a_error, profile.samples]
         head += MORE
     else:
         columns += [phi_v(profile.position), phi_a(profile.position)]
-    temporary = path.with_name(f".{path.name}.part")
-    try:
-        with temporary.open("w", newline="", encoding="utf-8") as file:
-            file.writelines(f"# {line}\n" for line in comments)
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(head)
-            writer.writerows([f"{cell:.6g}" for cell in row] for row in zip(*columns, strict=True))
-        temporary.replace(path)
-    except OSError as error:
-        raise InputError("--out", str(path), f"cannot be written: {error.strerror}") from error
+    with output_file(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
+        file.writelines(f"# {line}\n" for line in comments)
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(head)
+        writer.writerows([f"{cell:.6g}" for cell in row] for row in zip(*columns, strict=True))

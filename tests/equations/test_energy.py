@@ -15,7 +15,17 @@ from porousmold.solvers.flow import unknowns_outside
 from porousmold.solvers.heating import TransientHeat
 from porousmold.solvers.newton import NewtonSystem
 
-from ..support import GivenFlow, box, divergence_of_vector, error_norm, flow_equations, liquid, observed_orders, solid
+from ..support import (
+    GivenFlow,
+    box,
+    divergence_of_vector,
+    error_norm,
+    fill_part,
+    flow_equations,
+    liquid,
+    observed_orders,
+    solid,
+)
 
 DEGREE = 4
 
@@ -47,13 +57,10 @@ def steady(domain, equations, *, sources=(0.0, 0.0), exact=(None, None), held_bo
     for part, field in enumerate(exact):
         if field is None:
             continue
-        subspace, numbers = fenicsx.collapse(space, part)
-        values = fem.Function(subspace)
         if isinstance(field, float):
-            values.x.array[:] = field
+            unknown.x.array[fenicsx.collapse(space, part)[1]] = field
         else:
-            values.interpolate(fenicsx.compiled_expression(field, subspace))
-        unknown.x.array[numbers] = values.x.array
+            fill_part(unknown, part, field)
         held += [fem.locate_dofs_topological(space.sub(part), 1, domain.facets(tag)) for tag in held_boundaries]
     parts, tests = ufl.split(unknown), ufl.TestFunctions(space)
     dx = domain.cell_measure(DEGREE)

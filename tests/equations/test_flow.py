@@ -17,6 +17,7 @@ from ..support import (
     divergence_of_tensor,
     divergence_of_vector,
     error_norm,
+    fill_part,
     flow_equations,
     nodal,
     observed_orders,
@@ -40,10 +41,7 @@ def solve(domain, equations, openings, *, sources=None, exact=None, fixed_tags=(
     flow.guess_uniform((0.0, 0.0))
     if exact is not None:
         for part, field in enumerate((exact.velocity, exact.pressure)):
-            subspace, numbers = fenicsx.collapse(flow.space, part)
-            values = fem.Function(subspace)
-            values.interpolate(fenicsx.compiled_expression(field, subspace))
-            flow.unknown.x.array[numbers] = values.x.array
+            fill_part(flow.unknown, part, field)
     flow.solve()
     return FlowState.of(flow.unknown, equations.scales), temperature
 

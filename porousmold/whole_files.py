@@ -1,0 +1,29 @@
+"""Files that are written whole or not at all."""
+
+from contextlib import contextmanager
+from pathlib import Path
+
+from .errors import InputError
+
+
+@contextmanager
+def whole_file(path):
+    """Gives a temporary path beside `path` to write; it takes the path's place at the end, or is gone if that fails."""
+    path = Path(path)
+    temporary = path.with_name(f".{path.name}.part")
+    try:
+        yield temporary
+        temporary.replace(path)
+    except BaseException:
+        temporary.unlink(missing_ok=True)
+        raise
+
+
+@contextmanager
+def output_file(path):
+    """`whole_file` for a file that the user named: `InputError` if it cannot be written."""
+    try:
+        with whole_file(path) as temporary:
+            yield temporary
+    except OSError as error:
+        raise InputError("--out", str(path), f"cannot be written: {error.strerror or error}") from error
