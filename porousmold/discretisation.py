@@ -162,6 +162,7 @@ class Discretisation:
         model, operation = scene.model, scene.operation
         coordinates = Coordinates(domain.mesh, domain.axisymmetric)
         dx, ds = domain.cell_measure(QUADRATURE_DEGREE), domain.facet_measure(QUADRATURE_DEGREE)
+        nodal_dx, nodal_ds = domain.nodal_measures()
         bead_diameter = self._constant(scene.bed.bead_diameter)
         porosity, difference = self._porosity(bead_diameter)
         rev = None
@@ -202,8 +203,8 @@ class Discretisation:
         self._outer_values: list = []
         self.flow_temperature = fem.Function(fenicsx.lagrange_space(domain.mesh))
         self.flow_temperature.x.array[:] = operation.initial_temperature
-        inlet = Opening(ds(geometry.INLET), **self._inlet_drive())
-        openings = [inlet, Opening(ds(geometry.OUTLET), pressure=self._constant(0.0))]
+        inlet = Opening(ds(geometry.INLET), nodal_ds(geometry.INLET), **self._inlet_drive())
+        openings = [inlet, Opening(ds(geometry.OUTLET), nodal_ds(geometry.OUTLET), pressure=self._constant(0.0))]
         self.set_boundary_values(0.0)
         with self.stopwatch("compile"):
             self.flow = SteadyFlow(domain, self.equations, openings, self.flow_temperature, dx)
@@ -215,12 +216,13 @@ class Discretisation:
                 domain.entrance(),
                 self._with_constants(self.wall_material) if self.has_wall else None,
                 self._inlet_temperature,
-                ds(geometry.INLET),
-                ds(geometry.OUTLET),
-                self._outer_wall(ds(geometry.OUTER if domain.has_outer_wall else geometry.INTERFACE)),
+                nodal_ds(geometry.INLET),
+                nodal_ds(geometry.OUTLET),
+                self._outer_wall(nodal_ds(geometry.OUTER if domain.has_outer_wall else geometry.INTERFACE)),
                 dx(geometry.BED),
+                nodal_dx(geometry.BED),
                 dx(geometry.WALL),
-                self._thin_wall(ds(geometry.INTERFACE)),
+                self._thin_wall(nodal_ds(geometry.INTERFACE)),
                 self.two_temperatures,
                 self._constant(model.exchange_factor),
             )
@@ -231,11 +233,11 @@ class Discretisation:
                 self.set_boundary_values,
                 dx(geometry.WALL),
             )
-            outflow = coordinates.weight * self.energy_equations.outward_mass_flux
-            self._mass_out = fenicsx.compiled_form(outflow * ds(geometry.OUTLET))
-            self._mass_in = fenicsx.compiled_form(-outflow * ds(geometry.INLET))
+            outflow = coordinates.nodal_weight * self.energy_equations.outward_mass_flux
+            self._mass_out = fenicsx.compiled_form(outflow * nodal_ds(geometry.OUTLET))
+            self._mass_in = fenicsx.compiled_form(-outflow * nodal_ds(geometry.INLET))
             temperature = ufl.split(self.heat.unknown)[0] if self.two_temperatures else self.heat.unknown
-            self.outlet_heat = fenicsx.compiled_form(outflow * temperature * ds(geometry.OUTLET))
+            self.outlet_heat = fenicsx.compiled_form(outflow * temperature * nodal_ds(geometry.OUTLET))
 
     def _inlet_drive(self):
         operation = self.scene.operation

@@ -7,6 +7,7 @@ import contextlib
 import importlib
 import logging
 
+import basix
 import dolfinx
 import numpy as np
 import ufl
@@ -61,11 +62,29 @@ def _space(domain, element):
         return fem.FunctionSpace(domain, element)
 
 
-def cell_constant_space(domain):
-    """Discontinuous space of one value per cell."""
+def cell_constant_space(domain, components=1):
+    """Discontinuous space of one value per cell, scalar or with a number of components."""
     if _basix_ufl is None:
-        return _space(domain, ufl.FiniteElement("DG", domain.ufl_cell(), 0))
-    return _space(domain, _basix_ufl.element("DG", domain.basix_cell(), 0))
+        if components == 1:
+            return _space(domain, ufl.FiniteElement("DG", domain.ufl_cell(), 0))
+        return _space(domain, ufl.VectorElement("DG", domain.ufl_cell(), 0, dim=components))
+    return _space(domain, _basix_ufl.element("DG", domain.basix_cell(), 0, shape=None if components == 1 else (components,)))
+
+
+def vertex_rule(cell_type):
+    """Quadrature at a reference cell's vertices with equal weights, as metadata of a measure: (points, weights).
+
+    `cell_type` is a name such as "quadrilateral". FFCx's own scheme "vertex" knows no quadrilaterals before 0.7.
+    """
+    cell = getattr(basix.CellType, cell_type)
+    points = basix.geometry(cell)
+    volume = float(np.sum(basix.make_quadrature(cell, 1)[1]))
+    return {
+        "quadrature_rule": "custom",
+        "quadrature_degree": 1,
+        "quadrature_points": tuple(map(tuple, points.tolist())),
+        "quadrature_weights": (volume / len(points),) * len(points),
+    }
 
 
 def petsc_vector(function):

@@ -75,6 +75,14 @@ class Domain:
         metadata = {"quadrature_degree": quadrature_degree}
         return ufl.Measure("dx", domain=self.mesh, subdomain_data=self.cell_tags, metadata=metadata)
 
+    def nodal_measures(self):
+        """dx and ds with quadrature at the nodes, which makes what is stored or exchanged at a node its own affair."""
+        cell = self.mesh.ufl_cell()
+        return (
+            ufl.Measure("dx", domain=self.mesh, subdomain_data=self.cell_tags, metadata=fenicsx.vertex_rule(cell.cellname())),
+            ufl.Measure("ds", domain=self.mesh, subdomain_data=self.facet_tags, metadata=fenicsx.vertex_rule("interval")),
+        )
+
     def facet_measure(self, quadrature_degree):
         """ds with the boundary's tags as subdomains."""
         metadata = {"quadrature_degree": quadrature_degree}

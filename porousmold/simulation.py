@@ -1,5 +1,6 @@
 """The march in time: flow and heat in turn, what is recorded, and when the wall is heated."""
 
+import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -45,6 +46,7 @@ class Simulation:
         self.history = History()
         self.snapshots: list[tuple[float, np.ndarray, np.ndarray]] = []
         self._snapshot_spacing = 0.0
+        self._bounds = scene_bounds(scene.operation)
 
     def _time_control(self):
         solver, operation = self.scene.solver, self.scene.operation
@@ -85,7 +87,7 @@ class Simulation:
                     with problem.stopwatch("flow"):
                         self._renew_flow(previous, last_step, step)
                 with problem.stopwatch("energy"):
-                    error = heat.step(self.time, step)
+                    error = heat.step(self.time, step, after_jump=control.after_jump(self.time), bounds=self._bounds)
             except SolveError as failure:
                 self._restore(start, flow_start, old_balance)
                 control.reject_failed(step, failure)
@@ -177,3 +179,15 @@ class Simulation:
         if len(self.snapshots) > MOST_SNAPSHOTS and not finished:
             self.snapshots = self.snapshots[::2]
             self._snapshot_spacing = max(2.0 * self._snapshot_spacing, self.time / MOST_SNAPSHOTS)
+
+
+def scene_bounds(operation):
+    """Lowest and highest temperature (K) that a scene can reach: what is given, infinite where a heat flux is."""
+    given = [operation.initial_temperature, *operation.inlet_temperature.range]
+    if operation.ambient_temperature is not None:
+        given += operation.ambient_temperature.range
+    low, high = min(given), max(given)
+    if operation.outer_heat_flux is not None:
+        least, most = operation.outer_heat_flux.range
+        low, high = (-math.inf if least < 0.0 else low), (math.inf if most > 0.0 else high)
+    return low, high

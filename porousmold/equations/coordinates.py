@@ -6,8 +6,12 @@ velocity gradient gains the hoop component u_r/r. Planar volumes are per metre o
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import ufl
+from dolfinx import fem
+
+from .. import fenicsx
 
 
 @dataclass(frozen=True)
@@ -21,6 +25,22 @@ class Coordinates:
     def weight(self):
         """Factor of dx and ds: 2 pi r, or 1."""
         return 2.0 * math.pi * ufl.SpatialCoordinate(self.mesh)[1] if self.axisymmetric else 1.0
+
+    @cached_property
+    def from_middle(self):
+        """Vector from the middle of the cell (m)."""
+        middle = fem.Function(fenicsx.cell_constant_space(self.mesh, 2))
+        middle.interpolate(lambda x: x[:2])
+        return ufl.SpatialCoordinate(self.mesh) - middle
+
+    @cached_property
+    def nodal_weight(self):
+        """Factor of measures with quadrature at the nodes: what is lumped there of the volume, 2 pi (r + 2 r_cell)/3, so
+        that the axis has its share."""
+        if not self.axisymmetric:
+            return 1.0
+        radius = ufl.SpatialCoordinate(self.mesh)[1]
+        return 2.0 * math.pi * (radius - 2.0 / 3.0 * self.from_middle[1])
 
     def velocity_gradient(self, velocity):
         """Gradient of a vector field as 2 x 2 tensor, or 3 x 3 with the hoop component u_r/r."""

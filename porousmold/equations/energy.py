@@ -23,6 +23,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import ufl
+from dolfinx import fem
 
 from ..closures.nusselt import prandtl_number, specific_surface
 from ..closures.turbulence import PRANDTL_TURBULENT
@@ -30,7 +31,7 @@ from ..materials import Solid
 from .coordinates import Coordinates
 from .flow import FlowEquations
 from .medium import Bed
-from .stabilisation import metric, streamline_time_scale, time_scale
+from .stabilisation import Streamline
 
 
 @dataclass(frozen=True)
@@ -83,10 +84,12 @@ class EnergyEquations:
     outlet: ufl.Measure
     outer: OuterWall | None
     dx_bed: ufl.Measure
+    nodes_bed: ufl.Measure
     dx_wall: ufl.Measure
     thin_wall: ThinWall | None = None
     two_temperatures: bool = True
     exchange_factor: Any = 1.0
+    straight: bool = True
 
     @property
     def bed(self) -> Bed:
@@ -136,37 +139,38 @@ class EnergyEquations:
             return molecular
         return molecular + self._laws.heat_capacity(temperature) * turbulence.eddy_viscosity / PRANDTL_TURBULENT
 
-    def stored_heat(self, temperature, bead_temperature, test, bead_test):
+    def stored_heat(self, temperature, bead_temperature, test, bead_test, streamline):
         """Form of the heat per volume (J/m3) against the tests; its change over time is the storage."""
         beads, weight = self.bed.beads, self.coordinates.weight
-        if not self.two_temperatures:
-            # the storage is what the advection balances: the upwinding's residual must hold it
-            test = bead_test = test + self._upwind(test)
-        form = weight * self._fluid_storage() * temperature * test * self.dx_bed
-        form += weight * (1.0 - self.bed.porosity) * volumetric_heat(beads, bead_temperature) * bead_test * self.dx_bed
+        form = self.coordinates.nodal_weight * self._fluid_storage() * temperature * test * self.nodes_bed
+        capacity = beads.density(bead_temperature) * beads.heat_capacity(bead_temperature)
+        # with one temperature the beads' heat, too, is what the advection balances
+        lumped = streamline.lumped if self.two_temperatures else streamline.lumped_downstream
+        bead = (1.0 - self.bed.porosity) * lumped(
+            volumetric_heat(beads, bead_temperature), capacity * streamline.along(bead_temperature), bead_test
+        )
+        form += weight * bead * self.dx_bed
         if self.thin_wall is not None:
             form += weight * self.thin_wall.volume * volumetric_heat(self.wall, temperature) * test * self.thin_wall.ds
         elif self.wall is not None:
             form += weight * volumetric_heat(self.wall, temperature) * test * self.dx_wall
         return form
 
-    def _upwind(self, test):
-        """The streamline upwinding's addition to a test function, tau C_f phi rho u.grad v.
-
-        Its coefficients are held at the flow's temperature: they shift no solution, only the stabilisation.
-        """
+    def streamline(self, monotone):
+        """`Streamline` of the flow, with cells that are to be monotone marked by 1."""
         capacity = self._laws.heat_capacity(self.flow_temperature)
-        flux = self.flow.mass_flux(self.flow_state, self.flow_temperature)
-        sizes = (
-            metric(self.coordinates.mesh),
+        flux = self.flow.mass_flux_through_boundary(self.flow_state, self.flow_temperature)
+        return Streamline.of(
+            self.coordinates,
             capacity * flux,
             self.bed.porosity * self.effective_conductivity(self.flow_temperature),
-            self.exchange_coefficient(self.flow_temperature) if self.two_temperatures else 0.0,
+            self.exchange_coefficient(self.flow_temperature) if self.two_temperatures else fem.Constant(self.coordinates.mesh, 0.0),
+            self.entrance,
+            monotone,
+            self.straight,
         )
-        tau = self.entrance * streamline_time_scale(*sizes) + (1.0 - self.entrance) * time_scale(*sizes)
-        return tau * capacity * ufl.dot(flux, ufl.grad(test))
 
-    def outflow_of_heat(self, temperature, bead_temperature, test, bead_test):
+    def outflow_of_heat(self, temperature, bead_temperature, test, bead_test, streamline):
         """Form of everything but the storage: what leaves each place, W against the tests.
 
         SUPG along the flow with the fluid's advection and exchange in its residual; the fluid's storage, a thousandth
@@ -178,21 +182,19 @@ class EnergyEquations:
         fluid_conductivity = self.effective_conductivity(temperature)
         bead_conductivity = bed.beads.conductivity(bead_temperature)
         heat_flux_along = self._laws.heat_capacity(temperature) * ufl.dot(flux, ufl.grad(temperature))
-        transfer = ufl.as_ufl(0.0)
-        if self.two_temperatures:
-            transfer = self.exchange_coefficient(temperature) * (temperature - bead_temperature)
-        fluid = (heat_flux_along + transfer) * test + phi * fluid_conductivity * ufl.dot(
-            ufl.grad(temperature), ufl.grad(test)
-        )
+        fluid = heat_flux_along * streamline.downstream(test) + phi * fluid_conductivity * streamline.conducted(temperature, test)
         bead = (1.0 - phi) * bead_conductivity * ufl.dot(
             ufl.grad(bead_temperature), ufl.grad(bead_test)
-        ) - transfer * bead_test
+        )
+        if self.two_temperatures:
+            coefficient, difference = self.exchange_coefficient(temperature), temperature - bead_temperature
+            fluid += streamline.exchanged_downstream(coefficient, difference, test)
+            bead -= streamline.exchanged(coefficient, difference, bead_test)
         if bed.rev_vector is not None:
             fluid -= fluid_conductivity * ufl.dot(bed.rev_vector, ufl.grad(temperature)) * test
             bead += bead_conductivity * ufl.dot(bed.rev_vector, ufl.grad(bead_temperature)) * bead_test
-        upwind = (heat_flux_along + transfer) * self._upwind(test)
-        form = weight * (fluid + upwind + bead) * self.dx_bed
-        form -= weight * self.enthalpy_entering(temperature) * test * self.inlet
+        form = weight * (fluid + bead) * self.dx_bed
+        form -= self.coordinates.nodal_weight * self.enthalpy_entering(temperature) * test * self.inlet
         if self.thin_wall is not None and wall is not None:
             along, test_along = (self._along_the_wall(ufl.grad(f)) for f in (temperature, test))
             conducted = self.thin_wall.volume * wall.conductivity(temperature) * ufl.dot(along, test_along)
@@ -218,7 +220,7 @@ class EnergyEquations:
         """Form (scalar, W) of the heat that the fluid leaves behind: what it lacks at the outlet against T_in."""
         enthalpy = self._laws.heat_capacity.integral
         lost = enthalpy(self.inlet_temperature) - enthalpy(temperature)
-        return self.coordinates.weight * self.outward_mass_flux * lost * self.outlet
+        return self.coordinates.nodal_weight * self.outward_mass_flux * lost * self.outlet
 
     def heat_through_outer_wall(self, temperature):
         """Form (scalar, W) of the heat that enters through the outer wall; None where it is insulated."""

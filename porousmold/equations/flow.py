@@ -87,10 +87,12 @@ class Momentum:
 
 @dataclass(frozen=True)
 class Opening:
-    """An inlet or outlet: its measure, and one of the gauge pressure outside (Pa), the mass flux in (kg/m2/s) and the
+    """An inlet or outlet: its measure, that with quadrature at the nodes (`nodes`, for what the flow carries: the heat that
+    comes in at a node is then that node's alone), and one of the gauge pressure outside (Pa), the mass flux in (kg/m2/s) and the
     superficial velocity in (m/s), whose fluid comes at `temperature` (K)."""
 
     ds: ufl.Measure
+    nodes: ufl.Measure
     pressure: Any = None
     mass_flux: Any = None
     velocity: Any = None
@@ -212,13 +214,15 @@ class FlowEquations:
         form = -weight * momentum_scale * ufl.dot(parallel, v) * opening.ds
         if opening.pressure is not None:
             traction = phi * (state.pressure - opening.pressure) * ufl.dot(normal, v)
-            return form + weight * (mass_scale * outward * q - momentum_scale * traction) * opening.ds
+            form -= weight * momentum_scale * traction * opening.ds
+            return form + self.coordinates.nodal_weight * mass_scale * outward * q * opening.nodes
         flux = opening.mass_flux
         if flux is None:
             flux = self.fluid.density(state.pressure, opening.temperature) * opening.velocity
         incoming = -flux / (phi * m.density) * normal
         momentum = flux * ufl.dot(state.velocity - incoming, v)
-        return form + weight * (momentum_scale * momentum - mass_scale * flux * q) * opening.ds
+        form += weight * momentum_scale * momentum * opening.ds
+        return form - self.coordinates.nodal_weight * mass_scale * flux * q * opening.nodes
 
     def _turbulence_sizes(self):
         """Factors that bring the k and epsilon equations to the size of one."""

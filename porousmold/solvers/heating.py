@@ -19,7 +19,8 @@ from dolfinx import fem
 
 from .. import fenicsx
 from ..errors import SolveError
-from ..geometry import BED
+from ..geometry import BED, max_of
+from ..equations.stabilisation import Streamline
 from .flow import unknowns_outside
 from .newton import NewtonSystem
 
@@ -27,6 +28,12 @@ GAMMA = 0.43586652150845899942
 """Root of gamma^3 - 3 gamma^2 + 3/2 gamma - 1/6 = 0 between 0 and 1/2."""
 LAST_ROW = (-(6 * GAMMA**2 - 16 * GAMMA + 1) / 4, (6 * GAMMA**2 - 20 * GAMMA + 5) / 4, GAMMA)
 STAGES = ((GAMMA,), ((1 - GAMMA) / 2, GAMMA), LAST_ROW)
+BACKWARD_EULER = ((1.0,),)
+OVERSHOOT = 0.03
+"""Kelvin out of bounds at which a cell becomes monotone."""
+MONOTONE_STEPS = 6
+"""Steps after which a cell is second order again; if it is out of bounds once more it is marked once more."""
+MOST_REPETITIONS = 12
 
 
 @dataclass
@@ -43,6 +50,35 @@ class HeatBalance:
         """What is missing, as a fraction of the heat put in (the larger of stored and brought in, at least 1e-6 J)."""
         scale = max(abs(self.by_fluid + self.through_outer_wall), abs(self.stored), 1e-6)
         return (self.by_fluid + self.through_outer_wall + self.by_rev_terms - self.stored) / scale
+
+
+def either(a, b):
+    """Reduction of tuples of flags for `allreduce`."""
+    return tuple(x or y for x, y in zip(a, b, strict=True))
+
+
+class FrozenStreamline:
+    """A `Streamline` at the cells' middles, renewed once a step: what it weighs need not follow the solution closely."""
+
+    def __init__(self, domain, equations):
+        vectors, scalars = (fenicsx.cell_constant_space(domain.mesh, components) for components in (2, 1))
+        self.monotone = fem.Function(scalars)
+        streamline = equations.streamline(self.monotone)
+        self._expressions = [
+            (fem.Function(space), fenicsx.compiled_expression(expression, space))
+            for space, expression in (
+                (vectors, streamline.reach), (scalars, streamline.upwind), (scalars, streamline.fitting),
+                (scalars, streamline.exchange),
+            )
+        ]
+        self.frozen = Streamline(
+            *(function for function, _ in self._expressions), self.monotone, equations.coordinates.from_middle
+        )
+
+    def renew(self):
+        """Take the present flow's values."""
+        for function, expression in self._expressions:
+            function.interpolate(expression)
 
 
 class TransientHeat:
@@ -67,10 +103,11 @@ class TransientHeat:
         else:
             parts, tests = (self.unknown,) * 2, (ufl.TestFunction(self.space),) * 2
         self._inverse_stage = fem.Constant(domain.mesh, 1.0)
-        stored = equations.stored_heat(*parts, *tests)
+        self._streamline = FrozenStreamline(domain, equations)
+        stored = equations.stored_heat(*parts, *tests, self._streamline.frozen)
         nothing = fem.Constant(domain.mesh, 0.0)
         # the matrix needs entries for the bead temperatures that are held inside the wall
-        residual = self._inverse_stage * stored + equations.outflow_of_heat(*parts, *tests)
+        residual = self._inverse_stage * stored + equations.outflow_of_heat(*parts, *tests, self._streamline.frozen)
         residual += nothing * parts[1] * tests[1] * dx
         if two:
             held = unknowns_outside(domain, self.space, (1,), BED)
@@ -89,32 +126,59 @@ class TransientHeat:
         self._scalars = {name: fenicsx.compiled_form(form) for name, form in self._scalars.items() if form is not None}
         self.balance = HeatBalance()
         self.newton_iterations = 0
+        self.repetitions = 0
+        tables = [fenicsx.dof_table(self.space.sub(part)) for part in (0, 1)] if two else [fenicsx.dof_table(self.space)]
+        self._cell_unknowns = np.hstack(tables)
+        self._monotone_steps = np.zeros(len(self._cell_unknowns), int)
+        self._cell_marks = fenicsx.dof_table(self._streamline.monotone.function_space)[:, 0]
 
     @property
     def unknowns(self):
         """Number of unknowns solved for."""
         return self._system.active_unknowns
 
-    def step(self, time, step):
+    def step(self, time, step, *, after_jump=False, bounds=(-np.inf, np.inf)):
         """One step of `step` seconds from `time`; gives the estimated error (K). The heat balance is brought forward.
 
+        `after_jump` takes the backward Euler method, which damps what a jump of the inlet excites and other methods let
+        swing. Where a temperature leaves `bounds` (K), the cells around it become monotone and the step is repeated.
         Raises `SolveError` if a stage does not converge; the unknown and the balance are then as before.
         """
+        self._release_cells()
+        stages = BACKWARD_EULER if after_jump else STAGES
+        for _ in range(MOST_REPETITIONS):
+            flows, stored = self._take(time, step, stages)
+            out, new = self._limit_cells(bounds)
+            if not out or (not new and stages is BACKWARD_EULER):
+                break
+            if not new:  # the fluid jumps where its equation has changed
+                stages = BACKWARD_EULER
+            self.repetitions += 1
+            self.unknown.x.array[:] = self._start.x.array
+        for name, heat in flows.items():
+            setattr(self.balance, name, getattr(self.balance, name) + heat)
+        self.balance.stored += stored
+        return 0.0 if stages is BACKWARD_EULER else self._estimated_error()
+
+    def _take(self, time, step, stages):
+        """All stages of a step; gives the heat (J) of each flow and the heat stored."""
         values = self.unknown.x.array
         self._start.x.array[:] = values
-        self._inverse_stage.value = 1.0 / (GAMMA * step)
+        gamma = stages[0][0]
+        self._inverse_stage.value = 1.0 / (gamma * step)
+        self._streamline.renew()
         self._system.renew_jacobian()
         flows = dict.fromkeys(self._scalars, 0.0)
         fenicsx.assemble_vector(self._stored_start, self._stored_form)
         outflows: list = []
-        for stage, row in enumerate(STAGES):
+        for stage, row in enumerate(stages):
             self._set_time(time + sum(row) * step)
             addend = self._stored_start.copy()
             addend.scale(-self._inverse_stage.value)
             for weight, outflow in zip(row, outflows, strict=False):
-                addend.axpy(weight / GAMMA, outflow)
+                addend.axpy(weight / gamma, outflow)
             if stage > 0:  # first guess: the last stage's slope from the start goes on
-                values[:] = self._start.x.array + (values - self._start.x.array) * sum(row) / sum(STAGES[stage - 1])
+                values[:] = self._start.x.array + (values - self._start.x.array) * sum(row) / sum(stages[stage - 1])
             self._solve_stage(time, step, addend)
             if stage == 0:
                 self._first.x.array[:] = values
@@ -125,11 +189,29 @@ class TransientHeat:
             outflow.axpy(-1.0, addend)
             outflows.append(outflow)
             for name, form in self._scalars.items():
-                flows[name] += step * LAST_ROW[stage] * self._sum(fem.assemble_scalar(form))
-        for name, heat in flows.items():
-            setattr(self.balance, name, getattr(self.balance, name) + heat)
-        self.balance.stored += self._stored_now.sum() - self._stored_start.sum()
-        return self._estimated_error()
+                flows[name] += step * stages[-1][stage] * self._sum(fem.assemble_scalar(form))
+        return flows, self._stored_now.sum() - self._stored_start.sum()
+
+    def _temperatures_of_cells(self):
+        """Temperatures at the nodes of every local cell, held ones left out as NaN: (cells, nodes)."""
+        values = self.unknown.x.array.copy()
+        values[self._system.held] = np.nan
+        return values[self._cell_unknowns]
+
+    def _limit_cells(self, bounds):
+        """Make the cells monotone that have a temperature out of bounds: whether there are any, and new ones, on any rank."""
+        values, marks = self._temperatures_of_cells(), self._streamline.monotone.x.array
+        out = (values < bounds[0] - OVERSHOOT) | (values > bounds[1] + OVERSHOOT)
+        out = out.any(axis=1)
+        new = out & (marks[self._cell_marks] == 0.0)
+        marks[self._cell_marks[new]] = 1.0
+        self._monotone_steps[out] = MONOTONE_STEPS
+        return self.domain.communicator.allreduce((bool(out.any()), bool(new.any())), op=either)
+
+    def _release_cells(self):
+        """Give the cells second order again that have been monotone for a while: by then the front has spread."""
+        self._monotone_steps = np.maximum(self._monotone_steps - 1, 0)
+        self._streamline.monotone.x.array[self._cell_marks] = self._monotone_steps > 0
 
     def _sum(self, value):
         return self.domain.communicator.allreduce(float(value))

@@ -5,6 +5,12 @@ from dataclasses import dataclass, field
 SMALLEST_FRACTION = 1e-6
 """Steps below this fraction of the first step mean that no step converges."""
 
+JUMP_STEPS = 3.0
+"""First steps' lengths after a jump that count as near it."""
+
+LARGEST_OVER_FIRST = 20.0
+"""The largest step is at least so many first steps."""
+
 
 @dataclass
 class TimeControl:
@@ -24,7 +30,13 @@ class TimeControl:
     rejected: int = field(init=False, default=0)
 
     def __post_init__(self):
-        self.step = min(self.first_step, self.largest_step)
+        self.first_step = min(self.first_step, self.largest_step / LARGEST_OVER_FIRST)
+        self.step = self.first_step
+
+    def after_jump(self, time):
+        """Whether a step from `time` is among the first few after a kink, where the fluid may jump."""
+        last = max(kink for kink in (0.0, *self.kinks) if kink <= time * (1 + 1e-9))
+        return time - last < self.first_step * JUMP_STEPS
 
     def propose(self, time):
         """The step to try from `time`: never across a kink or the end."""
@@ -41,7 +53,7 @@ class TimeControl:
             self.step = step * max(0.2, 0.8 * (self.tolerance / error) ** 0.5)
             return False
         if any(abs(time - kink) <= 1e-9 * max(kink, 1.0) for kink in self.kinks):
-            self.step = min(self.first_step, self.largest_step)
+            self.step = self.first_step
             return True
         room = (self.tolerance / max(error, 1e-12)) ** 0.5
         self.step = min(self.largest_step, max(self.step, step) * min(self.growth, max(1.0, 0.9 * room)))
