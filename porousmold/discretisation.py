@@ -202,7 +202,9 @@ class Discretisation:
         self._drive = self._constant(0.0)
         self._outer_values: list = []
         self.flow_temperature = fem.Function(fenicsx.lagrange_space(domain.mesh))
-        self.flow_temperature.x.array[:] = operation.initial_temperature
+        self.property_temperature = fem.Function(self.flow_temperature.function_space)
+        for function in (self.flow_temperature, self.property_temperature):
+            function.x.array[:] = operation.initial_temperature
         inlet = Opening(ds(geometry.INLET), nodal_ds(geometry.INLET), **self._inlet_drive())
         openings = [inlet, Opening(ds(geometry.OUTLET), nodal_ds(geometry.OUTLET), pressure=self._constant(0.0))]
         self.set_boundary_values(0.0)
@@ -232,6 +234,8 @@ class Discretisation:
                 operation.initial_temperature,
                 self.set_boundary_values,
                 dx(geometry.WALL),
+                self.property_temperature,
+                QUADRATURE_DEGREE,
             )
             outflow = coordinates.nodal_weight * self.energy_equations.outward_mass_flux
             self._mass_out = fenicsx.compiled_form(outflow * nodal_ds(geometry.OUTLET))

@@ -87,6 +87,43 @@ def vertex_rule(cell_type):
     }
 
 
+class PointValues:
+    """An expression's values at the quadrature points of the cells, as a function for forms of the same degree.
+
+    `value` is the function, `renew()` takes the expression's present values.
+    """
+
+    def __init__(self, domain, expression, quadrature_degree):
+        components = 1 if expression.ufl_shape == () else expression.ufl_shape[0]
+        if _basix_ufl is None:
+            arguments = {"degree": quadrature_degree, "quad_scheme": "default"}
+            element = (
+                ufl.FiniteElement("Quadrature", domain.ufl_cell(), **arguments)
+                if components == 1
+                else ufl.VectorElement("Quadrature", domain.ufl_cell(), dim=components, **arguments)
+            )
+        else:
+            shape = () if components == 1 else (components,)
+            element = _basix_ufl.quadrature_element(domain.basix_cell(), value_shape=shape, degree=quadrature_degree)
+        cell = getattr(basix.CellType, domain.ufl_cell().cellname())
+        points = basix.make_quadrature(cell, quadrature_degree)[0]
+        self.value = fem.Function(_space(domain, element))
+        self._domain = domain
+        self._expression = _expression_at(expression, points)
+        map_of_cells = domain.topology.index_map(domain.topology.dim)
+        self._cells = np.arange(map_of_cells.size_local + map_of_cells.num_ghosts, dtype=np.int32)
+        table = dof_table(self.value.function_space)
+        self._places = (components * table[:, :, None] + np.arange(components)).reshape(len(self._cells), -1)
+
+    def renew(self):
+        """Evaluate the expression in all local cells, ghosts included."""
+        try:
+            values = self._expression.eval(self._domain, self._cells)
+        except TypeError:  # dolfinx 0.5
+            values = self._expression.eval(self._cells)
+        self.value.x.array[self._places] = np.asarray(values).reshape(len(self._cells), -1)
+
+
 def petsc_vector(function):
     """The function's PETSc vector: a view, not a copy."""
     return function.x.petsc_vec if hasattr(function.x, "petsc_vec") else function.vector
@@ -104,7 +141,10 @@ def compiled_form(form):
 def compiled_expression(expression, space):
     """The UFL expression, compiled for interpolation into the space."""
     points = space.element.interpolation_points
-    points = points() if callable(points) else points
+    return _expression_at(expression, points() if callable(points) else points)
+
+
+def _expression_at(expression, points):
     with _quiet_compiler():
         try:
             return fem.Expression(expression, points, jit_options=_COMPILER_OPTIONS)  # type: ignore[call-arg]

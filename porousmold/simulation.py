@@ -83,9 +83,10 @@ class Simulation:
             start = heat.unknown.x.array.copy()
             flow_start = flow.unknown.x.array.copy()
             try:
-                if scene.model.flow_update == "quasi-steady":
-                    with problem.stopwatch("flow"):
-                        self._renew_flow(previous, last_step, step)
+                with problem.stopwatch("flow"):
+                    self._foresee(previous, last_step, step)
+                    if scene.model.flow_update == "quasi-steady":
+                        problem.flow.renew(self.time, scene.solver.flow_tolerance)
                 with problem.stopwatch("energy"):
                     error = heat.step(self.time, step, after_jump=control.after_jump(self.time), bounds=self._bounds)
             except SolveError as failure:
@@ -112,8 +113,8 @@ class Simulation:
         self.problem.flow.unknown.x.array[:] = flow_start
         self.problem.heat.balance = balance
 
-    def _renew_flow(self, previous, last_step, step):
-        """The flow at the temperature extrapolated to the step's middle, where its coefficients belong (second order)."""
+    def _foresee(self, previous, last_step, step):
+        """Take the step's coefficients at the temperature extrapolated to its middle, where they belong (second order)."""
         problem, operation = self.problem, self.scene.operation
         ahead = problem.heat.unknown.copy()
         if previous is not None:
@@ -122,9 +123,10 @@ class Simulation:
             low = min(low, self.history["lowest_temperature"][-1])
             high = max(high, self.history["highest_temperature"][-1])
             np.clip(ahead.x.array, low, high, out=ahead.x.array)
-        problem.flow_temperature.x.array[:] = problem.part_of_heat(ahead, 0).x.array
+        problem.property_temperature.x.array[:] = problem.part_of_heat(ahead, 0).x.array
+        if self.scene.model.flow_update == "quasi-steady":
+            problem.flow_temperature.x.array[:] = problem.property_temperature.x.array
         problem.set_boundary_values(self.time + 0.5 * step)
-        problem.flow.renew(self.time, self.scene.solver.flow_tolerance)
 
     def _deficit(self, place):
         """Largest distance (K) of the place's temperatures from the inlet's, on the side they started from."""

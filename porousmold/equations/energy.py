@@ -23,7 +23,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import ufl
-from dolfinx import fem
 
 from ..closures.nusselt import prandtl_number, specific_surface
 from ..closures.turbulence import PRANDTL_TURBULENT
@@ -63,6 +62,17 @@ class ThinWall:
     ds: ufl.Measure
     volume: Any
     outer_area: Any
+
+
+@dataclass(frozen=True)
+class Transport:
+    """What the fluid does to the heat: `advection` C_f phi rho u (W/m2/K), `conduction` phi lambda_fe (W/m/K), `exchange`
+    a_v h_sf (W/m3/K; None with one temperature), and the `streamline` along which the cells are upwinded."""
+
+    advection: Any
+    conduction: Any
+    exchange: Any
+    streamline: Streamline
 
 
 @dataclass(frozen=True)
@@ -139,12 +149,13 @@ class EnergyEquations:
             return molecular
         return molecular + self._laws.heat_capacity(temperature) * turbulence.eddy_viscosity / PRANDTL_TURBULENT
 
-    def stored_heat(self, temperature, bead_temperature, test, bead_test, streamline):
+    def stored_heat(self, temperature, bead_temperature, test, bead_test, transport):
         """Form of the heat per volume (J/m3) against the tests; its change over time is the storage."""
         beads, weight = self.bed.beads, self.coordinates.weight
         form = self.coordinates.nodal_weight * self._fluid_storage() * temperature * test * self.nodes_bed
         capacity = beads.density(bead_temperature) * beads.heat_capacity(bead_temperature)
         # with one temperature the beads' heat, too, is what the advection balances
+        streamline = transport.streamline
         lumped = streamline.lumped if self.two_temperatures else streamline.lumped_downstream
         bead = (1.0 - self.bed.porosity) * lumped(
             volumetric_heat(beads, bead_temperature), capacity * streamline.along(bead_temperature), bead_test
@@ -156,41 +167,37 @@ class EnergyEquations:
             form += weight * volumetric_heat(self.wall, temperature) * test * self.dx_wall
         return form
 
-    def streamline(self, monotone):
-        """`Streamline` of the flow, with cells that are to be monotone marked by 1."""
-        capacity = self._laws.heat_capacity(self.flow_temperature)
-        flux = self.flow.mass_flux_through_boundary(self.flow_state, self.flow_temperature)
-        return Streamline.of(
-            self.coordinates,
-            capacity * flux,
-            self.bed.porosity * self.effective_conductivity(self.flow_temperature),
-            self.exchange_coefficient(self.flow_temperature) if self.two_temperatures else fem.Constant(self.coordinates.mesh, 0.0),
-            self.entrance,
-            monotone,
-            self.straight,
+    def transport(self, temperature, monotone):
+        """`Transport` at a temperature (K), with cells that are to be monotone marked by 1 (`Streamline`)."""
+        capacity, porosity = self._laws.heat_capacity(temperature), self.bed.porosity
+        exchange = self.exchange_coefficient(temperature) if self.two_temperatures else None
+        conduction = porosity * self.effective_conductivity(temperature)
+        along = capacity * self.flow.mass_flux_through_boundary(self.flow_state, self.flow_temperature)
+        return Transport(
+            capacity * self.flow.mass_flux(self.flow_state, self.flow_temperature),
+            conduction,
+            exchange,
+            Streamline.of(self.coordinates, along, conduction, exchange, self.entrance, monotone, self.straight),
         )
 
-    def outflow_of_heat(self, temperature, bead_temperature, test, bead_test, streamline):
+    def outflow_of_heat(self, temperature, bead_temperature, test, bead_test, transport):
         """Form of everything but the storage: what leaves each place, W against the tests.
 
         SUPG along the flow with the fluid's advection and exchange in its residual; the fluid's storage, a thousandth
         of the beads', is left out of it. Near the wall, where conduction across flat cells balances the advection, tau
         is small; in the first cells of the flow (`entrance`) it is not, else the inflow's temperature overshoots there.
         """
-        bed, weight, wall = self.bed, self.coordinates.weight, self.wall
-        phi, flux = bed.porosity, self.flow.mass_flux(self.flow_state, self.flow_temperature)
-        fluid_conductivity = self.effective_conductivity(temperature)
+        bed, weight, wall, streamline = self.bed, self.coordinates.weight, self.wall, transport.streamline
         bead_conductivity = bed.beads.conductivity(bead_temperature)
-        heat_flux_along = self._laws.heat_capacity(temperature) * ufl.dot(flux, ufl.grad(temperature))
-        fluid = heat_flux_along * streamline.downstream(test) + phi * fluid_conductivity * streamline.conducted(temperature, test)
-        bead = (1.0 - phi) * bead_conductivity * ufl.dot(
-            ufl.grad(bead_temperature), ufl.grad(bead_test)
-        )
+        fluid = ufl.dot(transport.advection, ufl.grad(temperature)) * streamline.downstream(test)
+        fluid += transport.conduction * streamline.conducted(temperature, test)
+        bead = (1.0 - bed.porosity) * bead_conductivity * ufl.dot(ufl.grad(bead_temperature), ufl.grad(bead_test))
         if self.two_temperatures:
-            coefficient, difference = self.exchange_coefficient(temperature), temperature - bead_temperature
-            fluid += streamline.exchanged_downstream(coefficient, difference, test)
-            bead -= streamline.exchanged(coefficient, difference, bead_test)
+            difference = temperature - bead_temperature
+            fluid += streamline.exchanged_downstream(transport.exchange, difference, test)
+            bead -= streamline.exchanged(transport.exchange, difference, bead_test)
         if bed.rev_vector is not None:
+            fluid_conductivity = self.effective_conductivity(temperature)
             fluid -= fluid_conductivity * ufl.dot(bed.rev_vector, ufl.grad(temperature)) * test
             bead += bead_conductivity * ufl.dot(bed.rev_vector, ufl.grad(bead_temperature)) * bead_test
         form = weight * (fluid + bead) * self.dx_bed

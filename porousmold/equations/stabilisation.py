@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import ufl
+from dolfinx import fem
 
 
 def metric(mesh):
@@ -53,12 +54,14 @@ class Streamline:
 
     @classmethod
     def of(cls, coordinates, advection, diffusion, exchange, entrance, monotone, straight):
-        """For heat carried along `advection` (W/m2/K), conducted by `diffusion` (W/m/K), exchanged by `exchange` (W/m3/K).
+        """For heat carried along `advection` (W/m2/K), conducted by `diffusion` (W/m/K), exchanged by `exchange` (W/m3/K or None).
 
         `entrance` is 1 in the cells at the inlet, where conduction across flat cells must not weaken the upwinding.
         """
         metric_tensor = metric(coordinates.mesh)
         speed = ufl.sqrt(ufl.dot(advection, advection) + 1e-30)
+        if exchange is None:
+            exchange = fem.Constant(coordinates.mesh, 0.0)
         direction = advection / speed
         if straight:
             direction = ufl.as_vector([ufl.conditional(ufl.lt(advection[0], 0.0), -1.0, 1.0), 0.0])

@@ -20,6 +20,7 @@ from dolfinx import fem
 from .. import fenicsx
 from ..errors import SolveError
 from ..geometry import BED, max_of
+from ..equations.energy import Transport
 from ..equations.stabilisation import Streamline
 from .flow import unknowns_outside
 from .newton import NewtonSystem
@@ -33,6 +34,8 @@ OVERSHOOT = 0.03
 """Kelvin out of bounds at which a cell becomes monotone."""
 MONOTONE_STEPS = 6
 """Steps after which a cell is second order again; if it is out of bounds once more it is marked once more."""
+STAGE_UPDATE = 1e-9
+"""Relative update at which a stage counts as solved: 3e-7 K."""
 MOST_REPETITIONS = 12
 
 
@@ -57,28 +60,42 @@ def either(a, b):
     return tuple(x or y for x, y in zip(a, b, strict=True))
 
 
-class FrozenStreamline:
-    """A `Streamline` at the cells' middles, renewed once a step: what it weighs need not follow the solution closely."""
+class FrozenTransport:
+    """A `Transport` at the quadrature points and its `Streamline` at the cells' middles, renewed once a step.
 
-    def __init__(self, domain, equations):
+    That leaves the enthalpies as the only nonlinearity within a step; taken at the temperature foreseen for its middle,
+    the method stays second order. `monotone` marks the cells that are to be so.
+    """
+
+    def __init__(self, domain, equations, temperature, quadrature_degree):
         vectors, scalars = (fenicsx.cell_constant_space(domain.mesh, components) for components in (2, 1))
         self.monotone = fem.Function(scalars)
-        streamline = equations.streamline(self.monotone)
-        self._expressions = [
+        transport = equations.transport(temperature, self.monotone)
+        along = transport.streamline
+        self._cells = [
             (fem.Function(space), fenicsx.compiled_expression(expression, space))
             for space, expression in (
-                (vectors, streamline.reach), (scalars, streamline.upwind), (scalars, streamline.fitting),
-                (scalars, streamline.exchange),
+                (vectors, along.reach),
+                (scalars, along.upwind),
+                (scalars, along.fitting),
+                (scalars, along.exchange),
             )
         ]
-        self.frozen = Streamline(
-            *(function for function, _ in self._expressions), self.monotone, equations.coordinates.from_middle
+        given = [transport.advection, transport.conduction]
+        given += [transport.exchange] if transport.exchange is not None else []
+        self._points = [fenicsx.PointValues(domain.mesh, expression, quadrature_degree) for expression in given]
+        points = [point.value for point in self._points] + [None] * (3 - len(given))
+        streamline = Streamline(
+            *(function for function, _ in self._cells), self.monotone, equations.coordinates.from_middle
         )
+        self.frozen = Transport(*points, streamline)
 
     def renew(self):
-        """Take the present flow's values."""
-        for function, expression in self._expressions:
+        """Take the values of the present flow and temperature."""
+        for function, expression in self._cells:
             function.interpolate(expression)
+        for point in self._points:
+            point.renew()
 
 
 class TransientHeat:
@@ -88,7 +105,7 @@ class TransientHeat:
     `set_time(t)` is called before each stage to update the boundary values.
     """
 
-    def __init__(self, domain, equations, initial_temperature, set_time, dx):
+    def __init__(self, domain, equations, initial_temperature, set_time, dx, property_temperature, quadrature_degree):
         self.domain, self.equations, self._set_time = domain, equations, set_time
         two = equations.two_temperatures
         element = fenicsx.lagrange_element(domain.mesh, 1)
@@ -103,11 +120,11 @@ class TransientHeat:
         else:
             parts, tests = (self.unknown,) * 2, (ufl.TestFunction(self.space),) * 2
         self._inverse_stage = fem.Constant(domain.mesh, 1.0)
-        self._streamline = FrozenStreamline(domain, equations)
-        stored = equations.stored_heat(*parts, *tests, self._streamline.frozen)
+        self._transport = FrozenTransport(domain, equations, property_temperature, quadrature_degree)
+        stored = equations.stored_heat(*parts, *tests, self._transport.frozen)
         nothing = fem.Constant(domain.mesh, 0.0)
         # the matrix needs entries for the bead temperatures that are held inside the wall
-        residual = self._inverse_stage * stored + equations.outflow_of_heat(*parts, *tests, self._streamline.frozen)
+        residual = self._inverse_stage * stored + equations.outflow_of_heat(*parts, *tests, self._transport.frozen)
         residual += nothing * parts[1] * tests[1] * dx
         if two:
             held = unknowns_outside(domain, self.space, (1,), BED)
@@ -130,7 +147,7 @@ class TransientHeat:
         tables = [fenicsx.dof_table(self.space.sub(part)) for part in (0, 1)] if two else [fenicsx.dof_table(self.space)]
         self._cell_unknowns = np.hstack(tables)
         self._monotone_steps = np.zeros(len(self._cell_unknowns), int)
-        self._cell_marks = fenicsx.dof_table(self._streamline.monotone.function_space)[:, 0]
+        self._cell_marks = fenicsx.dof_table(self._transport.monotone.function_space)[:, 0]
 
     @property
     def unknowns(self):
@@ -166,7 +183,7 @@ class TransientHeat:
         self._start.x.array[:] = values
         gamma = stages[0][0]
         self._inverse_stage.value = 1.0 / (gamma * step)
-        self._streamline.renew()
+        self._transport.renew()
         self._system.renew_jacobian()
         flows = dict.fromkeys(self._scalars, 0.0)
         fenicsx.assemble_vector(self._stored_start, self._stored_form)
@@ -200,7 +217,7 @@ class TransientHeat:
 
     def _limit_cells(self, bounds):
         """Make the cells monotone that have a temperature out of bounds: whether there are any, and new ones, on any rank."""
-        values, marks = self._temperatures_of_cells(), self._streamline.monotone.x.array
+        values, marks = self._temperatures_of_cells(), self._transport.monotone.x.array
         out = (values < bounds[0] - OVERSHOOT) | (values > bounds[1] + OVERSHOOT)
         out = out.any(axis=1)
         new = out & (marks[self._cell_marks] == 0.0)
@@ -211,7 +228,7 @@ class TransientHeat:
     def _release_cells(self):
         """Give the cells second order again that have been monotone for a while: by then the front has spread."""
         self._monotone_steps = np.maximum(self._monotone_steps - 1, 0)
-        self._streamline.monotone.x.array[self._cell_marks] = self._monotone_steps > 0
+        self._transport.monotone.x.array[self._cell_marks] = self._monotone_steps > 0
 
     def _sum(self, value):
         return self.domain.communicator.allreduce(float(value))
@@ -219,12 +236,12 @@ class TransientHeat:
     def _solve_stage(self, time, step, addend):
         self._system.addend = addend
         guess = self.unknown.x.array.copy()
-        converged, iterations = self._system.solve(max_iterations=20, relative_update=1e-10)
+        converged, iterations = self._system.solve(max_iterations=20, relative_update=STAGE_UPDATE)
         self.newton_iterations += iterations
         if not converged:
             self.unknown.x.array[:] = guess
             self._system.renew_jacobian()
-            converged, iterations = self._system.solve(max_iterations=20, relative_update=1e-10)
+            converged, iterations = self._system.solve(max_iterations=20, relative_update=STAGE_UPDATE)
             self.newton_iterations += iterations
         if not converged:
             self.unknown.x.array[:] = self._start.x.array
