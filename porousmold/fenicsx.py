@@ -87,6 +87,47 @@ def vertex_rule(cell_type):
     }
 
 
+def column_rule(flow_axis, degree):
+    """Quadrature on quadrilaterals at the ends of reference axis `flow_axis` and at Gauss points along the other."""
+    gauss, weights = basix.make_quadrature(basix.CellType.interval, degree)
+    points = []
+    for end in (0.0, 1.0):
+        for along in gauss[:, 0]:
+            points.append((end, float(along)) if flow_axis == 0 else (float(along), end))
+    return {
+        "quadrature_rule": "custom",
+        "quadrature_degree": degree,
+        "quadrature_points": tuple(points),
+        "quadrature_weights": tuple(float(0.5 * weight) for weight in weights) * 2,
+    }
+
+
+def flow_axis(domain):
+    """Reference axis (0 or 1) of a rectangle mesh's cells along x[0] (a collective call)."""
+    nodes = cell_vertices(domain)
+    mine = None
+    if len(nodes):
+        first, second = domain.geometry.x[nodes[0, :2], 0]
+        mine = 0 if abs(second - first) > 0.0 else 1
+    return next(axis for axis in domain.comm.allgather(mine) if axis is not None)
+
+
+def evaluate(expression, domain, points):
+    """Values of an expression in all local cells at reference points: (cells, points) of a scalar."""
+    compiled = _expression_at(expression, np.asarray(points))
+    cells_map = domain.topology.index_map(domain.topology.dim)
+    cells = np.arange(cells_map.size_local + cells_map.num_ghosts, dtype=np.int32)
+
+    def values():
+        try:
+            result = compiled.eval(domain, cells)
+        except TypeError:  # dolfinx 0.5
+            result = compiled.eval(cells)
+        return np.asarray(result).reshape(len(cells), -1)
+
+    return values
+
+
 class PointValues:
     """An expression's values at the quadrature points of the cells, as a function for forms of the same degree.
 

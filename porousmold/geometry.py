@@ -26,7 +26,7 @@ BOUNDARY_NAMES = {"inlet": INLET, "outlet": OUTLET, "interface": INTERFACE, "out
 @dataclass
 class Domain:
     """A tagged mesh. `wall_distance` is a UFL expression (m); `stations(fraction)` gives named points (m) at that
-    fraction of the length."""
+    fraction of the length. `columns` are the nodes along and across the bed (m) of a straight one, else None."""
 
     mesh: mesh.Mesh
     cell_tags: Any
@@ -35,6 +35,7 @@ class Domain:
     wall_distance: ufl.core.expr.Expr
     length: float
     stations: Callable[[float], dict[str, tuple[float, float]]]
+    columns: tuple[np.ndarray, np.ndarray] | None = None
 
     @property
     def communicator(self):
@@ -82,6 +83,11 @@ class Domain:
             ufl.Measure("dx", domain=self.mesh, subdomain_data=self.cell_tags, metadata=fenicsx.vertex_rule(cell.cellname())),
             ufl.Measure("ds", domain=self.mesh, subdomain_data=self.facet_tags, metadata=fenicsx.vertex_rule("interval")),
         )
+
+    def column_measure(self, quadrature_degree):
+        """dx of a straight bed with quadrature at the nodes along the flow: every column of nodes is by itself."""
+        rule = fenicsx.column_rule(fenicsx.flow_axis(self.mesh), quadrature_degree)
+        return ufl.Measure("dx", domain=self.mesh, subdomain_data=self.cell_tags, metadata=rule)
 
     def facet_measure(self, quadrature_degree):
         """ds with the boundary's tags as subdomains."""
@@ -145,7 +151,8 @@ def strip(communicator, *, length, width, wall_thickness, axial_nodes, bed_nodes
         return named | {"outer": (z, width + wall_thickness)} if len(wall_nodes) > 1 else named
 
     wall_distance = width - ufl.SpatialCoordinate(domain)[1]
-    return Domain(domain, tags, facets, axisymmetric, wall_distance, length, stations)
+    columns = np.asarray(axial_nodes), width - bed_nodes[::-1]
+    return Domain(domain, tags, facets, axisymmetric, wall_distance, length, stations, columns)
 
 
 def _tag_regions(domain, in_bed):

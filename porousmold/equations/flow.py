@@ -201,7 +201,7 @@ class FlowEquations:
             for opening in openings:
                 form += self._turbulence_inflow(opening, state, tests, m)
             if sources:
-                for test, source, size in zip(tests[2:], sources[2:], self._turbulence_sizes(), strict=True):
+                for test, source, size in zip(tests[2:], sources[2:], self.turbulence_sizes(), strict=True):
                     form -= weight * size * source * test * dx
         return form
 
@@ -224,14 +224,14 @@ class FlowEquations:
         form += weight * momentum_scale * momentum * opening.ds
         return form - self.coordinates.nodal_weight * mass_scale * flux * q * opening.nodes
 
-    def _turbulence_sizes(self):
+    def turbulence_sizes(self):
         """Factors that bring the k and epsilon equations to the size of one."""
         rate = self.scales.speed / self.scales.length
         return 1.0 / (self.scales.kinetic_energy * rate), 1.0 / (self.scales.dissipation_rate * rate)
 
     def _turbulence(self, state, old, tests, m, inverse_step, dx):
         storage = self.coordinates.weight * self.bed.porosity * m.density * inverse_step
-        k_test, epsilon_test = (size * test for size, test in zip(self._turbulence_sizes(), tests[2:], strict=True))
+        k_test, epsilon_test = (size * test for size, test in zip(self.turbulence_sizes(), tests[2:], strict=True))
         form = turbulence_residual(
             state, (k_test, epsilon_test), m, self.bed, self.model, self.coordinates, metric(self.coordinates.mesh), dx
         )
@@ -251,7 +251,7 @@ class FlowEquations:
             fraction * closure.bead_dissipation_rate(bed.porosity, speed, bed.bead_diameter)
             + INLET_INTENSITY * speed**3 / bed.bead_diameter
         )
-        k_size, epsilon_size = self._turbulence_sizes()
+        k_size, epsilon_size = self.turbulence_sizes()
         difference = (
             k_size * (state.kinetic_energy - k_in) * tests[2]
             + epsilon_size * (state.dissipation_rate - epsilon_in) * tests[3]

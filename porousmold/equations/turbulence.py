@@ -64,17 +64,15 @@ class TwoLayerState:
         return self.outer * self.dissipation_positive + (1.0 - self.outer) * self.turnover_inner * self.kinetic_energy
 
 
-def turbulence_residual(state, tests, m, bed, model, coordinates, metric, dx):
-    """Residual of the k and epsilon equations over the bed without boundary and pseudo-time terms (form).
+def turbulence_terms(state, m, bed, model, shear_rate_squared):
+    """(unknown, diffusivity, reaction) of the k and the epsilon equation, per total volume, so multiplied by the porosity.
 
-    `state` is the flow's `FlowState`, `m` its `Momentum`, `tests` the two test functions. Per total volume, so
-    multiplied by the porosity. Streamline upwinding: first order along the flow, where both vary little, in exchange
-    for fields without undershoots behind the inlet.
+    `state` is the flow's `FlowState`, `m` its `Momentum`, `shear_rate_squared` 2 S:S; what is transported is
+    reaction - div(diffusivity grad unknown).
     """
     k, epsilon = state.kinetic_energy, state.dissipation_rate
     phi, density, speed, layers = bed.porosity, m.density, m.speed, m.turbulence
-    advection = phi * density * state.velocity
-    production = layers.eddy_viscosity * coordinates.shear_rate_squared(state.velocity)
+    production = layers.eddy_viscosity * shear_rate_squared
     k_source = production - density * layers.dissipation
     epsilon_source = layers.turnover_outer * (
         closure.C_EPSILON_1 * production - closure.C_EPSILON_2 * density * epsilon
@@ -94,12 +92,26 @@ def turbulence_residual(state, tests, m, bed, model, coordinates, metric, dx):
         * (1.0 - layers.outer)
         * (epsilon - layers.turnover_inner * k)
     )
+    return (
+        (k, phi * (m.viscosity + layers.eddy_viscosity / closure.SIGMA_K), -phi * k_source),
+        (
+            epsilon,
+            phi * (m.viscosity + layers.eddy_viscosity / closure.SIGMA_EPSILON),
+            phi * (tie - layers.outer * epsilon_source),
+        ),
+    )
+
+
+def turbulence_residual(state, tests, m, bed, model, coordinates, metric, dx):
+    """Residual of the k and epsilon equations over the bed without boundary and pseudo-time terms (form).
+
+    `tests` are the two test functions. Streamline upwinding: first order along the flow, where both vary little, in
+    exchange for fields without undershoots behind the inlet.
+    """
+    advection = bed.porosity * m.density * state.velocity
+    terms = turbulence_terms(state, m, bed, model, coordinates.shear_rate_squared(state.velocity))
     form = 0
-    for unknown, test, schmidt, reaction in (
-        (k, tests[0], closure.SIGMA_K, -phi * k_source),
-        (epsilon, tests[1], closure.SIGMA_EPSILON, phi * (tie - layers.outer * epsilon_source)),
-    ):
-        diffusivity = phi * (m.viscosity + layers.eddy_viscosity / schmidt)
+    for (unknown, diffusivity, reaction), test in zip(terms, tests, strict=True):
         along = ufl.dot(advection, ufl.grad(unknown))
         upwind = streamline_time_scale(metric, advection, diffusivity)
         form += (

@@ -18,6 +18,9 @@ LAST_PSEUDO_STEP = 1e9
 """Pseudo-time steps, in transit times of one bead at the reference speed, with which the false transient starts, first
 tries the steady equations, and gives up."""
 
+KEPT_ITERATIONS = 3
+"""Iterations with kept factors before the flow's Jacobian is renewed."""
+
 MOST_FAILURES = 30
 """Pseudo-time steps that may fail before the flow counts as without solution."""
 
@@ -45,15 +48,17 @@ class SteadyFlow:
         nothing = fem.Constant(domain.mesh, 0.0)
         residual += nothing * ufl.inner(self.unknown, ufl.TestFunction(self.space)) * dx(WALL)
         held = np.concatenate([held_unknowns(domain, self.space, turbulent), *fixed])
-        self._system = NewtonSystem(residual, self.unknown, np.unique(held))
+        self._system = NewtonSystem(residual, self.unknown, np.unique(held), keep_jacobian=True)
         self._turbulence_unknowns = (
             np.concatenate([fenicsx.collapse(self.space, part)[1] for part in (2, 3)])
             if turbulent
             else np.empty(0, int)
         )
-        self.newton_iterations = 0
-        self.solves = 0
-        self.continuation_steps = 0
+        self._reset_counters()
+
+    def _reset_counters(self):
+        self.newton_iterations = self.solves = self.continuation_steps = 0
+        self._update = np.inf
 
     @property
     def unknowns(self):
@@ -78,26 +83,54 @@ class SteadyFlow:
     def solve(self, time=0.0):
         """Converge the steady flow; raises `SolveError` (named with `time`) if continuation does not either."""
         start = self.unknown.x.array.copy()
-        converged, iterations = self._system.solve(max_iterations=12, relative_update=CONVERGED_UPDATE)
+        converged, iterations = self._newton(max_iterations=12, relative_update=CONVERGED_UPDATE)
         self._count(iterations)
         if converged and self._physical():
             return
         self.unknown.x.array[:] = start
         self._continue_in_pseudo_time(time)
 
+    def _newton(self, max_iterations, relative_update):
+        """Newton's method with a new Jacobian at every iteration: (converged, iterations)."""
+        for iteration in range(1, max_iterations + 1):
+            self._system.renew_jacobian()
+            self._update = self._iterate()
+            if not np.isfinite(self._update):
+                return False, iteration
+            if self._update < relative_update:
+                return True, iteration
+        return False, max_iterations
+
+    def _iterate(self):
+        """One iteration with the present factors; gives its relative update, infinite where it fails."""
+        _, iterations = self._system.solve(max_iterations=1, relative_update=1e-14)
+        return self._system.relative_update if iterations else np.inf
+
     def renew(self, time, tolerance):
-        """Follow a changed temperature: one Newton iteration, more only while the update exceeds `tolerance`."""
-        start = self.unknown.x.array.copy()
-        for _ in range(4):
-            _, iterations = self._system.solve(max_iterations=1, relative_update=1e-14)
-            self._count(iterations)
-            update = self._system.relative_update
-            if iterations == 0 or not np.isfinite(update) or not self._physical():
-                break
-            if update < tolerance:
-                return
-        self.unknown.x.array[:] = start
+        """Follow a changed temperature by Newton iterations until the update is below `tolerance`.
+
+        The Jacobian's factors serve from step to step while a few iterations with them bring the update to a tenth of
+        that; then the Jacobian is renewed.
+        """
+        starts = [function.x.array.copy() for function in self.functions]
+        for iterations, enough, fresh in ((KEPT_ITERATIONS, 0.1 * tolerance, False), (4, tolerance, True)):
+            for _ in range(iterations):
+                if fresh:
+                    self._system.renew_jacobian()
+                self._update = self._iterate()
+                self._count(1)
+                if not np.isfinite(self._update) or not self._physical():
+                    break
+                if self._update < enough:
+                    return
+            for function, start in zip(self.functions, starts, strict=True):
+                function.x.array[:] = start
         self.solve(time)
+
+    @property
+    def functions(self):
+        """What the state of the flow is kept in: finite-element functions to save and restore."""
+        return [self.unknown]
 
     def _count(self, iterations):
         self.solves += 1
@@ -129,14 +162,14 @@ class SteadyFlow:
             self._previous.x.array[:] = self.unknown.x.array
             if step >= steady_from:
                 self._inverse_step.value = 0.0
-                converged, iterations = self._system.solve(max_iterations=20, relative_update=CONVERGED_UPDATE)
+                converged, iterations = self._newton(max_iterations=20, relative_update=CONVERGED_UPDATE)
                 self._count(iterations)
                 if converged and self._physical():
                     return
                 self.unknown.x.array[:] = self._previous.x.array
                 steady_from *= 10.0
             self._inverse_step.value = 1.0 / step
-            converged, iterations = self._system.solve(max_iterations=5, relative_update=1e-3)
+            converged, iterations = self._newton(max_iterations=5, relative_update=1e-3)
             self._count(iterations)
             self.continuation_steps += 1
             if converged:
@@ -154,7 +187,7 @@ class SteadyFlow:
         raise SolveError(
             "flow (u, p, k, epsilon)",
             time,
-            f"{what}, residual {self._system.residual_norm:.3e}, last update {self._system.relative_update:.3e}",
+            f"{what}, residual {self._system.residual_norm:.3e}, last update {self._update:.3e}",
             "a finer mesh (solver.axial_cells, solver.first_cell), model.turbulence = 'none', or a smaller pressure drop",
         )
 

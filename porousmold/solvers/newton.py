@@ -104,10 +104,18 @@ class NewtonSystem:
         except PETSc.Error:  # MUMPS reports a singular matrix (error 76) as an exception
             reason = PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE
         if reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE:
+            self._jacobian_due = True
             self._snes.getKSP().reset()  # else the factorisation's failure sticks to later solves
         self._store(self._iterate)
         finite = np.isfinite(self._iterate.norm())
         return bool(reason > 0 and finite), self._snes.getIterationNumber()
+
+    def apply_inverse(self, vector):
+        """Solution of the linear system with the present Jacobian and its factors, of one right-hand side (PETSc)."""
+        vector.array[self._held_owned] = 0.0
+        result = vector.duplicate()
+        self._snes.getKSP().solve(vector, result)
+        return result
 
     @property
     def residual_norm(self):
