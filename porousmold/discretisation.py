@@ -15,8 +15,9 @@ from . import fenicsx, geometry
 from .closures.drag import DRAG_LAWS
 from .closures.nusselt import NUSSELT_CORRELATIONS
 from .equations.coordinates import Coordinates
+from .equations.developed import CarriedByStreamfunction
 from .equations.energy import EnergyEquations, OuterWall, ThinWall
-from .equations.flow import FlowEquations, FlowScales, FlowState, Opening
+from .equations.flow import FlowEquations, FlowScales, Opening
 from .equations.medium import Bed, FluidState, rev_vector
 from .equations.turbulence import TurbulenceModel
 from .errors import InputError
@@ -24,6 +25,7 @@ from .estimates import bed_size, estimate
 from .materials import FLUIDS, SOLIDS, ConstantDensity, constant
 from .porosity.models import POROSITY_MODELS
 from .probe import PointProbe
+from .solvers.developed import DevelopedFlow, PlugFlow
 from .solvers.flow import SteadyFlow
 from .solvers.heating import TransientHeat
 
@@ -194,7 +196,7 @@ class Discretisation:
             fluid,
             coordinates,
             scales,
-            TURBULENCE_MODELS[model.turbulence],
+            TURBULENCE_MODELS[model.turbulence] if model.flow != "plug" else None,
             gravity,
             published_pressure_term=model.rev_terms == "as-published",
         )
@@ -205,14 +207,21 @@ class Discretisation:
         self.property_temperature = fem.Function(self.flow_temperature.function_space)
         for function in (self.flow_temperature, self.property_temperature):
             function.x.array[:] = operation.initial_temperature
-        inlet = Opening(ds(geometry.INLET), nodal_ds(geometry.INLET), **self._inlet_drive())
-        openings = [inlet, Opening(ds(geometry.OUTLET), nodal_ds(geometry.OUTLET), pressure=self._constant(0.0))]
+        openings = [
+            Opening(ds(geometry.INLET), nodal_ds(geometry.INLET), **self._inlet_drive()),
+            Opening(ds(geometry.OUTLET), nodal_ds(geometry.OUTLET), pressure=self._constant(0.0)),
+        ]
         self.set_boundary_values(0.0)
         with self.stopwatch("compile"):
-            self.flow = SteadyFlow(domain, self.equations, openings, self.flow_temperature, dx)
-            self.flow_state = FlowState.of(self.flow.unknown, scales)
+            carrier = self.equations
+            if model.flow == "full":
+                self.flow = SteadyFlow(domain, self.equations, openings, self.flow_temperature, dx)
+            else:
+                self.flow = self._simpler_flow(model.flow)
+                carrier = CarriedByStreamfunction(**vars(self.equations), streamfunction=self.flow.streamfunction)
+            self.flow_state = self.flow.state
             self.energy_equations = EnergyEquations(
-                self.equations,
+                carrier,
                 self.flow_state,
                 self.flow_temperature,
                 domain.entrance(),
@@ -242,6 +251,38 @@ class Discretisation:
             self._mass_in = fenicsx.compiled_form(-outflow * nodal_ds(geometry.INLET))
             temperature = ufl.split(self.heat.unknown)[0] if self.two_temperatures else self.heat.unknown
             self.outlet_heat = fenicsx.compiled_form(outflow * temperature * nodal_ds(geometry.OUTLET))
+
+    def guess_flow(self):
+        """Give the flow something to start from: the developed profiles where the bed is straight."""
+        if self.scene.model.flow != "full" or self.domain.columns is None:
+            self.flow.guess_uniform((1.0, 0.0))
+            return
+        developed = self._simpler_flow("developed")
+        developed.guess_uniform((1.0, 0.0))
+        developed.solve()
+        self.flow.guess(developed.fields())
+
+    def _simpler_flow(self, kind):
+        scene = self.scene
+        area = bed_size(scene)[2]
+        if kind == "developed":
+            return DevelopedFlow(self.domain, self.equations, self.flow_temperature, self._drive_of_stations, area)
+        phi = scene.bed.bulk_porosity if self.profile is None else self.profile.bulk_porosity
+
+        def resistance(mass_flux, density, viscosity):
+            speed = mass_flux / (phi * density)
+            coefficient = self.drag.coefficient(phi, scene.bed.bead_diameter, density, viscosity, speed)
+            return coefficient * speed / phi - density * scene.operation.gravity
+
+        return PlugFlow(self.domain, self.equations, self.flow_temperature, self._drive_of_stations, area, resistance)
+
+    def _drive_of_stations(self):
+        operation, value = self.scene.operation, float(self._drive.value)
+        if operation.pressure_drop is not None:
+            return "pressure_drop", value
+        if operation.mass_flow is not None:
+            return "mass_flow", value
+        return "velocity", value, float(self._inlet_temperature.value)
 
     def _inlet_drive(self):
         operation = self.scene.operation
@@ -357,6 +398,15 @@ class Discretisation:
         out = self.mass_flow
         return (self.value(self._mass_in) - out) / out if out else 0.0
 
+    def state(self):
+        """Copies of the arrays that temperatures and flow are kept in."""
+        return [function.x.array.copy() for function in (self.heat.unknown, *self.flow.functions)]
+
+    def set_state(self, arrays):
+        """Go back to what `state()` gave."""
+        for function, array in zip((self.heat.unknown, *self.flow.functions), arrays, strict=True):
+            function.x.array[:] = array
+
     def extremes(self, place):
         """Smallest and largest temperature (K) at 'wall', 'bed_side' or 'bed'."""
         values = self.heat.unknown.x.array[self._places[place]]
@@ -379,27 +429,12 @@ class Discretisation:
             sources["turbulence"] = "Launder, Spalding 1974; Chen, Patel 1988; Nakayama, Kuwahara 1999; thesis eq. 7.33"
         return sources | {f"{owner} {name}": law.source for owner, name, law in self.property_laws()}
 
-    def flow_fields(self):
-        """Present flow fields as functions with units, by name (collective)."""
-        scales = self.estimates
-        pressure = scales.pressure_gradient * self.domain.length
-        factors = {"velocity": scales.speed, "pressure": pressure}
-        if self.equations.model is not None:
-            factors["turbulent_kinetic_energy"] = scales.speed**2
-            factors["dissipation_rate"] = scales.speed**3 / self.scene.bed.bead_diameter
-        fields = {}
-        for index, (name, factor) in enumerate(factors.items()):
-            space, numbers = fenicsx.collapse(self.flow.space, index)
-            fields[name] = fem.Function(space, name=name)
-            fields[name].x.array[:] = factor * self.flow.unknown.x.array[numbers]
-        return fields
-
     def highest_mach_number(self):
         """Largest nodal |u|/c with the speed of sound of an ideal gas; 0 for a liquid (collective)."""
         density = self.fluid.density
         if not density.compressible:
             return 0.0
-        velocity = self.flow_fields()["velocity"].x.array
+        velocity = self.flow.fields()["velocity"].x.array
         fastest = self.communicator.allreduce(
             float(np.max(np.hypot(velocity[0::2], velocity[1::2]), initial=0.0)), op=max
         )

@@ -22,7 +22,7 @@ def profile_near_wall(problem, fraction=0.5, points=120):
         probe = PointProbe(problem.domain, line)
     except ValueError:  # the straight line leaves a mesh that is not convex; on every rank alike
         return None
-    values = {name: probe(function) for name, function in problem.flow_fields().items()}
+    values = {name: probe(function) for name, function in problem.flow.fields().items()}
     temperature, beads = (probe(function)[:, 0] for function in (problem.temperature, problem.bead_temperature))
     if problem.profile is None:
         bed = problem.scene.bed
@@ -68,10 +68,11 @@ def field_snapshots(problem, snapshots, end_time):
     in_bed = fem.Function(space, name="in_bed")
     dimension = problem.domain.mesh.topology.dim
     in_bed.x.array[fem.locate_dofs_topological(space, dimension, problem.domain.cells(geometry.BED))] = 1.0
-    now = problem.heat.unknown.x.array.copy(), problem.flow.unknown.x.array.copy()
+    now = problem.state()
     for index in sorted({int(np.argmin(np.abs(times - time))) for time in wanted}):
-        time, problem.heat.unknown.x.array[:], problem.flow.unknown.x.array[:] = snapshots[index]
+        time, state = snapshots[index]
+        problem.set_state(state)
         temperature, beads = problem.temperature, problem.bead_temperature
         temperature.name, beads.name = "temperature", "bead_temperature"
-        yield time, [in_bed, temperature, beads, *problem.flow_fields().values()]
-    problem.heat.unknown.x.array[:], problem.flow.unknown.x.array[:] = now
+        yield time, [in_bed, temperature, beads, *problem.flow.fields().values()]
+    problem.set_state(now)

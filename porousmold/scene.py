@@ -118,7 +118,8 @@ KEYS: dict[str, dict[str, Key]] = {
         "end_time": Key("s", "stop here if not heated before", 1e5, low=0.0, high=1e9),
     },
     "model": {
-        "flow": _choice("flow equations", ("full",), "full"),
+        "flow": _choice("two-dimensional flow, profiles developed at every station, or one uniform mass flux",
+                        ("full", "developed", "plug"), "full"),
         "turbulence": _choice(
             "turbulence and bead sources",
             ("none", "k-epsilon", "nakayama-kuwahara", "damped-nakayama-kuwahara"),

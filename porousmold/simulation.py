@@ -44,7 +44,7 @@ class Simulation:
         self.heating_time = self.heating_time_bed_side = None
         self.time = 0.0
         self.history = History()
-        self.snapshots: list[tuple[float, np.ndarray, np.ndarray]] = []
+        self.snapshots: list[tuple[float, list[np.ndarray]]] = []
         self._snapshot_spacing = 0.0
         self._bounds = scene_bounds(scene.operation)
 
@@ -70,7 +70,7 @@ class Simulation:
         scene, operation, control = self.scene, self.scene.operation, self.control
         problem, flow, heat = self.problem, self.problem.flow, self.problem.heat
         with problem.stopwatch("flow"):
-            flow.guess_uniform((1.0, 0.0))
+            problem.guess_flow()
             flow.solve()
         self._record(0.0)
         self._keep_snapshot()
@@ -80,8 +80,7 @@ class Simulation:
                 raise KeyboardInterrupt
             step = control.propose(self.time)
             old_balance = replace(heat.balance)
-            start = heat.unknown.x.array.copy()
-            flow_start = flow.unknown.x.array.copy()
+            start = problem.state()
             try:
                 with problem.stopwatch("flow"):
                     self._foresee(previous, last_step, step)
@@ -90,13 +89,13 @@ class Simulation:
                 with problem.stopwatch("energy"):
                     error = heat.step(self.time, step, after_jump=control.after_jump(self.time), bounds=self._bounds)
             except SolveError as failure:
-                self._restore(start, flow_start, old_balance)
+                self._restore(start, old_balance)
                 control.reject_failed(step, failure)
                 continue
             if not control.accept(self.time + step, step, error):
-                self._restore(start, flow_start, old_balance)
+                self._restore(start, old_balance)
                 continue
-            previous, last_step = start, step
+            previous, last_step = start[0], step
             self.time += step
             self._record(step)
             self._keep_snapshot()
@@ -108,9 +107,8 @@ class Simulation:
         last_change = max(self.scene.operation.inlet_temperature.kinks, default=0.0)
         return self.heating_time is not None and self.time >= last_change * (1 - 1e-12)
 
-    def _restore(self, start, flow_start, balance):
-        self.problem.heat.unknown.x.array[:] = start
-        self.problem.flow.unknown.x.array[:] = flow_start
+    def _restore(self, start, balance):
+        self.problem.set_state(start)
         self.problem.heat.balance = balance
 
     def _foresee(self, previous, last_step, step):
@@ -176,7 +174,7 @@ class Simulation:
         if self.snapshots and not finished and self.time < self.snapshots[-1][0] + self._snapshot_spacing:
             return
         self.snapshots.append(
-            (self.time, self.problem.heat.unknown.x.array.copy(), self.problem.flow.unknown.x.array.copy())
+            (self.time, self.problem.state())
         )
         if len(self.snapshots) > MOST_SNAPSHOTS and not finished:
             self.snapshots = self.snapshots[::2]

@@ -5,6 +5,7 @@ import ufl
 from dolfinx import fem
 
 from .. import fenicsx
+from ..equations.flow import FlowState
 from ..errors import SolveError
 from ..geometry import BED, INTERFACE, SYMMETRY, WALL
 from .newton import NewtonSystem
@@ -18,8 +19,9 @@ LAST_PSEUDO_STEP = 1e9
 """Pseudo-time steps, in transit times of one bead at the reference speed, with which the false transient starts, first
 tries the steady equations, and gives up."""
 
-KEPT_ITERATIONS = 3
-"""Iterations with kept factors before the flow's Jacobian is renewed."""
+KEPT_TOLERANCE = 0.02
+KEPT_ITERATIONS = 5
+"""Part of the tolerance that must be met with kept factors, whose last update says less of the error, and iterations with kept factors before the flow's Jacobian is renewed."""
 
 MOST_FAILURES = 30
 """Pseudo-time steps that may fail before the flow counts as without solution."""
@@ -49,6 +51,7 @@ class SteadyFlow:
         residual += nothing * ufl.inner(self.unknown, ufl.TestFunction(self.space)) * dx(WALL)
         held = np.concatenate([held_unknowns(domain, self.space, turbulent), *fixed])
         self._system = NewtonSystem(residual, self.unknown, np.unique(held), keep_jacobian=True)
+        self.state = FlowState.of(self.unknown, equations.scales)
         self._turbulence_unknowns = (
             np.concatenate([fenicsx.collapse(self.space, part)[1] for part in (2, 3)])
             if turbulent
@@ -76,18 +79,27 @@ class SteadyFlow:
                 values[fenicsx.collapse(self.space, part)[1]] = value
         self._clear_held()
 
+    def guess(self, fields):
+        """Start from fields as `fields()` gives them, of any flow over the same domain."""
+        for index, (name, factor) in enumerate(self._factors().items()):
+            space, numbers = fenicsx.collapse(self.space, index)
+            values = fem.Function(space)
+            values.interpolate(fields[name])
+            self.unknown.x.array[numbers] = values.x.array / factor
+        self._clear_held()
+
     def _clear_held(self):
         self.unknown.x.array[self._system.held] = 0.0
         self.unknown.x.scatter_forward()
 
     def solve(self, time=0.0):
         """Converge the steady flow; raises `SolveError` (named with `time`) if continuation does not either."""
-        start = self.unknown.x.array.copy()
+        start = self._state()
         converged, iterations = self._newton(max_iterations=12, relative_update=CONVERGED_UPDATE)
         self._count(iterations)
         if converged and self._physical():
             return
-        self.unknown.x.array[:] = start
+        self._restore(start)
         self._continue_in_pseudo_time(time)
 
     def _newton(self, max_iterations, relative_update):
@@ -112,8 +124,8 @@ class SteadyFlow:
         The Jacobian's factors serve from step to step while a few iterations with them bring the update to a tenth of
         that; then the Jacobian is renewed.
         """
-        starts = [function.x.array.copy() for function in self.functions]
-        for iterations, enough, fresh in ((KEPT_ITERATIONS, 0.1 * tolerance, False), (4, tolerance, True)):
+        start = self._state()
+        for iterations, enough, fresh in ((KEPT_ITERATIONS, KEPT_TOLERANCE * tolerance, False), (4, tolerance, True)):
             for _ in range(iterations):
                 if fresh:
                     self._system.renew_jacobian()
@@ -123,14 +135,38 @@ class SteadyFlow:
                     break
                 if self._update < enough:
                     return
-            for function, start in zip(self.functions, starts, strict=True):
-                function.x.array[:] = start
+            self._restore(start)
         self.solve(time)
+
+    def _state(self):
+        return [function.x.array.copy() for function in self.functions]
+
+    def _restore(self, arrays):
+        for function, array in zip(self.functions, arrays, strict=True):
+            function.x.array[:] = array
 
     @property
     def functions(self):
         """What the state of the flow is kept in: finite-element functions to save and restore."""
         return [self.unknown]
+
+    def fields(self):
+        """Present velocity, pressure and turbulence (SI) as functions by name (collective)."""
+        fields = {}
+        for index, (name, factor) in enumerate(self._factors().items()):
+            space, numbers = fenicsx.collapse(self.space, index)
+            fields[name] = fem.Function(space, name=name)
+            fields[name].x.array[:] = factor * self.unknown.x.array[numbers]
+        return fields
+
+    def _factors(self):
+        """Units of the parts of the scaled unknown, by the names of the fields."""
+        scales = self.equations.scales
+        speed, pressure, length = (float(scale.value) for scale in (scales.speed, scales.pressure, scales.length))
+        factors = {"velocity": speed, "pressure": pressure}
+        if self.equations.model is not None:
+            factors |= {"turbulent_kinetic_energy": speed**2, "dissipation_rate": speed**3 / length}
+        return factors
 
     def _count(self, iterations):
         self.solves += 1
@@ -159,6 +195,7 @@ class SteadyFlow:
         step, failures = FIRST_PSEUDO_STEP * bead_transit, 0
         steady_from = STEADY_PSEUDO_STEP * bead_transit
         while True:
+            before = self._state()
             self._previous.x.array[:] = self.unknown.x.array
             if step >= steady_from:
                 self._inverse_step.value = 0.0
@@ -166,7 +203,7 @@ class SteadyFlow:
                 self._count(iterations)
                 if converged and self._physical():
                     return
-                self.unknown.x.array[:] = self._previous.x.array
+                self._restore(before)
                 steady_from *= 10.0
             self._inverse_step.value = 1.0 / step
             converged, iterations = self._newton(max_iterations=5, relative_update=1e-3)
@@ -176,7 +213,7 @@ class SteadyFlow:
                 self._remove_negative_turbulence()
                 step *= 4.0 if iterations <= 2 else 2.0 if iterations <= 3 else 1.2
             else:
-                self.unknown.x.array[:] = self._previous.x.array
+                self._restore(before)
                 step /= 4.0
                 failures += 1
             if failures > MOST_FAILURES or steady_from > LAST_PSEUDO_STEP * bead_transit:

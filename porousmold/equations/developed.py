@@ -1,0 +1,84 @@
+r"""Flow that is developed at every station, and plug flow: the cheaper carriers of heat.
+
+Developed: at each axial station only derivatives across the flow are kept,
+
+    0 = -phi dp/dx + (1/w) d/dy (w phi (mu + mu_t) du/dy) + phi rho g - drag,     w = 1 or 2 pi r,
+
+likewise for k and epsilon. The same mass flow passes every station; dp/dx, one number a station, sees to that, and the
+pressure is marched with it. Left out are the entrance and the inertia of the gas as it expands.
+
+Plug: the superficial mass flux is uniform over the section, and the drag of the bulk alone takes the pressure. There is
+no turbulence in it.
+
+In both the heat is carried by the curl of a stream function, which no discrete balance can lose.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import ufl
+
+from .flow import FlowEquations, FlowState, Momentum
+from .turbulence import turbulence_terms
+
+
+def developed_state(unknown, pressure, scales, turbulent):
+    """`FlowState` of the scaled unknown (u, or u, k, epsilon) and the gauge pressure (Pa)."""
+    parts = ufl.split(unknown) if turbulent else (unknown,)
+    velocity = ufl.as_vector([parts[0] * scales.speed, 0.0])
+    if not turbulent:
+        return FlowState(velocity, pressure)
+    return FlowState(velocity, pressure, parts[1] * scales.kinetic_energy, parts[2] * scales.dissipation_rate)
+
+
+def developed_residual(equations, unknown, previous, inverse_step, pressure, gradient, temperature, dx):
+    """Form of the scaled residual at all stations; `dx` has its quadrature at the nodes along the flow.
+
+    `equations` are `FlowEquations`, `gradient` is dp/dx (Pa/m), `inverse_step` (1/s) that of a pseudo-time step.
+    """
+    bed, scales, coordinates = equations.bed, equations.scales, equations.coordinates
+    turbulent = equations.model is not None
+    state, old = (developed_state(f, pressure, scales, turbulent) for f in (unknown, previous))
+    space = unknown.function_space
+    tests = ufl.TestFunctions(space) if turbulent else (ufl.TestFunction(space),)
+    phi, u = bed.porosity, state.velocity[0]
+    viscosity, density = equations.fluid.fluid.viscosity(temperature), equations.fluid.density(pressure, temperature)
+    speed = state.speed(scales)
+    layers = equations.turbulence_state(state, density, viscosity)
+    effective = viscosity if layers is None else viscosity + layers.eddy_viscosity
+    resistance = bed.drag.coefficient(phi, bed.bead_diameter, density, viscosity, speed)
+    storage = phi * density * inverse_step
+    force = resistance * u + phi * gradient + storage * (u - old.velocity[0])
+    if equations.gravity is not None:
+        force -= phi * density * equations.gravity[0]
+    test = tests[0] * equations.bed.bead_diameter / scales.pressure
+    form = force * test + phi * effective * u.dx(1) * test.dx(1)
+    if turbulent:
+        m = Momentum(density, viscosity, effective, speed, layers, None, None, None)
+        terms = turbulence_terms(state, m, bed, equations.model, u.dx(1) ** 2)
+        olds = old.kinetic_energy, old.dissipation_rate
+        for (field, diffusivity, reaction), before, size, test in zip(
+            terms, olds, equations.turbulence_sizes(), tests[1:], strict=True
+        ):
+            form += size * (
+                (reaction + storage * (field - before)) * test + diffusivity * field.dx(1) * test.dx(1)
+            )
+    return coordinates.weight * form * dx
+
+
+@dataclass(frozen=True)
+class CarriedByStreamfunction(FlowEquations):
+    """`FlowEquations` whose mass flux is the curl of `streamfunction` (kg/s, or kg/s per metre of width)."""
+
+    streamfunction: Any = None
+
+    def mass_flux(self, state, temperature):
+        return self._curl / self.coordinates.weight
+
+    def mass_flux_through_boundary(self, state, temperature):
+        return self._curl / self.coordinates.nodal_weight
+
+    @property
+    def _curl(self):
+        gradient = ufl.grad(self.streamfunction)
+        return ufl.as_vector([gradient[1], -gradient[0]])
