@@ -30,8 +30,10 @@ GAMMA = 0.43586652150845899942
 LAST_ROW = (-(6 * GAMMA**2 - 16 * GAMMA + 1) / 4, (6 * GAMMA**2 - 20 * GAMMA + 5) / 4, GAMMA)
 STAGES = ((GAMMA,), ((1 - GAMMA) / 2, GAMMA), LAST_ROW)
 BACKWARD_EULER = ((1.0,),)
-OVERSHOOT = 0.03
+OVERSHOOT = 0.07
 """Kelvin out of bounds at which a cell becomes monotone."""
+DAMPING_PART = 0.05
+"""Part of a repeated step that the backward Euler method takes first where marking cells alone did not help."""
 MONOTONE_STEPS = 6
 """Steps after which a cell is second order again; if it is out of bounds once more it is marked once more."""
 STAGE_UPDATE = 1e-9
@@ -162,20 +164,30 @@ class TransientHeat:
         Raises `SolveError` if a stage does not converge; the unknown and the balance are then as before.
         """
         self._release_cells()
-        stages = BACKWARD_EULER if after_jump else STAGES
+        parts = [(step, BACKWARD_EULER)] if after_jump else [(step, STAGES)]
+        start = self.unknown.x.array.copy()
         for _ in range(MOST_REPETITIONS):
-            flows, stored = self._take(time, step, stages)
+            flows, stored = self._take_all(time, parts)
             out, new = self._limit_cells(bounds)
-            if not out or (not new and stages is BACKWARD_EULER):
+            if not out or (not new and len(parts) > 1):
                 break
-            if not new:  # the fluid jumps where its equation has changed
-                stages = BACKWARD_EULER
+            if not new:  # the fluid jumps where its equation has changed: damp that first
+                parts = [(DAMPING_PART * step, BACKWARD_EULER), ((1.0 - DAMPING_PART) * step, parts[-1][1])]
             self.repetitions += 1
-            self.unknown.x.array[:] = self._start.x.array
+            self.unknown.x.array[:] = start
         for name, heat in flows.items():
             setattr(self.balance, name, getattr(self.balance, name) + heat)
         self.balance.stored += stored
-        return 0.0 if stages is BACKWARD_EULER else self._estimated_error()
+        return 0.0 if after_jump else self._estimated_error()
+
+    def _take_all(self, time, parts):
+        """Successive (step, stages) from `time`; gives the heat (J) of each flow and the heat stored."""
+        flows, stored = dict.fromkeys(self._scalars, 0.0), 0.0
+        for step, stages in parts:
+            more, gained = self._take(time, step, stages)
+            flows = {name: heat + more[name] for name, heat in flows.items()}
+            stored, time = stored + gained, time + step
+        return flows, stored
 
     def _take(self, time, step, stages):
         """All stages of a step; gives the heat (J) of each flow and the heat stored."""
