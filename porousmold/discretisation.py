@@ -20,7 +20,7 @@ from .equations.energy import EnergyEquations, OuterWall, ThinWall
 from .equations.flow import FlowEquations, FlowScales, Opening
 from .equations.medium import Bed, FluidState, rev_vector
 from .equations.turbulence import TurbulenceModel
-from .errors import InputError
+from .errors import InputError, SolveError
 from .estimates import bed_size, estimate
 from .materials import FLUIDS, SOLIDS, ConstantDensity, constant
 from .porosity.models import POROSITY_MODELS
@@ -254,13 +254,17 @@ class Discretisation:
 
     def guess_flow(self):
         """Give the flow something to start from: the developed profiles where the bed is straight."""
-        if self.scene.model.flow != "full" or self.domain.columns is None:
-            self.flow.guess_uniform((1.0, 0.0))
+        if self.scene.model.flow != "full":
+            self.flow.guess_equilibrium()
+            return
+        self.flow.guess_uniform((1.0, 0.0))
+        if self.domain.columns is None:
             return
         developed = self._simpler_flow("developed")
-        developed.guess_uniform((1.0, 0.0))
-        developed.solve()
-        self.flow.guess(developed.fields())
+        developed.guess_equilibrium()
+        with contextlib.suppress(SolveError):  # then the full flow has to find its own way
+            developed.solve()
+            self.flow.guess(developed.fields())
 
     def _simpler_flow(self, kind):
         scene = self.scene

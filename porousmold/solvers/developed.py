@@ -11,6 +11,7 @@ from dolfinx import fem
 from scipy.optimize import brentq
 
 from .. import fenicsx
+from ..closures import turbulence as closure
 from ..equations.developed import developed_residual, developed_state
 from ..equations.flow import FlowState
 from ..errors import SolveError
@@ -108,7 +109,7 @@ class DevelopedFlow(SteadyFlow):
         nothing = fem.Constant(domain.mesh, 0.0)
         residual += nothing * ufl.inner(self.unknown, ufl.TestFunction(self.space)) * dx(WALL)
         held = self._held()
-        self._system = NewtonSystem(residual, self.unknown, np.unique(held), keep_jacobian=True)
+        self._system = NewtonSystem(residual, self.unknown, np.unique(held), keep_jacobian=True, pivoting=False)
         self._push = fenicsx.compiled_form(push)
         self.state = developed_state(self.unknown, self.pressure, equations.scales, self._turbulent)
         bed = equations.bed
@@ -157,14 +158,36 @@ class DevelopedFlow(SteadyFlow):
     def functions(self):
         return [self.unknown, self.pressure, self.gradient, self.streamfunction]
 
-    def guess_uniform(self, velocity, turbulence_intensity=0.05):
-        """Start from one velocity everywhere off the wall, a uniform turbulence and the pressure gradient of the scales."""
-        scales, values = self.equations.scales, self.unknown.x.array
-        values[:] = turbulence_intensity**2
-        values[self._parts()[0][1]] = velocity[0]
+    def guess_equilibrium(self):
+        """Start from the speed at which the local drag balances the pressure gradient of the scales, fading in a layer at
+        the wall, and from the beads' turbulence in local equilibrium."""
+        equations, scales = self.equations, self.equations.scales
+        bed, law, space = equations.bed, equations.fluid.fluid, self.pressure.function_space
+        gradient = float(scales.pressure.value) / self.columns.along[-1]
+        self._set_gradients(np.full(len(self.columns.along), -gradient))
+        speed, diameter = float(scales.speed.value), float(bed.bead_diameter.value)
+        porosity, distance = (nodal_values(expression, space) for expression in (bed.porosity, bed.wall_distance))
+        porosity, distance = np.clip(porosity, 0.0, 0.95), np.maximum(distance, 0.0)
+        temperature = self.temperature.x.array
+        viscosity = law.viscosity(temperature)
+        density = law.density(self.pressure.x.array + float(equations.fluid.reference_pressure.value), temperature)
+        viscous = bed.drag.coefficient(porosity, diameter, density, viscosity, 0.0)
+        inertial = bed.drag.coefficient(porosity, diameter, density, viscosity, 1.0) - viscous
+        local = 2 * porosity * gradient / (viscous + np.sqrt(viscous**2 + 4 * inertial * porosity * gradient))
+        local *= -np.expm1(-distance / np.sqrt(2.0 * viscosity * speed / gradient))
+        fields = [local / speed]
+        if self._turbulent:
+            fraction = equations.model.source_fraction(density * porosity * local * diameter / viscosity)
+            energy = fraction * closure.bead_kinetic_energy(porosity, local) + 0.01 * local**2
+            rate = fraction * closure.bead_dissipation_rate(porosity, local, diameter) + 0.01 * local**3 / diameter
+            fields += [energy / speed**2, rate * diameter / speed**3]
+        given = fem.Function(space)
+        for values, (part, numbers) in zip(fields, self._parts(), strict=True):
+            given.x.array[:] = values
+            there = fem.Function(part)
+            there.interpolate(given)
+            self.unknown.x.array[numbers] = there.x.array
         self._clear_held()
-        length = self.columns.along[-1]
-        self._set_gradients(np.full(len(self.columns.along), -float(scales.pressure.value) / length))
 
     @property
     def _gradients(self):
@@ -240,6 +263,13 @@ class DevelopedFlow(SteadyFlow):
         return fields
 
 
+def nodal_values(expression, space):
+    """The expression at the nodes of the space."""
+    function = fem.Function(space)
+    function.interpolate(fenicsx.compiled_expression(expression, space))
+    return function.x.array.copy()
+
+
 def unit(space):
     """Function that is 1 everywhere."""
     function = fem.Function(space)
@@ -278,7 +308,7 @@ class PlugFlow:
         """What the state of the flow is kept in."""
         return [self.pressure, self.streamfunction]
 
-    def guess_uniform(self, velocity):
+    def guess_equilibrium(self):
         """Nothing to guess."""
 
     def solve(self, time=0.0):

@@ -134,7 +134,7 @@ class TransientHeat:
             self._storing = np.concatenate([beads, unknowns_outside(domain, self.space, (0,), BED)])
         else:
             held, self._storing = np.empty(0, np.int64), np.arange(len(self.unknown.x.array))
-        self._system = NewtonSystem(residual, self.unknown, held, keep_jacobian=True)
+        self._system = NewtonSystem(residual, self.unknown, held, keep_jacobian=True, pivoting=False)
         self._stored_form = fenicsx.compiled_form(stored)
         self._stored_start, self._stored_now = (fenicsx.petsc_vector(self.unknown).duplicate() for _ in range(2))
         self._scalars = {

@@ -18,7 +18,6 @@ _OPTIONS = {
     "snes_divergence_tolerance": -1,
     "ksp_type": "preonly",
     "pc_type": "lu",
-    "pc_factor_mat_solver_type": "mumps",
     "mat_mumps_icntl_14": 80,
 }
 
@@ -27,11 +26,11 @@ class NewtonSystem:
     """Residual form F(x; v), its derivative, and homogeneous Dirichlet conditions, solved by SNES.
 
     The unknowns `held` (local numbers in the function's own space, ghosts included) stay as they are in `unknown`.
-    `addend` is a PETSc vector added to the assembled residual. The Jacobian is renewed at every iteration, or with
+    `pivoting` is needed where the diagonal may vanish, as that of the pressure does. `addend` is a PETSc vector added to the assembled residual. The Jacobian is renewed at every iteration, or with
     `keep_jacobian` only when `renew_jacobian()` was called: then the factors serve until the next call.
     """
 
-    def __init__(self, residual, unknown, held, *, keep_jacobian=False):
+    def __init__(self, residual, unknown, held, *, keep_jacobian=False, pivoting=True):
         self.unknown = unknown
         self.space = unknown.function_space
         zero = fem.Function(self.space)
@@ -49,7 +48,9 @@ class NewtonSystem:
         self._keep_jacobian, self._jacobian_due = keep_jacobian, True
         self._snes = PETSc.SNES().create(self.space.mesh.comm)
         options = PETSc.Options()
-        for name, value in _OPTIONS.items():
+        # PETSc's own factorisation is the faster one of small systems, but serial and without pivoting
+        solver = "mumps" if pivoting or self.space.mesh.comm.size > 1 else "petsc"
+        for name, value in (_OPTIONS | {"pc_factor_mat_solver_type": solver}).items():
             options[_PREFIX + name] = value
         self._snes.setOptionsPrefix(_PREFIX)
         self._snes.setFunction(self._assemble_residual, self.vector)
