@@ -114,6 +114,8 @@ KEYS: dict[str, dict[str, Key]] = {
         "outer_heat_flux": Key("W/m^2", "heat into the outer wall (negative: loss)", low=-1e7, high=1e7, series=True),
         "outer_coefficient": Key("W/(m^2*K)", "heat transfer coefficient of the outer wall", low=0.0, high=1e6),
         "ambient_temperature": Key("K", "outside the outer wall", low=0.0, high=5000.0, series=True),
+        "wall_temperature": Key("K", "of the bed's wall, for model.wall 'fixed-temperature'", low=0.0, high=5000.0,
+                                series=True),
         "heating_margin": Key("delta_degC", "heated when T_in - min T_wall falls below it", 2.0, low=0.0, high=1000.0),
         "end_time": Key("s", "stop here if not heated before", 1e5, low=0.0, high=1e9),
     },
@@ -127,11 +129,12 @@ KEYS: dict[str, dict[str, Key]] = {
         ),
         "energy": _choice("temperatures of fluid and beads, or one for both", ("two-temperature", "one-temperature"),
                           "two-temperature"),
-        "wall": _choice("wall: resolved, of one temperature through its thickness, or none", ("conjugate", "thin", "insulated"),
-                        "conjugate"),
+        "wall": _choice("wall: resolved, of one temperature through its thickness, held at operation.wall_temperature, or none",
+                        ("conjugate", "thin", "fixed-temperature", "insulated"), "conjugate"),
         "exchange_factor": Key("", "factor on the heat exchange between fluid and beads", 1.0, low=0.0, high=1e6),
         "rev_terms": _choice("terms of the non-constant averaging volume", ("off", "consistent", "as-published"), "off"),
-        "flow_update": _choice("how the flow follows the temperature", ("quasi-steady", "frozen"), "quasi-steady"),
+        "flow_update": _choice("how the flow follows the temperature", ("quasi-steady", "frozen", "transient"),
+                               "quasi-steady"),
         "nusselt": _choice("heat exchange between fluid and beads", NUSSELT_CORRELATIONS, "wakao"),
         "drag": _choice("resistance of the beads", DRAG_LAWS, "macdonald"),
     },
@@ -334,12 +337,14 @@ def _check_together(scene):
                 full_name, getattr(getattr(scene, table), name), f"has no place in a {geometry.kind}", where
             )
     need("bed", "bead_diameter")
+    if geometry.kind == "mesh" and scene.model.flow != "full":
+        raise InputError("model.flow", scene.model.flow, "must be 'full' for a mesh: its stations are not known", where)
     if geometry.kind == "mesh" and scene.model.wall != "conjugate":
         raise InputError(
             "model.wall", scene.model.wall, "must be 'conjugate' for a mesh, which has its own wall", where
         )
     if geometry.kind != "mesh":
-        if scene.model.wall != "insulated":
+        if scene.model.wall in ("conjugate", "thin"):
             need("wall", "thickness")
     elif scene.wall.thickness is not None:
         raise InputError(
@@ -356,6 +361,8 @@ def _check_together(scene):
         raise InputError(
             "model.flow_update", "frozen", f"must be 'quasi-steady' with a time series as operation.{drives[0]}", where
         )
+    if scene.model.flow_update == "transient" and scene.model.flow != "full":
+        raise InputError("model.flow_update", "transient", "must go with model.flow 'full'", where)
     limit = POROSITY_MODELS[bed.porosity_model].largest_bulk_porosity
     if bed.porosity_profile is None and bed.bulk_porosity > limit:
         raise InputError("bed.bulk_porosity", bed.bulk_porosity,
@@ -383,9 +390,12 @@ def _check_together(scene):
     if operation.heating_margin >= difference:
         raise InputError("operation.heating_margin", operation.heating_margin,
                          f"must be < {difference:g} K, the difference of inlet and initial temperature", where)  # fmt: skip
-    if scene.model.wall == "insulated" and (operation.outer_heat_flux or operation.outer_coefficient) is not None:
+    if (scene.model.wall == "fixed-temperature") != (operation.wall_temperature is not None):
+        raise InputError("operation.wall_temperature", None,
+                         "must be given with model.wall 'fixed-temperature', and only then", where)  # fmt: skip
+    if scene.model.wall in ("insulated", "fixed-temperature") and (operation.outer_heat_flux or operation.outer_coefficient) is not None:
         raise InputError(
-            "model.wall", "insulated", "has no place beside operation.outer_heat_flux or outer_coefficient", where
+            "model.wall", scene.model.wall, "has no place beside operation.outer_heat_flux or outer_coefficient", where
         )
     if (operation.outer_coefficient is None) != (operation.ambient_temperature is None):
         raise InputError("operation.outer_coefficient", operation.outer_coefficient,

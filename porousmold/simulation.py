@@ -162,6 +162,8 @@ class Simulation:
         stations = self.problem.stations(self.problem.temperature)[:, 0]
         rows |= {f"temperature_{name}": (v, "K") for name, v in zip(self.problem.station_names, stations, strict=True)}
         self.history.add(**rows)
+        if self.scene.model.wall == "fixed-temperature":
+            return  # the wall's temperature is given: nothing to wait for
         margin, times = operation.heating_margin, self.history["time"]
         if self.heating_time is None:
             self.heating_time = crossing_time(times, self.history["deficit_wall"], margin)
@@ -186,6 +188,8 @@ def scene_bounds(operation):
     given = [operation.initial_temperature, *operation.inlet_temperature.range]
     if operation.ambient_temperature is not None:
         given += operation.ambient_temperature.range
+    if operation.wall_temperature is not None:
+        given += operation.wall_temperature.range
     low, high = min(given), max(given)
     if operation.outer_heat_flux is not None:
         least, most = operation.outer_heat_flux.range

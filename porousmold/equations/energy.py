@@ -167,6 +167,19 @@ class EnergyEquations:
             form += weight * volumetric_heat(self.wall, temperature) * test * self.dx_wall
         return form
 
+    def heating_rate(self, temperature, bead_temperature, rates, test, bead_test):
+        """Form of what `stored_heat` gains for dT/dt and dT_s/dt (K/s), `rates`."""
+        weight, beads, wall = self.coordinates.weight, self.bed.beads, self.wall
+        form = self.coordinates.nodal_weight * self._fluid_storage() * rates[0] * test * self.nodes_bed
+        capacity = beads.density(bead_temperature) * beads.heat_capacity(bead_temperature)
+        form += weight * (1.0 - self.bed.porosity) * capacity * rates[1] * bead_test * self.dx_bed
+        if wall is None:
+            return form
+        heating = wall.density(temperature) * wall.heat_capacity(temperature) * rates[0] * test
+        if self.thin_wall is not None:
+            return form + weight * self.thin_wall.volume * heating * self.thin_wall.ds
+        return form + weight * heating * self.dx_wall
+
     def transport(self, temperature, monotone):
         """`Transport` at a temperature (K), with cells that are to be monotone marked by 1 (`Streamline`)."""
         capacity, porosity = self._laws.heat_capacity(temperature), self.bed.porosity

@@ -57,9 +57,8 @@ class FlowState:
     dissipation_rate: ufl.core.expr.Expr | None = None
 
     @classmethod
-    def of(cls, scaled, scales):
-        """From the parts of the mixed, scaled unknown."""
-        parts = ufl.split(scaled)
+    def of(cls, parts, scales):
+        """From the two or four parts of the scaled unknown."""
         velocity, pressure = parts[0] * scales.speed, parts[1] * scales.pressure
         if len(parts) == 2:
             return cls(velocity, pressure)
@@ -174,10 +173,14 @@ class FlowEquations:
         the steady equations; `temperature` (K) is given; `dx` is over the bed; `sources` (momentum in N/m3, mass in
         kg/m3/s, and with turbulence those of k and epsilon) are for manufactured solutions.
         """
+        state, old = (FlowState.of(ufl.split(f), self.scales) for f in (scaled, previous))
+        tests = ufl.TestFunctions(scaled.function_space)
+        return self.residual_of(state, old, tests, inverse_step, temperature, openings, dx, sources)
+
+    def residual_of(self, state, old, tests, inverse_step, temperature, openings, dx, sources=None):
+        """`residual` of two `FlowState`s and the test functions of the flow's unknowns."""
         coordinates, scales = self.coordinates, self.scales
         weight, phi = coordinates.weight, self.bed.porosity
-        state, old = FlowState.of(scaled, scales), FlowState.of(previous, scales)
-        tests = ufl.TestFunctions(scaled.function_space)
         u, v, q = state.velocity, tests[0], tests[1]
         m = self.momentum(state, temperature, old.velocity, inverse_step, sources[0] if sources else None)
         advection = phi * m.density * u
@@ -223,6 +226,14 @@ class FlowEquations:
         momentum = flux * ufl.dot(state.velocity - incoming, v)
         form += weight * momentum_scale * momentum * opening.ds
         return form - self.coordinates.nodal_weight * mass_scale * flux * q * opening.nodes
+
+    def mass_storage(self, state, old, temperature, old_temperature, test, inverse_step, dx):
+        """Form of d(phi rho)/dt against the mass balance's test, for pressures and temperatures of two times."""
+        pressure, warm = ufl.variable(state.pressure), ufl.variable(temperature)
+        density = self.fluid.density(pressure, warm)
+        rate = ufl.diff(density, pressure) * (state.pressure - old.pressure)
+        rate += ufl.diff(density, warm) * (temperature - old_temperature)
+        return self.coordinates.weight * self.bed.porosity * inverse_step * rate * test / self.scales.speed * dx
 
     def turbulence_sizes(self):
         """Factors that bring the k and epsilon equations to the size of one."""

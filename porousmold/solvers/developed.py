@@ -20,6 +20,8 @@ from .flow import SteadyFlow, unknowns_outside
 from .newton import NewtonSystem
 
 GAUSS_DEGREE = 3
+LARGEST_CHANGE = 0.3
+"""Largest change of dp/dx in one iteration, as a part of the largest of all stations."""
 
 
 class Columns:
@@ -211,6 +213,8 @@ class DevelopedFlow(SteadyFlow):
         _, iterations = self._system.solve(max_iterations=1, relative_update=1e-14)
         if not iterations:
             return np.inf
+        if self._inverse_step.value > 0.0:  # a false transient of the profiles; their forces are put right in the end
+            return self._system.relative_update
         push = fenicsx.petsc_vector(self.unknown).duplicate()
         fenicsx.assemble_vector(push, self._push)
         push.scale(-1.0)
@@ -220,6 +224,9 @@ class DevelopedFlow(SteadyFlow):
         gain.x.scatter_forward()
         flow, slope = self._through_stations(self.unknown.x.array), self._through_stations(gain.x.array)
         change = (self._imposed_mass_flow(flow, slope) - flow) / slope
+        largest = LARGEST_CHANGE * np.max(np.abs(self._gradients))
+        if largest > 0.0:
+            change = np.clip(change, -largest, largest)
         self.unknown.x.array[:] += gain.x.array * change[self._column_of_unknown]
         gradients = self._gradients + change
         relative = np.max(np.abs(change)) / max(np.max(np.abs(gradients)), 1e-300)

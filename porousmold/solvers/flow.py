@@ -43,6 +43,7 @@ class SteadyFlow:
         self.unknown = fem.Function(self.space)
         self._previous = fem.Function(self.space)
         self._inverse_step = fem.Constant(domain.mesh, 0.0)
+        self.openings, self.dx = openings, dx
         residual = equations.residual(
             self.unknown, self._previous, self._inverse_step, temperature, openings, dx(BED), sources
         )
@@ -51,7 +52,7 @@ class SteadyFlow:
         residual += nothing * ufl.inner(self.unknown, ufl.TestFunction(self.space)) * dx(WALL)
         held = np.concatenate([held_unknowns(domain, self.space, turbulent), *fixed])
         self._system = NewtonSystem(residual, self.unknown, np.unique(held), keep_jacobian=True)
-        self.state = FlowState.of(self.unknown, equations.scales)
+        self.state = FlowState.of(ufl.split(self.unknown), equations.scales)
         self._turbulence_unknowns = (
             np.concatenate([fenicsx.collapse(self.space, part)[1] for part in (2, 3)])
             if turbulent
@@ -95,7 +96,7 @@ class SteadyFlow:
     def solve(self, time=0.0):
         """Converge the steady flow; raises `SolveError` (named with `time`) if continuation does not either."""
         start = self._state()
-        converged, iterations = self._newton(max_iterations=12, relative_update=CONVERGED_UPDATE)
+        converged, iterations = self._newton(max_iterations=16, relative_update=CONVERGED_UPDATE)
         self._count(iterations)
         if converged and self._physical():
             return

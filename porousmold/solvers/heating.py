@@ -137,12 +137,12 @@ class TransientHeat:
         self._system = NewtonSystem(residual, self.unknown, held, keep_jacobian=True, pivoting=False)
         self._stored_form = fenicsx.compiled_form(stored)
         self._stored_start, self._stored_now = (fenicsx.petsc_vector(self.unknown).duplicate() for _ in range(2))
-        self._scalars = {
+        self.scalars = {
             "by_fluid": equations.heat_input(parts[0]),
             "through_outer_wall": equations.heat_through_outer_wall(parts[0]),
             "by_rev_terms": equations.rev_heat(*parts),
         }
-        self._scalars = {name: fenicsx.compiled_form(form) for name, form in self._scalars.items() if form is not None}
+        self.scalars = {name: fenicsx.compiled_form(form) for name, form in self.scalars.items() if form is not None}
         self.balance = HeatBalance()
         self.newton_iterations = 0
         self.repetitions = 0
@@ -178,11 +178,33 @@ class TransientHeat:
         for name, heat in flows.items():
             setattr(self.balance, name, getattr(self.balance, name) + heat)
         self.balance.stored += stored
-        return 0.0 if after_jump else self._estimated_error()
+        return 0.0 if after_jump else self.estimated_error()
+
+    @property
+    def frozen(self):
+        """The `Transport` of the present step."""
+        return self._transport.frozen
+
+    def begin(self, step):
+        """Note the start of a step that another solver takes."""
+        self._start.x.array[:] = self.unknown.x.array
+        self._transport.renew()
+        fenicsx.assemble_vector(self._stored_start, self._stored_form)
+
+    def note_first_stage(self):
+        """Note the present unknown as the first stage of such a step."""
+        self._first.x.array[:] = self.unknown.x.array
+
+    def finish(self, flows):
+        """Bring the balance forward by the heat (J) that flowed during such a step."""
+        fenicsx.assemble_vector(self._stored_now, self._stored_form)
+        for name, heat in flows.items():
+            setattr(self.balance, name, getattr(self.balance, name) + heat)
+        self.balance.stored += self._stored_now.sum() - self._stored_start.sum()
 
     def _take_all(self, time, parts):
         """Successive (step, stages) from `time`; gives the heat (J) of each flow and the heat stored."""
-        flows, stored = dict.fromkeys(self._scalars, 0.0), 0.0
+        flows, stored = dict.fromkeys(self.scalars, 0.0), 0.0
         for step, stages in parts:
             more, gained = self._take(time, step, stages)
             flows = {name: heat + more[name] for name, heat in flows.items()}
@@ -197,7 +219,7 @@ class TransientHeat:
         self._inverse_stage.value = 1.0 / (gamma * step)
         self._transport.renew()
         self._system.renew_jacobian()
-        flows = dict.fromkeys(self._scalars, 0.0)
+        flows = dict.fromkeys(self.scalars, 0.0)
         fenicsx.assemble_vector(self._stored_start, self._stored_form)
         outflows: list = []
         for stage, row in enumerate(stages):
@@ -217,7 +239,7 @@ class TransientHeat:
             outflow.scale(-self._inverse_stage.value)
             outflow.axpy(-1.0, addend)
             outflows.append(outflow)
-            for name, form in self._scalars.items():
+            for name, form in self.scalars.items():
                 flows[name] += step * stages[-1][stage] * self._sum(fem.assemble_scalar(form))
         return flows, self._stored_now.sum() - self._stored_start.sum()
 
@@ -265,7 +287,7 @@ class TransientHeat:
                 "a smaller solver.largest_step or solver.first_step",
             )
 
-    def _estimated_error(self):
+    def estimated_error(self):
         """Largest difference (K) between the step's end and the continuation of its first stage's slope, over all ranks.
 
         That is the local error of the backward Euler method, of the order dt^2 d2T/dt2. Taken over beads and wall,
