@@ -211,8 +211,8 @@ class Discretisation:
         for function in (self.flow_temperature, self.property_temperature):
             function.x.array[:] = operation.initial_temperature
         openings = [
-            Opening(ds(geometry.INLET), nodal_ds(geometry.INLET), **self._inlet_drive()),
-            Opening(ds(geometry.OUTLET), nodal_ds(geometry.OUTLET), pressure=self._constant(0.0)),
+            Opening(ds(geometry.INLET), **self._inlet_drive()),
+            Opening(ds(geometry.OUTLET), pressure=self._constant(0.0)),
         ]
         self.set_boundary_values(0.0)
         with self.stopwatch("compile"):
@@ -230,8 +230,8 @@ class Discretisation:
                 domain.entrance(),
                 self._with_constants(self.wall_material) if self.has_wall else None,
                 self._inlet_temperature,
-                nodal_ds(geometry.INLET),
-                nodal_ds(geometry.OUTLET),
+                ds(geometry.INLET),
+                ds(geometry.OUTLET),
                 self._outer_wall(nodal_ds(geometry.OUTER if domain.has_outer_wall else geometry.INTERFACE)),
                 dx(geometry.BED),
                 nodal_dx(geometry.BED),
@@ -259,11 +259,11 @@ class Discretisation:
                     self.set_boundary_values,
                     estimates.mass_flux * 1e3,
                 )
-            outflow = coordinates.nodal_weight * self.energy_equations.outward_mass_flux
-            self._mass_out = fenicsx.compiled_form(outflow * nodal_ds(geometry.OUTLET))
-            self._mass_in = fenicsx.compiled_form(-outflow * nodal_ds(geometry.INLET))
+            outflow = coordinates.weight * self.energy_equations.outward_mass_flux
+            self._mass_out = fenicsx.compiled_form(outflow * ds(geometry.OUTLET))
+            self._mass_in = fenicsx.compiled_form(-outflow * ds(geometry.INLET))
             temperature = ufl.split(self.heat.unknown)[0] if self.two_temperatures else self.heat.unknown
-            self.outlet_heat = fenicsx.compiled_form(outflow * temperature * nodal_ds(geometry.OUTLET))
+            self.outlet_heat = fenicsx.compiled_form(outflow * temperature * ds(geometry.OUTLET))
 
     def guess_flow(self):
         """Give the flow something to start from: the developed profiles where the bed is straight."""

@@ -68,7 +68,9 @@ def cell_constant_space(domain, components=1):
         if components == 1:
             return _space(domain, ufl.FiniteElement("DG", domain.ufl_cell(), 0))
         return _space(domain, ufl.VectorElement("DG", domain.ufl_cell(), 0, dim=components))
-    return _space(domain, _basix_ufl.element("DG", domain.basix_cell(), 0, shape=None if components == 1 else (components,)))
+    return _space(
+        domain, _basix_ufl.element("DG", domain.basix_cell(), 0, shape=None if components == 1 else (components,))
+    )
 
 
 def vertex_rule(cell_type):
@@ -114,7 +116,7 @@ def flow_axis(domain):
 
 def evaluate(expression, domain, points):
     """Values of an expression in all local cells at reference points: (cells, points) of a scalar."""
-    compiled = _expression_at(expression, np.asarray(points))
+    compiled = _expression_at(expression, domain, np.asarray(points))
     cells_map = domain.topology.index_map(domain.topology.dim)
     cells = np.arange(cells_map.size_local + cells_map.num_ghosts, dtype=np.int32)
 
@@ -150,7 +152,7 @@ class PointValues:
         points = basix.make_quadrature(cell, quadrature_degree)[0]
         self.value = fem.Function(_space(domain, element))
         self._domain = domain
-        self._expression = _expression_at(expression, points)
+        self._expression = _expression_at(expression, domain, points)
         map_of_cells = domain.topology.index_map(domain.topology.dim)
         self._cells = np.arange(map_of_cells.size_local + map_of_cells.num_ghosts, dtype=np.int32)
         table = dof_table(self.value.function_space)
@@ -182,10 +184,13 @@ def compiled_form(form):
 def compiled_expression(expression, space):
     """The UFL expression, compiled for interpolation into the space."""
     points = space.element.interpolation_points
-    return _expression_at(expression, points() if callable(points) else points)
+    return _expression_at(expression, space.mesh, points() if callable(points) else points)
 
 
-def _expression_at(expression, points):
+def _expression_at(expression, domain, points):
+    if expression.ufl_domain() is None:  # a number: dolfinx wants to know where it lives
+        zeros = [fem.Constant(domain, 0.0)] * max(int(np.prod(expression.ufl_shape)), 1)
+        expression += ufl.as_vector(zeros) if expression.ufl_shape else zeros[0]
     with _quiet_compiler():
         try:
             return fem.Expression(expression, points, jit_options=_COMPILER_OPTIONS)  # type: ignore[call-arg]

@@ -80,8 +80,12 @@ class Domain:
         """dx and ds with quadrature at the nodes, which makes what is stored or exchanged at a node its own affair."""
         cell = self.mesh.ufl_cell()
         return (
-            ufl.Measure("dx", domain=self.mesh, subdomain_data=self.cell_tags, metadata=fenicsx.vertex_rule(cell.cellname())),
-            ufl.Measure("ds", domain=self.mesh, subdomain_data=self.facet_tags, metadata=fenicsx.vertex_rule("interval")),
+            ufl.Measure(
+                "dx", domain=self.mesh, subdomain_data=self.cell_tags, metadata=fenicsx.vertex_rule(cell.cellname())
+            ),
+            ufl.Measure(
+                "ds", domain=self.mesh, subdomain_data=self.facet_tags, metadata=fenicsx.vertex_rule("interval")
+            ),
         )
 
     def column_measure(self, quadrature_degree):

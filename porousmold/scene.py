@@ -393,7 +393,10 @@ def _check_together(scene):
     if (scene.model.wall == "fixed-temperature") != (operation.wall_temperature is not None):
         raise InputError("operation.wall_temperature", None,
                          "must be given with model.wall 'fixed-temperature', and only then", where)  # fmt: skip
-    if scene.model.wall in ("insulated", "fixed-temperature") and (operation.outer_heat_flux or operation.outer_coefficient) is not None:
+    if (
+        scene.model.wall in ("insulated", "fixed-temperature")
+        and (operation.outer_heat_flux or operation.outer_coefficient) is not None
+    ):
         raise InputError(
             "model.wall", scene.model.wall, "has no place beside operation.outer_heat_flux or outer_coefficient", where
         )

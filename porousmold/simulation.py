@@ -175,9 +175,7 @@ class Simulation:
         finished = self._heated_for_good() or self.time >= self.scene.operation.end_time
         if self.snapshots and not finished and self.time < self.snapshots[-1][0] + self._snapshot_spacing:
             return
-        self.snapshots.append(
-            (self.time, self.problem.state())
-        )
+        self.snapshots.append((self.time, self.problem.state()))
         if len(self.snapshots) > MOST_SNAPSHOTS and not finished:
             self.snapshots = self.snapshots[::2]
             self._snapshot_spacing = max(2.0 * self._snapshot_spacing, self.time / MOST_SNAPSHOTS)

@@ -13,7 +13,7 @@ from porousmold import fenicsx, geometry
 from porousmold.closures.drag import DRAG_LAWS
 from porousmold.closures.nusselt import NUSSELT_CORRELATIONS
 from porousmold.equations.coordinates import Coordinates
-from porousmold.equations.flow import FlowEquations, FlowScales
+from porousmold.equations.flow import FlowEquations, FlowScales, Opening
 from porousmold.equations.medium import Bed, FluidState
 from porousmold.materials import AIR, CERAMIC, ConstantDensity, constant
 from porousmold.scene import Scene
@@ -100,6 +100,11 @@ def flow_equations(
         model,
         published_pressure_term=published_pressure_term,
     )
+
+
+def opening(domain, tag, quadrature_degree, **terms):
+    """`Opening` of the boundary's part with the tag."""
+    return Opening(domain.facet_measure(quadrature_degree)(tag), **terms)
 
 
 @dataclass(frozen=True)

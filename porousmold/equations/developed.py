@@ -60,9 +60,7 @@ def developed_residual(equations, unknown, previous, inverse_step, pressure, gra
         for (field, diffusivity, reaction), before, size, test in zip(
             terms, olds, equations.turbulence_sizes(), tests[1:], strict=True
         ):
-            form += size * (
-                (reaction + storage * (field - before)) * test + diffusivity * field.dx(1) * test.dx(1)
-            )
+            form += size * ((reaction + storage * (field - before)) * test + diffusivity * field.dx(1) * test.dx(1))
     return coordinates.weight * form * dx
 
 
@@ -73,12 +71,7 @@ class CarriedByStreamfunction(FlowEquations):
     streamfunction: Any = None
 
     def mass_flux(self, state, temperature):
-        return self._curl / self.coordinates.weight
-
-    def mass_flux_through_boundary(self, state, temperature):
-        return self._curl / self.coordinates.nodal_weight
-
-    @property
-    def _curl(self):
         gradient = ufl.grad(self.streamfunction)
-        return ufl.as_vector([gradient[1], -gradient[0]])
+        return ufl.as_vector([gradient[1], -gradient[0]]) / self.coordinates.weight
+
+    mass_flux_through_boundary = mass_flux

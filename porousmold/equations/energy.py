@@ -214,7 +214,7 @@ class EnergyEquations:
             fluid -= fluid_conductivity * ufl.dot(bed.rev_vector, ufl.grad(temperature)) * test
             bead += bead_conductivity * ufl.dot(bed.rev_vector, ufl.grad(bead_temperature)) * bead_test
         form = weight * (fluid + bead) * self.dx_bed
-        form -= self.coordinates.nodal_weight * self.enthalpy_entering(temperature) * test * self.inlet
+        form -= weight * self.enthalpy_entering(temperature) * test * self.inlet
         if self.thin_wall is not None and wall is not None:
             along, test_along = (self._along_the_wall(ufl.grad(f)) for f in (temperature, test))
             conducted = self.thin_wall.volume * wall.conductivity(temperature) * ufl.dot(along, test_along)
@@ -240,7 +240,7 @@ class EnergyEquations:
         """Form (scalar, W) of the heat that the fluid leaves behind: what it lacks at the outlet against T_in."""
         enthalpy = self._laws.heat_capacity.integral
         lost = enthalpy(self.inlet_temperature) - enthalpy(temperature)
-        return self.coordinates.nodal_weight * self.outward_mass_flux * lost * self.outlet
+        return self.coordinates.weight * self.outward_mass_flux * lost * self.outlet
 
     def heat_through_outer_wall(self, temperature):
         """Form (scalar, W) of the heat that enters through the outer wall; None where it is insulated."""

@@ -86,12 +86,10 @@ class Momentum:
 
 @dataclass(frozen=True)
 class Opening:
-    """An inlet or outlet: its measure, that with quadrature at the nodes (`nodes`, for what the flow carries: the heat that
-    comes in at a node is then that node's alone), and one of the gauge pressure outside (Pa), the mass flux in (kg/m2/s) and the
+    """An inlet or outlet: its measure, and one of the gauge pressure outside (Pa), the mass flux in (kg/m2/s) and the
     superficial velocity in (m/s), whose fluid comes at `temperature` (K)."""
 
     ds: ufl.Measure
-    nodes: ufl.Measure
     pressure: Any = None
     mass_flux: Any = None
     velocity: Any = None
@@ -204,7 +202,7 @@ class FlowEquations:
             for opening in openings:
                 form += self._turbulence_inflow(opening, state, tests, m)
             if sources:
-                for test, source, size in zip(tests[2:], sources[2:], self.turbulence_sizes(), strict=True):
+                for test, source, size in zip(tests[2:4], sources[2:], self.turbulence_sizes(), strict=True):
                     form -= weight * size * source * test * dx
         return form
 
@@ -217,15 +215,13 @@ class FlowEquations:
         form = -weight * momentum_scale * ufl.dot(parallel, v) * opening.ds
         if opening.pressure is not None:
             traction = phi * (state.pressure - opening.pressure) * ufl.dot(normal, v)
-            form -= weight * momentum_scale * traction * opening.ds
-            return form + self.coordinates.nodal_weight * mass_scale * outward * q * opening.nodes
+            return form + weight * (mass_scale * outward * q - momentum_scale * traction) * opening.ds
         flux = opening.mass_flux
         if flux is None:
             flux = self.fluid.density(state.pressure, opening.temperature) * opening.velocity
         incoming = -flux / (phi * m.density) * normal
         momentum = flux * ufl.dot(state.velocity - incoming, v)
-        form += weight * momentum_scale * momentum * opening.ds
-        return form - self.coordinates.nodal_weight * mass_scale * flux * q * opening.nodes
+        return form + weight * (momentum_scale * momentum - mass_scale * flux * q) * opening.ds
 
     def mass_storage(self, state, old, temperature, old_temperature, test, inverse_step, dx):
         """Form of d(phi rho)/dt against the mass balance's test, for pressures and temperatures of two times."""
@@ -242,7 +238,7 @@ class FlowEquations:
 
     def _turbulence(self, state, old, tests, m, inverse_step, dx):
         storage = self.coordinates.weight * self.bed.porosity * m.density * inverse_step
-        k_test, epsilon_test = (size * test for size, test in zip(self.turbulence_sizes(), tests[2:], strict=True))
+        k_test, epsilon_test = (size * test for size, test in zip(self.turbulence_sizes(), tests[2:4], strict=True))
         form = turbulence_residual(
             state, (k_test, epsilon_test), m, self.bed, self.model, self.coordinates, metric(self.coordinates.mesh), dx
         )

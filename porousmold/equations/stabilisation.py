@@ -54,7 +54,8 @@ class Streamline:
 
     @classmethod
     def of(cls, coordinates, advection, diffusion, exchange, entrance, monotone, straight):
-        """For heat carried along `advection` (W/m2/K), conducted by `diffusion` (W/m/K), exchanged by `exchange` (W/m3/K or None).
+        """For heat carried along `advection` (W/m2/K), conducted by `diffusion` (W/m/K), exchanged by `exchange` (W/m3/K
+        or None).
 
         `entrance` is 1 in the cells at the inlet, where conduction across flat cells must not weaken the upwinding.
         """
@@ -67,9 +68,7 @@ class Streamline:
             direction = ufl.as_vector([ufl.conditional(ufl.lt(advection[0], 0.0), -1.0, 1.0), 0.0])
         inverse = ufl.sqrt(ufl.dot(direction, ufl.dot(metric_tensor, direction)) + 1e-30)  # of the reach
         carried = speed * inverse
-        spread = ufl.conditional(
-            ufl.gt(entrance, 0.5), inverse**2, ufl.sqrt(ufl.inner(metric_tensor, metric_tensor))
-        )
+        spread = ufl.conditional(ufl.gt(entrance, 0.5), inverse**2, ufl.sqrt(ufl.inner(metric_tensor, metric_tensor)))
         reaction = (1.0 - monotone) * exchange
         upwind = carried / ufl.sqrt(carried**2 + (3.0 * diffusion * spread) ** 2 + reaction**2 + 1e-60)
         carried_units = upwind * 2.0 * exchange  # chi r, in units of `carried`

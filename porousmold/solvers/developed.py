@@ -125,7 +125,9 @@ class DevelopedFlow(SteadyFlow):
         self._column = self.columns.of(nodes)
         self._column_of_unknown = self.columns.of(self._coordinates_of_unknowns())
         speed = self.unknown.sub(0) if self._turbulent else self.unknown
-        self._streamfunction = Streamfunction(domain, weighted * (ufl.split(self.unknown)[0] if self._turbulent else speed))
+        self._streamfunction = Streamfunction(
+            domain, weighted * (ufl.split(self.unknown)[0] if self._turbulent else speed)
+        )
         self.streamfunction = self._streamfunction.function
         self._stations = self.columns.total(self._column[: self._owned], np.ones(self._owned))
         self._turbulence_unknowns = (
@@ -136,9 +138,11 @@ class DevelopedFlow(SteadyFlow):
         self._reset_counters()
 
     def _parts(self):
-        return [fenicsx.collapse(self.space, part) for part in range(3)] if self._turbulent else [
-            (self.space, np.arange(len(self.unknown.x.array)))
-        ]
+        return (
+            [fenicsx.collapse(self.space, part) for part in range(3)]
+            if self._turbulent
+            else [(self.space, np.arange(len(self.unknown.x.array)))]
+        )
 
     def _coordinates_of_unknowns(self):
         points = np.zeros((len(self.unknown.x.array), 3))

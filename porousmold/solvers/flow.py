@@ -20,8 +20,9 @@ LAST_PSEUDO_STEP = 1e9
 tries the steady equations, and gives up."""
 
 KEPT_TOLERANCE = 0.02
+"""Part of the tolerance to be met with kept factors, whose last update says less of the error."""
 KEPT_ITERATIONS = 5
-"""Part of the tolerance that must be met with kept factors, whose last update says less of the error, and iterations with kept factors before the flow's Jacobian is renewed."""
+"""Iterations with kept factors before the flow's Jacobian is renewed."""
 
 MOST_FAILURES = 30
 """Pseudo-time steps that may fail before the flow counts as without solution."""

@@ -18,10 +18,10 @@ import ufl
 from dolfinx import fem
 
 from .. import fenicsx
-from ..errors import SolveError
-from ..geometry import BED, max_of
 from ..equations.energy import Transport
 from ..equations.stabilisation import Streamline
+from ..errors import SolveError
+from ..geometry import BED
 from .flow import unknowns_outside
 from .newton import NewtonSystem
 
@@ -146,7 +146,9 @@ class TransientHeat:
         self.balance = HeatBalance()
         self.newton_iterations = 0
         self.repetitions = 0
-        tables = [fenicsx.dof_table(self.space.sub(part)) for part in (0, 1)] if two else [fenicsx.dof_table(self.space)]
+        tables = (
+            [fenicsx.dof_table(self.space.sub(part)) for part in (0, 1)] if two else [fenicsx.dof_table(self.space)]
+        )
         self._cell_unknowns = np.hstack(tables)
         self._monotone_steps = np.zeros(len(self._cell_unknowns), int)
         self._cell_marks = fenicsx.dof_table(self._transport.monotone.function_space)[:, 0]

@@ -26,8 +26,9 @@ class NewtonSystem:
     """Residual form F(x; v), its derivative, and homogeneous Dirichlet conditions, solved by SNES.
 
     The unknowns `held` (local numbers in the function's own space, ghosts included) stay as they are in `unknown`.
-    `pivoting` is needed where the diagonal may vanish, as that of the pressure does. `addend` is a PETSc vector added to the assembled residual. The Jacobian is renewed at every iteration, or with
-    `keep_jacobian` only when `renew_jacobian()` was called: then the factors serve until the next call.
+    `pivoting` is needed where the diagonal may vanish, as that of the pressure does. `addend` is a PETSc vector added to
+    the assembled residual. The Jacobian is renewed at every iteration, or with `keep_jacobian` only when
+    `renew_jacobian()` was called: then the factors serve until the next call.
     """
 
     def __init__(self, residual, unknown, held, *, keep_jacobian=False, pivoting=True):

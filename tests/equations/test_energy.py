@@ -12,7 +12,7 @@ from porousmold.closures.functions import exp
 from porousmold.equations.energy import EnergyEquations, OuterWall
 from porousmold.equations.flow import FlowState
 from porousmold.solvers.flow import unknowns_outside
-from porousmold.solvers.heating import TransientHeat
+from porousmold.solvers.heating import FrozenTransport, TransientHeat
 from porousmold.solvers.newton import NewtonSystem
 
 from ..support import (
@@ -44,6 +44,7 @@ def energy_equations(domain, flow, state, *, wall=None, inlet_temperature=1.0, o
         ds(geometry.OUTLET),
         outer,
         dx(geometry.BED),
+        domain.nodal_measures()[0](geometry.BED),
         dx(geometry.WALL),
     )
 
@@ -64,7 +65,9 @@ def steady(domain, equations, *, sources=(0.0, 0.0), exact=(None, None), held_bo
         held += [fem.locate_dofs_topological(space.sub(part), 1, domain.facets(tag)) for tag in held_boundaries]
     parts, tests = ufl.split(unknown), ufl.TestFunctions(space)
     dx = domain.cell_measure(DEGREE)
-    residual = equations.outflow_of_heat(*parts, *tests)
+    frozen = FrozenTransport(domain, equations, equations.flow_temperature, DEGREE)
+    frozen.renew()
+    residual = equations.outflow_of_heat(*parts, *tests, frozen.frozen)
     residual += fem.Constant(domain.mesh, 0.0) * parts[1] * tests[1] * dx(geometry.WALL)
     for source, test in zip(sources, tests, strict=True):
         residual -= equations.coordinates.weight * source * test * dx(geometry.BED)
@@ -183,7 +186,15 @@ def test_schumann_front():
         fenicsx.compiled_form(equations.exchange_coefficient(300.0) * domain.cell_measure(2)(geometry.BED))
     )
     flux, stored = phi * speed, (1.0 - phi) * 50.0
-    heat = TransientHeat(domain, equations, 300.0, lambda time: None, domain.cell_measure(2)(geometry.WALL))
+    heat = TransientHeat(
+        domain,
+        equations,
+        300.0,
+        lambda time: None,
+        domain.cell_measure(2)(geometry.WALL),
+        equations.flow_temperature,
+        DEGREE,
+    )
     times, outlet, time, step = [], [], 0.0, 0.4
     subspace, numbers = fenicsx.collapse(heat.space, 0)
     last = numbers[np.argmax(subspace.tabulate_dof_coordinates()[:, 0])]

@@ -9,7 +9,7 @@ from scipy.integrate import solve_bvp
 from porousmold import fenicsx, geometry
 from porousmold.closures.functions import exp
 from porousmold.equations.coordinates import Coordinates
-from porousmold.equations.flow import FlowState, Opening
+from porousmold.equations.flow import FlowState
 from porousmold.solvers.flow import SteadyFlow
 
 from ..support import (
@@ -21,6 +21,7 @@ from ..support import (
     flow_equations,
     nodal,
     observed_orders,
+    opening,
 )
 
 DEGREE = 4
@@ -43,7 +44,7 @@ def solve(domain, equations, openings, *, sources=None, exact=None, fixed_tags=(
         for part, field in enumerate((exact.velocity, exact.pressure)):
             fill_part(flow.unknown, part, field)
     flow.solve()
-    return FlowState.of(flow.unknown, equations.scales), temperature
+    return FlowState.of(ufl.split(flow.unknown), equations.scales), temperature
 
 
 def manufactured_errors(cells, axisymmetric):
@@ -62,8 +63,10 @@ def manufactured_errors(cells, axisymmetric):
         m.force - divergence_of_tensor(phi * m.stress, coordinates),
         divergence_of_vector(phi * m.density * u, coordinates),
     )
-    ds = domain.facet_measure(DEGREE)
-    openings = [Opening(ds(geometry.INLET), pressure=p), Opening(ds(geometry.OUTLET), pressure=p)]
+    openings = [
+        opening(domain, geometry.INLET, DEGREE, pressure=p),
+        opening(domain, geometry.OUTLET, DEGREE, pressure=p),
+    ]
     state, _ = solve(
         domain, equations, openings, sources=sources, exact=exact, fixed_tags=(geometry.INLET, geometry.OUTLET)
     )
@@ -100,8 +103,10 @@ def test_second_order_with_a_porosity_jump():
         m = equations.momentum(exact, 300.0 + 0.0 * y)
         viscous = 0.1 * (0.5 * np.pi) ** 2 * curve
         sources = (m.force + ufl.as_vector([viscous, 0.0 * y]), 0.0 * y)
-        ds = domain.facet_measure(DEGREE)
-        openings = [Opening(ds(geometry.INLET), pressure=p), Opening(ds(geometry.OUTLET), pressure=p)]
+        openings = [
+            opening(domain, geometry.INLET, DEGREE, pressure=p),
+            opening(domain, geometry.OUTLET, DEGREE, pressure=p),
+        ]
         state, _ = solve(
             domain, equations, openings, sources=sources, exact=exact, fixed_tags=(geometry.INLET, geometry.OUTLET)
         )
@@ -117,12 +122,11 @@ def test_poiseuille(axisymmetric):
     def error(cells):
         domain = box((2, cells), axisymmetric=axisymmetric, length=2.0)
         equations = flow_equations(domain, fem.Constant(domain.mesh, 1.0))
-        ds = domain.facet_measure(DEGREE)
         gradient = 0.3
         number = [fem.Constant(domain.mesh, value) for value in (gradient * 2.0, 0.0)]
         openings = [
-            Opening(ds(geometry.INLET), pressure=number[0]),
-            Opening(ds(geometry.OUTLET), pressure=number[1]),
+            opening(domain, geometry.INLET, DEGREE, pressure=number[0]),
+            opening(domain, geometry.OUTLET, DEGREE, pressure=number[1]),
         ]
         state, _ = solve(domain, equations, openings)
         y = ufl.SpatialCoordinate(domain.mesh)[1]
@@ -141,10 +145,9 @@ def test_brinkman_forchheimer_channel():
     domain = box((2, 256), length=1.0)
     phi, gradient = 0.4, 50.0
     equations = flow_equations(domain, fem.Constant(domain.mesh, phi), bead_diameter=0.5, pressure=gradient)
-    ds = domain.facet_measure(DEGREE)
     openings = [
-        Opening(ds(geometry.INLET), pressure=fem.Constant(domain.mesh, gradient)),
-        Opening(ds(geometry.OUTLET), pressure=fem.Constant(domain.mesh, 0.0)),
+        opening(domain, geometry.INLET, DEGREE, pressure=fem.Constant(domain.mesh, gradient)),
+        opening(domain, geometry.OUTLET, DEGREE, pressure=fem.Constant(domain.mesh, 0.0)),
     ]
     state, _ = solve(domain, equations, openings)
     law = equations.bed.drag
@@ -172,12 +175,14 @@ def test_given_mass_flux_is_met_exactly():
 
     domain = box((6, 8))
     equations = flow_equations(domain, fem.Constant(domain.mesh, 0.4), pressure=100.0)
-    ds = domain.facet_measure(DEGREE)
     openings = [
-        Opening(ds(geometry.INLET), mass_flux=fem.Constant(domain.mesh, 0.7)),
-        Opening(ds(geometry.OUTLET), pressure=fem.Constant(domain.mesh, 0.0)),
+        opening(domain, geometry.INLET, DEGREE, mass_flux=fem.Constant(domain.mesh, 0.7)),
+        opening(domain, geometry.OUTLET, DEGREE, pressure=fem.Constant(domain.mesh, 0.0)),
     ]
     state, temperature = solve(domain, equations, openings)
     normal = ufl.FacetNormal(domain.mesh)
-    out = integral(ufl.dot(equations.mass_flux_through_boundary(state, temperature), normal) * ds(geometry.OUTLET))
+    out = integral(
+        ufl.dot(equations.mass_flux_through_boundary(state, temperature), normal)
+        * domain.facet_measure(DEGREE)(geometry.OUTLET)
+    )
     assert out == pytest.approx(0.7, rel=1e-8)

@@ -7,11 +7,10 @@ from dolfinx import fem
 
 from porousmold import fenicsx, geometry
 from porousmold.closures.functions import exp
-from porousmold.equations.flow import Opening
 from porousmold.equations.medium import rev_vector
 from porousmold.solvers.flow import SteadyFlow
 
-from ..support import box, flow_equations, nodal
+from ..support import box, flow_equations, nodal, opening
 
 
 def velocities(drop, gauge, *, published):
@@ -27,10 +26,9 @@ def velocities(drop, gauge, *, published):
         rev=rev_vector(difference, y, fem.Constant(domain.mesh, 1.2)),
         published_pressure_term=published,
     )
-    ds = domain.facet_measure(4)
     openings = [
-        Opening(ds(geometry.INLET), pressure=fem.Constant(domain.mesh, gauge + drop)),
-        Opening(ds(geometry.OUTLET), pressure=fem.Constant(domain.mesh, gauge)),
+        opening(domain, geometry.INLET, 4, pressure=fem.Constant(domain.mesh, gauge + drop)),
+        opening(domain, geometry.OUTLET, 4, pressure=fem.Constant(domain.mesh, gauge)),
     ]
     temperature = nodal(domain, 300.0 + ufl.SpatialCoordinate(domain.mesh)[0])
     flow = SteadyFlow(domain, equations, openings, temperature, domain.cell_measure(4))
