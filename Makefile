@@ -5,7 +5,7 @@ export OMP_NUM_THREADS := 1
 MPIRUN := mpirun --oversubscribe $(if $(filter 0,$(shell id -u)),--allow-run-as-root)
 PARTS := 2
 
-.PHONY: heat test test-fast test-mpi check install tables packing test-debian13 clean
+.PHONY: heat test test-fast test-mpi check install tables packing speed-against-error hard-cases growth test-debian13 clean
 
 heat: .venv/installed  ## heat the aluminium mold: summary and pictures in runs/aluminium
 	$(PYTHON) -m porousmold run studies/mold/aluminium.toml --out runs/aluminium
@@ -28,6 +28,15 @@ tables: .venv/installed  ## refinement and turbulence tables: docs/tables.md
 
 packing: .venv/installed  ## packings against the thesis and LIGGGHTS, profiles and heating times on them: docs/packing.md
 	$(PYTHON) studies/packing.py
+
+speed-against-error: .venv/installed  ## model ladder, meshes and steps: docs/speed-against-error.md
+	$(PYTHON) studies/speed_against_error.py
+
+hard-cases: .venv/installed  ## every hard case and what happened: docs/hard-cases.md
+	$(PYTHON) studies/hard_cases.py
+
+growth: .venv/installed  ## seconds and memory from 4k to 1M unknowns: docs/growth.md
+	$(PYTHON) studies/growth.py
 
 test-debian13: .venv/installed  ## the fast tests on Debian 13 (dolfinx 0.9), in a root of its own outside the tree
 	tools/test-debian13

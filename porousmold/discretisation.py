@@ -116,18 +116,19 @@ class Discretisation:
     def _make_strip(self):
         scene, estimates, solver = self.scene, self.estimates, self.scene.solver
         _, width, _ = bed_size(scene)
-        first_cell = solver.first_cell or estimates.first_cell
+        finer = solver.mesh_refinement
+        first_cell = (solver.first_cell or estimates.first_cell) / finer
+        axial_cells = max(2, round(solver.axial_cells * finer))
+        wall_cells = max(1, round((solver.wall_cells or estimates.wall_cells) * finer))
         resolved = scene.model.wall == "conjugate"
-        wall_nodes = (
-            np.linspace(0.0, scene.wall.thickness, (solver.wall_cells or estimates.wall_cells) + 1) if resolved else []
-        )
+        wall_nodes = np.linspace(0.0, scene.wall.thickness, wall_cells + 1) if resolved else []
         return geometry.strip(
             self.communicator,
             length=scene.geometry.length,
             width=width,
             wall_thickness=scene.wall.thickness if resolved else 0.0,
-            axial_nodes=scene.geometry.length * np.linspace(0.0, 1.0, solver.axial_cells + 1) ** AXIAL_GRADING,
-            bed_nodes=geometry.graded_coordinates(width, first_cell, solver.cell_growth),
+            axial_nodes=scene.geometry.length * np.linspace(0.0, 1.0, axial_cells + 1) ** AXIAL_GRADING,
+            bed_nodes=geometry.graded_coordinates(width, first_cell, solver.cell_growth ** (1.0 / finer)),
             wall_nodes=wall_nodes,
             axisymmetric=scene.geometry.kind == "pipe",
         )

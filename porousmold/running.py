@@ -10,14 +10,15 @@ import petsc4py
 from mpi4py import MPI
 
 from . import __version__
+from .accuracy import scenes_to_run
 from .errors import SolveError
 from .results import RunFolder
 from .scene import SMALLEST_RATIO
-from .simulation import Simulation
+from .simulation import Simulation, temperature_bounds
 
 HIGHEST_MACH_NUMBER = 0.3
 HIGHEST_BIOT_NUMBER = 0.1
-LARGEST_OVERSHOOT = 0.5
+LARGEST_OVERSHOOT = 0.1
 
 
 @dataclass
@@ -48,16 +49,29 @@ def run(scene, out=None, communicator=None, progress=None, stop=lambda: False):
     """
     start = clock.perf_counter()
     communicator = communicator or MPI.COMM_WORLD
-    simulation = Simulation(scene, communicator)
+    scenes = scenes_to_run(scene)
+    simulation = Simulation(next(scenes), communicator)
     folder = RunFolder(out, communicator) if out is not None else None
-    failure = interruption = None
-    try:
-        simulation.march(lambda time, deficit: progress(time, deficit, simulation) if progress else None, stop)
-    except SolveError as error:
-        failure = error
-    except KeyboardInterrupt as error:
-        interruption = error
-    summary = summarise(simulation, failure, interrupted=interruption is not None)
+    failure = interruption = heating_time_error = None
+    while True:
+        try:
+            simulation.march(_progress_of(simulation, progress), stop)
+            simulation = Simulation(scenes.send(simulation.heating_time), communicator)
+        except StopIteration as end:
+            heating_time_error = end.value
+            break
+        except SolveError as error:
+            try:
+                simulation = Simulation(scenes.throw(error), communicator)
+            except SolveError:
+                failure = error
+                break
+        except KeyboardInterrupt as error:
+            interruption = error
+            break
+    summary = summarise(simulation, heating_time_error, failure, interrupted=interruption is not None)
+    if heating_time_error is not None and heating_time_error > scene.solver.accuracy:
+        summary["warnings"].append(f"the estimated error {heating_time_error:.2g} exceeds the accuracy asked for")
     with simulation.problem.stopwatch("output"):
         if folder is not None and simulation.history.columns:
             folder.write_data(simulation)
@@ -77,7 +91,11 @@ def run(scene, out=None, communicator=None, progress=None, stop=lambda: False):
     return result
 
 
-def summarise(simulation, failure=None, interrupted=False):
+def _progress_of(simulation, progress):
+    return lambda time, deficit: progress(time, deficit, simulation) if progress else None
+
+
+def summarise(simulation, heating_time_error=None, failure=None, interrupted=False):
     """The content of result.json (a collective call), all but the seconds."""
     history, balance, scene = simulation.history, simulation.problem.heat.balance, simulation.scene
     flow, heat = simulation.problem.flow, simulation.problem.heat
@@ -88,6 +106,7 @@ def summarise(simulation, failure=None, interrupted=False):
         "status": "failed" if failure else "interrupted" if interrupted else "done",
         "failure": str(failure) if failure else None,
         "heating_time": simulation.heating_time,
+        "heating_time_error": heating_time_error,
         "heating_time_bed_side": simulation.heating_time_bed_side,
         "end_time": simulation.time,
         "mass_flow_initial": history["mass_flow"][0] if recorded else None,
@@ -100,6 +119,7 @@ def summarise(simulation, failure=None, interrupted=False):
         "temperature_bounds": bounds,
         "time_steps": len(history["time"]) - 1 if recorded else 0,
         "rejected_steps": simulation.control.rejected,
+        "repeated_steps": heat.repetitions,
         "flow_solves": flow.solves,
         "continuation_steps": flow.continuation_steps,
         "newton_iterations": {"flow": flow.newton_iterations, "energy": heat.newton_iterations},
@@ -152,15 +172,15 @@ def warnings_of(simulation, bounds):
                 found.append(
                     f"{owner} {law_name} is given for {first:g} to {last:g} K, used for {bounds[0]:.4g} to {bounds[1]:.4g} K"
                 )
-        given = [operation.initial_temperature, *operation.inlet_temperature.range]
-        if operation.ambient_temperature is not None:
-            given += operation.ambient_temperature.range
-        beyond = max(min(given) - bounds[0], bounds[1] - max(given))
-        if beyond > LARGEST_OVERSHOOT and operation.outer_heat_flux is None:
+        lowest, highest = temperature_bounds(operation)
+        beyond = max(lowest - bounds[0], bounds[1] - highest)
+        if beyond > LARGEST_OVERSHOOT:
             found.append(
                 f"temperatures reached {beyond:.2g} K beyond those given, behind the sharp first front: "
                 "more solver.axial_cells lessen it"
             )
+    if scene.model.flow == "plug" and scene.model.turbulence != "none":
+        found.append("plug flow carries no turbulence: model.turbulence has no effect")
     width = scene.geometry.cavity_height or scene.geometry.diameter
     if width is not None and width < SMALLEST_RATIO * scene.bed.bead_diameter * (1.0 - 1e-9):
         found.append(

@@ -143,6 +143,11 @@ KEYS: dict[str, dict[str, Key]] = {
         "first_cell": _length("height of the cell at the wall; default from the expected wall shear"),
         "cell_growth": Key("", "largest ratio of neighbouring cells across the bed", 1.3, low=1.001, high=3.0),
         "wall_cells": Key("integer", "cells through the wall; default from its Biot number", low=1, high=1000, closed=True),
+        "mesh_refinement": Key("", "factor on the number of cells in each direction, given or by default", 1.0, low=0.1,
+                               high=20.0, closed=True),
+        "step_refinement": Key("", "factor on the number of time steps", 1.0, low=0.1, high=100.0, closed=True),
+        "accuracy": Key("", "wanted relative error of the heating time: chooses both refinements, reports heating_time_error",
+                        low=1e-4, high=0.2, closed=True),
         "first_step": Key("s", "first time step", 1.0, low=0.0, high=1e6),
         "step_growth": Key("", "ratio of successive steps", 1.5, low=1.0, high=10.0, closed=True),
         "largest_step": Key("s", "largest time step; default a 24th of the time the fluid needs to bring the heat",
@@ -314,7 +319,7 @@ _FOREIGN = {
     "mold": ("geometry.diameter", "geometry.mesh", "geometry.symmetry"),
     "pipe": ("geometry.cavity_height", "geometry.mesh", "geometry.symmetry"),
     "mesh": ("geometry.length", "geometry.cavity_height", "geometry.diameter", "solver.axial_cells", "solver.first_cell",
-             "solver.cell_growth", "solver.wall_cells"),
+             "solver.cell_growth", "solver.wall_cells", "solver.mesh_refinement", "solver.accuracy"),
 }  # fmt: skip
 _DRIVES = ("pressure_drop", "inlet_velocity", "mass_flow")
 SMALLEST_RATIO = 10.0
@@ -363,6 +368,10 @@ def _check_together(scene):
         )
     if scene.model.flow_update == "transient" and scene.model.flow != "full":
         raise InputError("model.flow_update", "transient", "must go with model.flow 'full'", where)
+    if scene.solver.accuracy is not None:
+        for name in ("mesh_refinement", "step_refinement"):
+            if scene._given.get("solver", {}).get(name) is not None:
+                raise InputError(f"solver.{name}", getattr(scene.solver, name), "is chosen by solver.accuracy", where)
     limit = POROSITY_MODELS[bed.porosity_model].largest_bulk_porosity
     if bed.porosity_profile is None and bed.bulk_porosity > limit:
         raise InputError("bed.bulk_porosity", bed.bulk_porosity,

@@ -46,15 +46,16 @@ class Simulation:
         self.history = History()
         self.snapshots: list[tuple[float, list[np.ndarray]]] = []
         self._snapshot_spacing = 0.0
-        self._bounds = scene_bounds(scene.operation)
+        self._bounds = temperature_bounds(scene.operation)
 
     def _time_control(self):
         solver, operation = self.scene.solver, self.scene.operation
         series = [s for s in vars(operation).values() if hasattr(s, "kinks")]
         return TimeControl(
-            solver.first_step,
-            solver.step_growth,
-            solver.largest_step or min(self.problem.estimates.largest_step, operation.end_time),
+            solver.first_step / solver.step_refinement,
+            solver.step_growth ** (1.0 / solver.step_refinement),
+            (solver.largest_step or min(self.problem.estimates.largest_step, operation.end_time))
+            / solver.step_refinement,
             solver.step_tolerance,
             operation.end_time,
             tuple(sorted({kink for s in series for kink in s.kinks if kink > 0.0})),
@@ -181,7 +182,7 @@ class Simulation:
             self._snapshot_spacing = max(2.0 * self._snapshot_spacing, self.time / MOST_SNAPSHOTS)
 
 
-def scene_bounds(operation):
+def temperature_bounds(operation):
     """Lowest and highest temperature (K) that a scene can reach: what is given, infinite where a heat flux is."""
     given = [operation.initial_temperature, *operation.inlet_temperature.range]
     if operation.ambient_temperature is not None:

@@ -7,7 +7,6 @@ from pathlib import Path
 from mpi4py import MPI
 
 from porousmold import Scene
-from porousmold.discretisation import Discretisation
 from porousmold.simulation import Simulation
 
 HERE = Path(__file__).parent
@@ -22,15 +21,7 @@ TURBULENCE = ("none", "k-epsilon", "nakayama-kuwahara", "damped-nakayama-kuwahar
 
 def refined(scene, mesh, steps):
     """The scene with every cell cut by `mesh` in both directions and every step by `steps`."""
-    estimates, solver = Discretisation(scene, MPI.COMM_WORLD).estimates, scene.solver
-    return scene.with_changes(
-        solver__axial_cells=mesh * solver.axial_cells,
-        solver__first_cell=(solver.first_cell or estimates.first_cell) / mesh,
-        solver__cell_growth=solver.cell_growth ** (1.0 / mesh),
-        solver__wall_cells=mesh * (solver.wall_cells or estimates.wall_cells),
-        solver__largest_step=(solver.largest_step or estimates.largest_step) / steps,
-        solver__first_step=solver.first_step / steps,
-    )
+    return scene.with_changes(solver__mesh_refinement=float(mesh), solver__step_refinement=float(steps))
 
 
 def heated(scene):

@@ -13,12 +13,14 @@ no turbulence in it.
 In both the heat is carried by the curl of a stream function, which no discrete balance can lose.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
 import ufl
 
 from .flow import FlowEquations, FlowState, Momentum
+from .stabilisation import metric
 from .turbulence import turbulence_terms
 
 
@@ -71,7 +73,15 @@ class CarriedByStreamfunction(FlowEquations):
     streamfunction: Any = None
 
     def mass_flux(self, state, temperature):
-        gradient = ufl.grad(self.streamfunction)
-        return ufl.as_vector([gradient[1], -gradient[0]]) / self.coordinates.weight
+        """The curl. About an axis the nodal values are joined by lines in r^2, not r: else the flux would not be uniform
+        within a cell, and a cell at the axis would give its inner node too much of it."""
+        gradient, coordinates = ufl.grad(self.streamfunction), self.coordinates
+        if not coordinates.axisymmetric:
+            return ufl.as_vector([gradient[1], -gradient[0]])
+        radius, offset = ufl.SpatialCoordinate(coordinates.mesh)[1], coordinates.from_middle[1]
+        middle = radius - offset
+        bow = (offset**2 - 1.0 / metric(coordinates.mesh)[1, 1]) / (2.0 * middle)
+        across = gradient[0] + ufl.grad(gradient[0])[1] * bow
+        return ufl.as_vector([gradient[1] / middle, -across / radius]) / (2.0 * math.pi)
 
     mass_flux_through_boundary = mass_flux

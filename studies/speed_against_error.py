@@ -1,0 +1,187 @@
+"""Model ladder x meshes x steps against the transient reference: writes docs/speed-against-error.md and .png.
+
+Run: make speed-against-error (about 25 minutes on one core).
+"""
+
+import argparse
+import statistics
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import scipy.sparse as sparse
+import scipy.sparse.linalg as linalg
+from mpi4py import MPI
+
+from porousmold import Scene
+from porousmold.errors import SolveError
+from porousmold.figures import plt, save
+from porousmold.simulation import Simulation
+
+HERE = Path(__file__).parent
+SCENES = {
+    "aluminium mold": HERE / "mold" / "aluminium.toml",
+    "FRP mold": HERE / "mold" / "frp.toml",
+    "pipe": HERE / "pipe" / "baseline.toml",
+}
+LADDER = {
+    "full": {},
+    "full, frozen flow": {"model.flow_update": "frozen"},
+    "full, no damping": {"model.turbulence": "nakayama-kuwahara"},
+    "full, k-epsilon without beads": {"model.turbulence": "k-epsilon"},
+    "full, laminar": {"model.turbulence": "none"},
+    "full, thin wall": {"model.wall": "thin"},
+    "full, one temperature": {"model.energy": "one-temperature"},
+    "developed": {"model.flow": "developed"},
+    "developed, no damping": {"model.flow": "developed", "model.turbulence": "nakayama-kuwahara"},
+    "developed, thin wall": {"model.flow": "developed", "model.wall": "thin"},
+    "developed, laminar": {"model.flow": "developed", "model.turbulence": "none"},
+    "plug": {"model.flow": "plug", "model.turbulence": "none"},
+}
+MESHES, STEPS = (0.5, 0.7, 1.0, 1.5), (0.5, 1.0)
+REPETITIONS = 5
+
+
+def yardstick():
+    """Y: seconds of one sparse LU factorisation of the 5-point Laplacian on 300 x 300 nodes, median of three."""
+    ones = np.ones(300)
+    line = sparse.diags([-ones[:-1], 2 * ones, -ones[:-1]], [-1, 0, 1])
+    laplacian = (sparse.kron(sparse.eye(300), line) + sparse.kron(line, sparse.eye(300))).tocsc()
+    seconds = []
+    for _ in range(3):
+        start = time.perf_counter()
+        linalg.splu(laplacian)
+        seconds.append(time.perf_counter() - start)
+    return statistics.median(seconds)
+
+
+def marched(path, settings):
+    """(heating time, solver seconds, unknowns, energy imbalance); None where it failed."""
+    try:
+        simulation = Simulation(Scene.from_file(path, settings), MPI.COMM_SELF).march()
+    except SolveError:
+        return None
+    problem = simulation.problem
+    seconds = problem.stopwatch.seconds["flow"] + problem.stopwatch.seconds["energy"]
+    unknowns = problem.flow.unknowns + problem.heat.unknowns
+    return simulation.heating_time, seconds, unknowns, abs(problem.heat.balance.imbalance)
+
+
+def row(name, result, reference, unit):
+    """A line of a table."""
+    if result is None:
+        return f"| {name} | no steady flow | | | | |"
+    heating, seconds, unknowns, imbalance = result
+    return (
+        f"| {name} | {heating:.1f} | {heating / reference - 1:+.3%} | {seconds / unit:.2f} | {unknowns} | {imbalance:.0e} |"
+    )
+
+
+HEAD = ["| choice | heating time, s | error | solver, Y | unknowns | imbalance |", "|---|---|---|---|---|---|"]
+
+
+def scene_tables(name, path, points):
+    """Tables of one scene; appends (label, error, solver Y) to `points`."""
+    reference_settings = {"solver.mesh_refinement": 2.0, "solver.step_refinement": 2.0}
+    base = marched(path, reference_settings)[0]
+    transient = marched(path, {"model.flow_update": "transient"})
+    steady = marched(path, {})
+    lines = ["", f"## {name}", ""]
+    lines += [
+        f"Reference: {base:.2f} s, full flow with twice the cells in each direction and twice the steps.",
+        f"Coupled transient at the default mesh: {transient[0]:.2f} s in {transient[1]:.1f} s of solver time, quasi-steady "
+        f"{steady[0]:.2f} s: the quasi-steady assumption costs {steady[0] / transient[0] - 1:+.4%}.",
+        "",
+        "### Ladder, default mesh and steps",
+        "",
+        *HEAD,
+    ]
+    for choice, settings in LADDER.items():
+        unit = yardstick()
+        result = marched(path, settings)
+        lines.append(row(choice, result, base, unit))
+        print(lines[-1], flush=True)
+        if result:
+            points.append((name, choice, abs(result[0] / base - 1), result[1] / unit))
+    lines += ["", "### Meshes and steps", "", *HEAD]
+    for choice in ("full", "developed"):
+        for mesh in MESHES:
+            for steps in STEPS:
+                unit = yardstick()
+                settings = {"solver.mesh_refinement": mesh, "solver.step_refinement": steps} | LADDER[choice]
+                result = marched(path, settings)
+                lines.append(row(f"{choice}, mesh x {mesh:g}, steps x {steps:g}", result, base, unit))
+                print(lines[-1], flush=True)
+                if result:
+                    points.append((name, choice, abs(result[0] / base - 1), result[1] / unit))
+    return lines
+
+
+def repeated():
+    """Five runs of the whole process, pictures included: lines with medians and spread."""
+    lines = ["", "## Five times the same, whole process", ""]
+    lines += ["| aluminium mold | solver, Y | whole process, Y |", "|---|---|---|"]
+    for choice in ("full", "developed"):
+        solver, whole = [], []
+        for _ in range(REPETITIONS):
+            unit = yardstick()
+            start = time.perf_counter()
+            command = [sys.executable, "-m", "porousmold", "run", str(SCENES["aluminium mold"]), "--quiet"]
+            command += ["--out", "runs/speed-against-error", "--set", f"model.flow={choice}"]
+            subprocess.run(command, check=True, capture_output=True)
+            whole.append((time.perf_counter() - start) / unit)
+            result = marched(SCENES["aluminium mold"], LADDER[choice])
+            solver.append(result[1] / unit)
+        text = [f"{statistics.median(v):.2f} ({min(v):.2f}-{max(v):.2f})" for v in (solver, whole)]
+        lines.append(f"| {choice} | {text[0]} | {text[1]} |")
+        print(lines[-1], flush=True)
+    return lines
+
+
+def picture(points, path):
+    """Log-log picture of solver time against error."""
+    figure, axes = plt.subplots(figsize=(7.5, 5.0))
+    markers = dict(zip(SCENES, "os^", strict=True))
+    for choice, colour in (("full", "C0"), ("developed", "C1"), (None, "0.6")):
+        for name, marker in markers.items():
+            chosen = [(e, s) for n, c, e, s in points if n == name and (c == choice if choice else c not in ("full", "developed"))]
+            if chosen:
+                errors, seconds = zip(*chosen, strict=True)
+                axes.loglog(np.maximum(errors, 1e-5), seconds, marker, color=colour, label=f"{choice or 'other choices'}, {name}")
+    axes.axvline(0.003, color="0.7", linewidth=1.0, linestyle="--")
+    axes.set_xlabel("relative error of the heating time against the refined full model")
+    axes.set_ylabel("solver time, yardsticks Y")
+    axes.legend(fontsize=7, ncol=2)
+    save(figure, path)
+
+
+def main():
+    """Compute and write."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--out", type=Path, default=HERE.parent / "docs" / "speed-against-error.md")
+    out = parser.parse_args().out
+    start, points = time.perf_counter(), []
+    lines = [
+        "# Speed against error",
+        "",
+        "Written by `make speed-against-error`; do not edit. Errors are those of the heating time against the reference of",
+        "each scene, so that a simpler model's error holds that of its mesh as well. Y is the median time of one sparse LU",
+        "factorisation (5-point Laplacian, 300 x 300 nodes) in the same minute on the same core; solver time is that of flow",
+        "and energy. To use a row, give its choices as `--set`: `model.flow`, `model.turbulence`, `model.wall`,",
+        "`model.energy`, `model.flow_update`, `solver.mesh_refinement`, `solver.step_refinement`.",
+        "",
+        "![solver time against error](speed-against-error.png)",
+    ]
+    for name, path in SCENES.items():
+        lines += scene_tables(name, path, points)
+        out.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    lines += repeated()
+    lines += ["", f"All of this took {time.perf_counter() - start:.0f} s.", ""]
+    out.write_text("\n".join(lines), encoding="utf-8")
+    picture(points, out.with_suffix(".png"))
+
+
+if __name__ == "__main__":
+    main()
