@@ -74,9 +74,7 @@ def row(name, result, reference, unit):
     if result is None:
         return f"| {name} | no steady flow | | | | |"
     heating, seconds, unknowns, imbalance = result
-    return (
-        f"| {name} | {heating:.1f} | {heating / reference - 1:+.3%} | {seconds / unit:.2f} | {unknowns} | {imbalance:.0e} |"
-    )
+    return f"| {name} | {heating:.1f} | {heating / reference - 1:+.3%} | {seconds / unit:.2f} | {unknowns} | {imbalance:.0e} |"
 
 
 HEAD = ["| choice | heating time, s | error | solver, Y | unknowns | imbalance |", "|---|---|---|---|---|---|"]
@@ -146,10 +144,20 @@ def picture(points, path):
     markers = dict(zip(SCENES, "os^", strict=True))
     for choice, colour in (("full", "C0"), ("developed", "C1"), (None, "0.6")):
         for name, marker in markers.items():
-            chosen = [(e, s) for n, c, e, s in points if n == name and (c == choice if choice else c not in ("full", "developed"))]
+            chosen = [
+                (e, s)
+                for n, c, e, s in points
+                if n == name and (c == choice if choice else c not in ("full", "developed"))
+            ]
             if chosen:
                 errors, seconds = zip(*chosen, strict=True)
-                axes.loglog(np.maximum(errors, 1e-5), seconds, marker, color=colour, label=f"{choice or 'other choices'}, {name}")
+                axes.loglog(
+                    np.maximum(errors, 1e-5),
+                    seconds,
+                    marker,
+                    color=colour,
+                    label=f"{choice or 'other choices'}, {name}",
+                )
     axes.axvline(0.003, color="0.7", linewidth=1.0, linestyle="--")
     axes.set_xlabel("relative error of the heating time against the refined full model")
     axes.set_ylabel("solver time, yardsticks Y")

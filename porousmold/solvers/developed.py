@@ -35,7 +35,7 @@ class Columns:
 
     def of(self, points):
         """Number of the station of each point."""
-        return np.abs(np.asarray(points)[:, 0][:, None] - self.along).argmin(axis=1)
+        return nearest(self.along, np.asarray(points)[:, 0])
 
     def total(self, columns, values):
         """Sum of owned values by their column, over all ranks."""
@@ -46,6 +46,11 @@ class Columns:
         """Gauge pressure (Pa) at the stations for dp/dx (Pa/m), 0 at the last: the trapezoidal rule."""
         steps = 0.5 * np.diff(self.along) * (gradient[1:] + gradient[:-1])
         return np.append(-np.cumsum(steps[::-1])[::-1], 0.0)
+
+
+def nearest(grid, values):
+    """Index of the nearest of the rising grid's nodes to each value."""
+    return np.searchsorted(0.5 * (grid[1:] + grid[:-1]), values)
 
 
 class Streamfunction:
@@ -67,9 +72,7 @@ class Streamfunction:
             np.searchsorted(across, middle[self._bed, 1]) - 1,
         )
         nodes = self.function.function_space.tabulate_dof_coordinates()
-        self._node = tuple(
-            np.abs(nodes[:, axis][:, None] - grid).argmin(axis=1) for axis, grid in enumerate((along, across))
-        )
+        self._node = tuple(nearest(grid, nodes[:, axis]) for axis, grid in enumerate((along, across)))
 
     def renew(self):
         """Integrate the present flux across the bed."""

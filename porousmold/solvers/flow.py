@@ -52,7 +52,7 @@ class SteadyFlow:
         nothing = fem.Constant(domain.mesh, 0.0)
         residual += nothing * ufl.inner(self.unknown, ufl.TestFunction(self.space)) * dx(WALL)
         held = np.concatenate([held_unknowns(domain, self.space, turbulent), *fixed])
-        self._system = NewtonSystem(residual, self.unknown, np.unique(held), keep_jacobian=True)
+        self._system = NewtonSystem(residual, self.unknown, np.unique(held), keep_jacobian=True, blocks=self._blocks())
         self.state = FlowState.of(ufl.split(self.unknown), equations.scales)
         self._turbulence_unknowns = (
             np.concatenate([fenicsx.collapse(self.space, part)[1] for part in (2, 3)])
@@ -69,6 +69,11 @@ class SteadyFlow:
     def unknowns(self):
         """Number of unknowns solved for."""
         return self._system.active_unknowns
+
+    @property
+    def linear_iterations(self):
+        """Iterations of the last linear solve: 1 where it was factorised."""
+        return self._system.linear_iterations
 
     def guess_uniform(self, velocity, turbulence_intensity=0.05):
         """Start from one velocity (two scaled components) everywhere off the wall, and a uniform turbulence."""
@@ -97,14 +102,21 @@ class SteadyFlow:
     def solve(self, time=0.0):
         """Converge the steady flow; raises `SolveError` (named with `time`) if continuation does not either."""
         start = self._state()
-        converged, iterations = self._newton(max_iterations=16, relative_update=CONVERGED_UPDATE)
+        converged, iterations = self.newton(max_iterations=16, relative_update=CONVERGED_UPDATE)
         self._count(iterations)
         if converged and self._physical():
             return
         self._restore(start)
         self._continue_in_pseudo_time(time)
 
-    def _newton(self, max_iterations, relative_update):
+    def _blocks(self):
+        """Unknowns of u and p, of k, and of epsilon."""
+        if self.equations.model is None:
+            return ()
+        parts = [fenicsx.collapse(self.space, part)[1] for part in range(4)]
+        return np.concatenate(parts[:2]), parts[2], parts[3]
+
+    def newton(self, max_iterations, relative_update):
         """Newton's method with a new Jacobian at every iteration: (converged, iterations)."""
         for iteration in range(1, max_iterations + 1):
             self._system.renew_jacobian()
@@ -201,14 +213,14 @@ class SteadyFlow:
             self._previous.x.array[:] = self.unknown.x.array
             if step >= steady_from:
                 self._inverse_step.value = 0.0
-                converged, iterations = self._newton(max_iterations=20, relative_update=CONVERGED_UPDATE)
+                converged, iterations = self.newton(max_iterations=20, relative_update=CONVERGED_UPDATE)
                 self._count(iterations)
                 if converged and self._physical():
                     return
                 self._restore(before)
                 steady_from *= 10.0
             self._inverse_step.value = 1.0 / step
-            converged, iterations = self._newton(max_iterations=5, relative_update=1e-3)
+            converged, iterations = self.newton(max_iterations=5, relative_update=1e-3)
             self._count(iterations)
             self.continuation_steps += 1
             if converged:

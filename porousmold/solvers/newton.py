@@ -10,6 +10,9 @@ from .. import fenicsx
 _PREFIX = "porousmold_"
 """One prefix for all systems: PETSc holds 512 options at most."""
 
+LARGEST_FACTORISED = 400_000
+"""Unknowns beyond which a system with blocks is not factorised as a whole: there the blocks need less time and memory."""
+
 # MUMPS: 14 is the head-room (in percent) for pivoting, which saddle points with pinned unknowns need.
 _OPTIONS = {
     "snes_type": "newtonls",
@@ -27,11 +30,12 @@ class NewtonSystem:
 
     The unknowns `held` (local numbers in the function's own space, ghosts included) stay as they are in `unknown`.
     `pivoting` is needed where the diagonal may vanish, as that of the pressure does. `addend` is a PETSc vector added to
-    the assembled residual. The Jacobian is renewed at every iteration, or with `keep_jacobian` only when
-    `renew_jacobian()` was called: then the factors serve until the next call.
+    the assembled residual. `blocks` are the unknowns of parts that may be factorised one after the other. The Jacobian is
+    renewed at every iteration, or with `keep_jacobian` only when `renew_jacobian()` was called: then the factors serve
+    until the next call.
     """
 
-    def __init__(self, residual, unknown, held, *, keep_jacobian=False, pivoting=True):
+    def __init__(self, residual, unknown, held, *, keep_jacobian=False, pivoting=True, blocks=()):
         self.unknown = unknown
         self.space = unknown.function_space
         zero = fem.Function(self.space)
@@ -57,7 +61,29 @@ class NewtonSystem:
         self._snes.setFunction(self._assemble_residual, self.vector)
         self._snes.setJacobian(self._assemble_jacobian, self.matrix)
         self._snes.setFromOptions()
+        if blocks and self.active_unknowns > LARGEST_FACTORISED:
+            self._split_fields(blocks)
         self._iterate = self.matrix.createVecRight()
+
+    def _split_fields(self, blocks):
+        """Solve by GMRES, preconditioned with the factors of each block of unknowns in turn: less to factorise."""
+        offset = self.space.dofmap.index_map.local_range[0] * self.space.dofmap.index_map_bs
+        options = PETSc.Options()
+        for number in range(len(blocks)):
+            prefix = f"{_PREFIX}fieldsplit_{number}_"
+            options[prefix + "ksp_type"], options[prefix + "pc_type"] = "preonly", "lu"
+            options[prefix + "pc_factor_mat_solver_type"], options[prefix + "mat_mumps_icntl_14"] = "mumps", 80
+        ksp = self._snes.getKSP()
+        ksp.setType("fgmres")
+        ksp.setGMRESRestart(60)
+        ksp.setTolerances(rtol=1e-7, max_it=200)
+        preconditioner = ksp.getPC()
+        preconditioner.setType("fieldsplit")
+        preconditioner.setFieldSplitType(PETSc.PC.CompositeType.MULTIPLICATIVE)
+        for number, block in enumerate(blocks):
+            owned = np.sort(block[block < self._owned_size()])
+            indices = PETSc.IS().createGeneral((offset + owned).astype(PETSc.IntType), comm=self.space.mesh.comm)
+            preconditioner.setFieldSplitIS((str(number), indices))
 
     def _owned_size(self):
         dofmap = self.space.dofmap
@@ -118,6 +144,11 @@ class NewtonSystem:
         result = vector.duplicate()
         self._snes.getKSP().solve(vector, result)
         return result
+
+    @property
+    def linear_iterations(self):
+        """Iterations of the last linear solve: 1 where the matrix was factorised."""
+        return self._snes.getKSP().getIterationNumber()
 
     @property
     def residual_norm(self):
