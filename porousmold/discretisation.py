@@ -237,9 +237,11 @@ class Discretisation:
                 dx(geometry.BED),
                 nodal_dx(geometry.BED),
                 dx(geometry.WALL),
+                nodal_dx(geometry.WALL),
                 self._thin_wall(nodal_ds(geometry.INTERFACE)),
                 self.two_temperatures,
                 self._constant(model.exchange_factor),
+                domain.columns is not None,
             )
             self.heat = TransientHeat(
                 domain,
@@ -284,7 +286,9 @@ class Discretisation:
         scene = self.scene
         area = bed_size(scene)[2]
         if kind == "developed":
-            return DevelopedFlow(self.domain, self.equations, self.flow_temperature, self._drive_of_stations, area)
+            return DevelopedFlow(
+                self.domain, self.equations, self.flow_temperature, self._drive_of_stations, area, self.fluid
+            )
         phi = scene.bed.bulk_porosity if self.profile is None else self.profile.bulk_porosity
 
         def resistance(mass_flux, density, viscosity):
@@ -292,7 +296,9 @@ class Discretisation:
             coefficient = self.drag.coefficient(phi, scene.bed.bead_diameter, density, viscosity, speed)
             return coefficient * speed / phi - density * scene.operation.gravity
 
-        return PlugFlow(self.domain, self.equations, self.flow_temperature, self._drive_of_stations, area, resistance)
+        return PlugFlow(
+            self.domain, self.equations, self.flow_temperature, self._drive_of_stations, area, self.fluid, resistance
+        )
 
     def _drive_of_stations(self):
         operation, value = self.scene.operation, float(self._drive.value)

@@ -81,7 +81,8 @@ class EnergyEquations:
 
     `flow` with `flow_state` (velocity, pressure, k, epsilon with units) and `flow_temperature`, the temperature (K) that
     the flow was solved for; `entrance` is 1 in the cells that touch the inlet, else 0; `wall` is None where the scene
-    has none; `inlet` and `outlet` are facet measures, `dx_bed` and `dx_wall` cell measures.
+    has none; `inlet` and `outlet` are facet measures, `dx_bed` and `dx_wall` cell measures, `nodes_bed` and `nodes_wall`
+    those with quadrature at the nodes; `straight` tells that the flow runs along x[0], so that the cells lie along it.
     """
 
     flow: FlowEquations
@@ -96,6 +97,7 @@ class EnergyEquations:
     dx_bed: ufl.Measure
     nodes_bed: ufl.Measure
     dx_wall: ufl.Measure
+    nodes_wall: ufl.Measure
     thin_wall: ThinWall | None = None
     two_temperatures: bool = True
     exchange_factor: Any = 1.0
@@ -164,7 +166,7 @@ class EnergyEquations:
         if self.thin_wall is not None:
             form += weight * self.thin_wall.volume * volumetric_heat(self.wall, temperature) * test * self.thin_wall.ds
         elif self.wall is not None:
-            form += weight * volumetric_heat(self.wall, temperature) * test * self.dx_wall
+            form += self._in_wall(volumetric_heat(self.wall, temperature) * test, transport)
         return form
 
     def heating_rate(self, temperature, bead_temperature, rates, test, bead_test):
@@ -220,12 +222,17 @@ class EnergyEquations:
             conducted = self.thin_wall.volume * wall.conductivity(temperature) * ufl.dot(along, test_along)
             form += weight * conducted * self.thin_wall.ds
         elif wall is not None:
-            form += (
-                weight * wall.conductivity(temperature) * ufl.dot(ufl.grad(temperature), ufl.grad(test)) * self.dx_wall
-            )
+            conducted = wall.conductivity(temperature) * ufl.dot(ufl.grad(temperature), ufl.grad(test))
+            form += self._in_wall(conducted, transport)
         if self.outer is not None:
             form -= self._outer_weight * self.outer.into_wall(temperature) * test * self.outer.ds
         return form
+
+    def _in_wall(self, integrand, transport):
+        """Integral over the wall, in monotone cells with quadrature at the nodes."""
+        monotone, weight = transport.streamline.monotone, self.coordinates.weight
+        form = weight * (1.0 - monotone) * integrand * self.dx_wall
+        return form + weight * monotone * integrand * self.nodes_wall
 
     def _along_the_wall(self, vector):
         normal = ufl.FacetNormal(self.coordinates.mesh)

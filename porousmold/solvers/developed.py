@@ -91,12 +91,13 @@ class DevelopedFlow(SteadyFlow):
     """Developed flow over the bed of a straight domain. `equations` are `FlowEquations`.
 
     `drive()` gives what the scene imposes at present: ("pressure_drop", Pa), ("mass_flow", kg/s), or ("velocity", m/s,
-    inlet temperature K), superficial. `state` has the fields with units, `streamfunction` carries the mass flow.
+    inlet temperature K), superficial; `area` (m2) is the section, `fluid` the scene's `Fluid` in plain numbers. `state` has
+    the fields with units, `streamfunction` carries the mass flow.
     """
 
-    def __init__(self, domain, equations, temperature, drive, area):
+    def __init__(self, domain, equations, temperature, drive, area, fluid):
         self.domain, self.equations, self.temperature = domain, equations, temperature
-        self._drive, self._area = drive, area
+        self._drive, self._area, self._fluid = drive, area, fluid
         self._turbulent = equations.model is not None
         element = fenicsx.lagrange_element(domain.mesh, 1)
         self.space = (
@@ -171,7 +172,7 @@ class DevelopedFlow(SteadyFlow):
         """Start from the speed at which the local drag balances the pressure gradient of the scales, fading in a layer at
         the wall, and from the beads' turbulence in local equilibrium."""
         equations, scales = self.equations, self.equations.scales
-        bed, law, space = equations.bed, equations.fluid.fluid, self.pressure.function_space
+        bed, law, space = equations.bed, self._fluid, self.pressure.function_space
         gradient = float(scales.pressure.value) / self.columns.along[-1]
         self._set_gradients(np.full(len(self.columns.along), -gradient))
         speed, diameter = float(scales.speed.value), float(bed.bead_diameter.value)
@@ -250,8 +251,8 @@ class DevelopedFlow(SteadyFlow):
             return value[0]
         if kind == "velocity":
             inlet = self.columns.pressure(self._gradients)[0]
-            fluid = self.equations.fluid
-            return value[0] * self._area * fluid.fluid.density(inlet + float(fluid.reference_pressure.value), value[1])
+            absolute = inlet + float(self.equations.fluid.reference_pressure.value)
+            return value[0] * self._area * self._fluid.density(absolute, value[1])
         widths = self.columns.widths
         return (-value[0] - np.sum(widths * (self._gradients - flow / slope))) / np.sum(widths / slope)
 
@@ -299,9 +300,9 @@ class PlugFlow:
 
     unknowns = 0
 
-    def __init__(self, domain, equations, temperature, drive, area, resistance):
+    def __init__(self, domain, equations, temperature, drive, area, fluid, resistance):
         self.domain, self.equations, self.temperature = domain, equations, temperature
-        self._drive, self._area, self._resistance = drive, area, resistance
+        self._drive, self._area, self._fluid, self._resistance = drive, area, fluid, resistance
         scalars = fenicsx.lagrange_space(domain.mesh)
         self.pressure, self.streamfunction = fem.Function(scalars), fem.Function(scalars)
         self.columns = Columns(domain)
@@ -330,13 +331,13 @@ class PlugFlow:
         columns = self._column[self._in_bed]
         counts = self.columns.total(columns, np.ones(len(columns)))
         temperature = self.columns.total(columns, self.temperature.x.array[self._in_bed]) / counts
-        law, reference = self.equations.fluid.fluid, float(self.equations.fluid.reference_pressure.value)
+        law, reference = self._fluid, float(self.equations.fluid.reference_pressure.value)
         kind, *value = self._drive()
 
         def pressures(mass_flux):
             gauge = np.zeros(len(temperature))
             for _ in range(8):  # the density hardly depends on it
-                density = law.density(gauge + reference, temperature)
+                density = law.density(gauge + reference, temperature) + 0.0 * temperature
                 gradient = self._resistance(mass_flux, density, law.viscosity(temperature))
                 gauge = self.columns.pressure(-gradient)
             return gauge

@@ -13,6 +13,9 @@ from .newton import NewtonSystem
 CONVERGED_UPDATE = 1e-8
 """Relative update of the scaled unknown at which the flow counts as converged."""
 
+STAGNATED_UPDATE = 1e-7
+"""Update that is good enough where rounding lets it fall no further."""
+
 FIRST_PSEUDO_STEP = 0.1
 STEADY_PSEUDO_STEP = 1e3
 LAST_PSEUDO_STEP = 1e9
@@ -125,7 +128,7 @@ class SteadyFlow:
                 return False, iteration
             if self._update < relative_update:
                 return True, iteration
-        return False, max_iterations
+        return self._update < STAGNATED_UPDATE, max_iterations
 
     def _iterate(self):
         """One iteration with the present factors; gives its relative update, infinite where it fails."""

@@ -34,7 +34,7 @@ OVERSHOOT = 0.07
 """Kelvin out of bounds at which a cell becomes monotone."""
 DAMPING_PART = 0.05
 """Part of a repeated step that the backward Euler method takes first where marking cells alone did not help."""
-MONOTONE_STEPS = 6
+MONOTONE_STEPS = 2
 """Steps after which a cell is second order again; if it is out of bounds once more it is marked once more."""
 STAGE_UPDATE = 1e-9
 """Relative update at which a stage counts as solved: 3e-7 K."""

@@ -157,5 +157,7 @@ class NewtonSystem:
 
     @property
     def relative_update(self):
-        """|dx|/|x| of the last iteration of the last solve."""
-        return self._snes.getSolutionUpdate().norm() / max(self._iterate.norm(), 1e-300)
+        """|dx|/|x| of the last iteration of the last solve; |x| counts as a millionth per unknown at least, so that the
+        solution zero of scaled unknowns can be told."""
+        least = 1e-6 * self._iterate.getSize() ** 0.5
+        return self._snes.getSolutionUpdate().norm() / max(self._iterate.norm(), least)

@@ -46,6 +46,7 @@ def energy_equations(domain, flow, state, *, wall=None, inlet_temperature=1.0, o
         dx(geometry.BED),
         domain.nodal_measures()[0](geometry.BED),
         dx(geometry.WALL),
+        domain.nodal_measures()[0](geometry.WALL),
     )
 
 
