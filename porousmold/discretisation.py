@@ -168,7 +168,7 @@ class Discretisation:
         model, operation = scene.model, scene.operation
         coordinates = Coordinates(domain.mesh, domain.axisymmetric)
         dx, ds = domain.cell_measure(QUADRATURE_DEGREE), domain.facet_measure(QUADRATURE_DEGREE)
-        nodal_dx, nodal_ds = domain.nodal_measures()
+        nodal_dx = domain.nodal_measure()
         bead_diameter = self._constant(scene.bed.bead_diameter)
         porosity, difference = self._porosity(bead_diameter)
         rev = None
@@ -233,12 +233,12 @@ class Discretisation:
                 self._inlet_temperature,
                 ds(geometry.INLET),
                 ds(geometry.OUTLET),
-                self._outer_wall(nodal_ds(geometry.OUTER if domain.has_outer_wall else geometry.INTERFACE)),
+                self._outer_wall(ds(geometry.OUTER if domain.has_outer_wall else geometry.INTERFACE)),
                 dx(geometry.BED),
                 nodal_dx(geometry.BED),
                 dx(geometry.WALL),
                 nodal_dx(geometry.WALL),
-                self._thin_wall(nodal_ds(geometry.INTERFACE)),
+                self._thin_wall(ds(geometry.INTERFACE)),
                 self.two_temperatures,
                 self._constant(model.exchange_factor),
                 domain.columns is not None,

@@ -76,17 +76,10 @@ class Domain:
         metadata = {"quadrature_degree": quadrature_degree}
         return ufl.Measure("dx", domain=self.mesh, subdomain_data=self.cell_tags, metadata=metadata)
 
-    def nodal_measures(self):
-        """dx and ds with quadrature at the nodes, which makes what is stored or exchanged at a node its own affair."""
-        cell = self.mesh.ufl_cell()
-        return (
-            ufl.Measure(
-                "dx", domain=self.mesh, subdomain_data=self.cell_tags, metadata=fenicsx.vertex_rule(cell.cellname())
-            ),
-            ufl.Measure(
-                "ds", domain=self.mesh, subdomain_data=self.facet_tags, metadata=fenicsx.vertex_rule("interval")
-            ),
-        )
+    def nodal_measure(self):
+        """dx with quadrature at the nodes, which makes what is stored at a node its own affair."""
+        metadata = fenicsx.vertex_rule(self.mesh.ufl_cell().cellname())
+        return ufl.Measure("dx", domain=self.mesh, subdomain_data=self.cell_tags, metadata=metadata)
 
     def column_measure(self, quadrature_degree):
         """dx of a straight bed with quadrature at the nodes along the flow: every column of nodes is by itself."""

@@ -187,12 +187,12 @@ class EnergyEquations:
         capacity, porosity = self._laws.heat_capacity(temperature), self.bed.porosity
         exchange = self.exchange_coefficient(temperature) if self.two_temperatures else None
         conduction = porosity * self.effective_conductivity(temperature)
-        along = capacity * self.flow.mass_flux_through_boundary(self.flow_state, self.flow_temperature)
+        advection = capacity * self.flow.mass_flux(self.flow_state, self.flow_temperature)
         return Transport(
-            capacity * self.flow.mass_flux(self.flow_state, self.flow_temperature),
+            advection,
             conduction,
             exchange,
-            Streamline.of(self.coordinates, along, conduction, exchange, self.entrance, monotone, self.straight),
+            Streamline.of(self.coordinates, advection, conduction, exchange, self.entrance, monotone, self.straight),
         )
 
     def outflow_of_heat(self, temperature, bead_temperature, test, bead_test, transport):

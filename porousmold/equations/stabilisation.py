@@ -64,8 +64,9 @@ class Streamline:
         if exchange is None:
             exchange = fem.Constant(coordinates.mesh, 0.0)
         direction = advection / speed
-        if straight:
-            direction = ufl.as_vector([ufl.conditional(ufl.lt(advection[0], 0.0), -1.0, 1.0), 0.0])
+        if straight:  # monotone only along the cells themselves: a slight slope crosses many of the flat ones
+            along = ufl.as_vector([ufl.conditional(ufl.lt(advection[0], 0.0), -1.0, 1.0), 0.0])
+            direction = ufl.conditional(ufl.gt(monotone, 0.5), along, direction)
         inverse = ufl.sqrt(ufl.dot(direction, ufl.dot(metric_tensor, direction)) + 1e-30)  # of the reach
         carried = speed * inverse
         spread = ufl.conditional(ufl.gt(entrance, 0.5), inverse**2, ufl.sqrt(ufl.inner(metric_tensor, metric_tensor)))

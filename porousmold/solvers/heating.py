@@ -63,34 +63,35 @@ def either(a, b):
 
 
 class FrozenTransport:
-    """A `Transport` at the quadrature points and its `Streamline` at the cells' middles, renewed once a step.
+    """A `Transport` at the quadrature points, renewed once a step; in monotone cells the `Streamline` is that of the middle.
 
     That leaves the enthalpies as the only nonlinearity within a step; taken at the temperature foreseen for its middle,
     the method stays second order. `monotone` marks the cells that are to be so.
     """
 
     def __init__(self, domain, equations, temperature, quadrature_degree):
-        vectors, scalars = (fenicsx.cell_constant_space(domain.mesh, components) for components in (2, 1))
-        self.monotone = fem.Function(scalars)
+        cells = fenicsx.cell_constant_space(domain.mesh)
+        self.monotone = fem.Function(cells)
         transport = equations.transport(temperature, self.monotone)
         along = transport.streamline
         self._cells = [
-            (fem.Function(space), fenicsx.compiled_expression(expression, space))
-            for space, expression in (
-                (vectors, along.reach),
-                (scalars, along.upwind),
-                (scalars, along.fitting),
-                (scalars, along.exchange),
-            )
+            (fem.Function(cells), fenicsx.compiled_expression(expression, cells))
+            for expression in (along.upwind, along.fitting, along.exchange)
         ]
-        given = [transport.advection, transport.conduction]
+        given = [along.reach, along.upwind, transport.advection, transport.conduction]
         given += [transport.exchange] if transport.exchange is not None else []
         self._points = [fenicsx.PointValues(domain.mesh, expression, quadrature_degree) for expression in given]
-        points = [point.value for point in self._points] + [None] * (3 - len(given))
+        reach, upwind, *points = (point.value for point in self._points)
+        upwind_of_cell, fitting, exchange = (function for function, _ in self._cells)
         streamline = Streamline(
-            *(function for function, _ in self._cells), self.monotone, equations.coordinates.from_middle
+            reach,
+            (1.0 - self.monotone) * upwind + self.monotone * upwind_of_cell,
+            fitting,
+            exchange,
+            self.monotone,
+            equations.coordinates.from_middle,
         )
-        self.frozen = Transport(*points, streamline)
+        self.frozen = Transport(*points, *[None] * (3 - len(points)), streamline)
 
     def renew(self):
         """Take the values of the present flow and temperature."""

@@ -44,9 +44,9 @@ def energy_equations(domain, flow, state, *, wall=None, inlet_temperature=1.0, o
         ds(geometry.OUTLET),
         outer,
         dx(geometry.BED),
-        domain.nodal_measures()[0](geometry.BED),
+        domain.nodal_measure()(geometry.BED),
         dx(geometry.WALL),
-        domain.nodal_measures()[0](geometry.WALL),
+        domain.nodal_measure()(geometry.WALL),
     )
 
 
