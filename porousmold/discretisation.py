@@ -6,6 +6,7 @@ The only place that knows scene, closures, equations and solvers alike; `simulat
 import contextlib
 import time as clock
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import ufl
@@ -217,7 +218,9 @@ class Discretisation:
         ]
         self.set_boundary_values(0.0)
         with self.stopwatch("compile"):
-            carrier = self.equations
+            self.flow: Any
+            self.heat: Any
+            carrier: FlowEquations = self.equations
             if model.flow == "full":
                 self.flow = SteadyFlow(domain, self.equations, openings, self.flow_temperature, dx)
             else:

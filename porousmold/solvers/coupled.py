@@ -104,7 +104,7 @@ class CoupledTransient:
 
     def _scatter(self):
         """Give flow and heat the coupled unknowns."""
-        targets = [(self.flow.unknown, self.flow.space, part) for part in range(self._flow_parts)]
+        targets: list = [(self.flow.unknown, self.flow.space, part) for part in range(self._flow_parts)]
         two = self.heat.equations.two_temperatures
         targets += [(self.heat.unknown, self.heat.space, part if two else None) for part in range(2 if two else 1)]
         for index, (function, space, part) in enumerate(targets):

@@ -28,8 +28,8 @@ from .newton import NewtonSystem
 GAMMA = 0.43586652150845899942
 """Root of gamma^3 - 3 gamma^2 + 3/2 gamma - 1/6 = 0 between 0 and 1/2."""
 LAST_ROW = (-(6 * GAMMA**2 - 16 * GAMMA + 1) / 4, (6 * GAMMA**2 - 20 * GAMMA + 5) / 4, GAMMA)
-STAGES = ((GAMMA,), ((1 - GAMMA) / 2, GAMMA), LAST_ROW)
-BACKWARD_EULER = ((1.0,),)
+STAGES: tuple[tuple[float, ...], ...] = ((GAMMA,), ((1 - GAMMA) / 2, GAMMA), LAST_ROW)
+BACKWARD_EULER: tuple[tuple[float, ...], ...] = ((1.0,),)
 OVERSHOOT = 0.07
 """Kelvin out of bounds at which a cell becomes monotone."""
 DAMPING_PART = 0.05
@@ -91,7 +91,8 @@ class FrozenTransport:
             self.monotone,
             equations.coordinates.from_middle,
         )
-        self.frozen = Transport(*points, *[None] * (3 - len(points)), streamline)
+        advection, conduction, *exchanged = points
+        self.frozen = Transport(advection, conduction, exchanged[0] if exchanged else None, streamline)
 
     def renew(self):
         """Take the values of the present flow and temperature."""
