@@ -20,7 +20,7 @@ from porousmold import Scene
 from porousmold.simulation import Simulation
 
 HERE = Path(__file__).parent
-SIZES, SIZES_ON_TWO = (1.4, 2, 4, 8, 11, 16), (2, 4, 8)
+SIZES, SIZES_ON_TWO = (1.4, 2, 4, 8, 11), (2, 4, 8)
 STRATEGIES = {"factorised": 10**9, "split": 0}
 
 
