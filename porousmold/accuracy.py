@@ -6,7 +6,7 @@ and one with half as many of those as well: with t(m, s) the heating time at mes
     error = |t(m, s) - t(m/2, s)| / (2^p - 1) + |t(m/2, s) - t(m/2, s/2)| / (2^q - 1),
 
 which is Richardson's estimate for each. The methods are of order 2 in the mesh and of 2 to 3 in the step; the orders taken
-here, p = 1.5 and q = 2, are lower, because limiters and coarse wall layers cost some. The error is that of the
+here, p = 1.2 and q = 1.5, are lower, because limiters and coarse wall layers cost some. The error is that of the
 discretisation, not of the model.
 """
 
@@ -14,7 +14,7 @@ import math
 
 from .errors import SolveError
 
-MESH_ORDER, STEP_ORDER = 1.5, 2.0
+MESH_ORDER, STEP_ORDER = 1.2, 1.5
 FINEST = 8.0
 """Largest refinement that is tried."""
 COARSEST_OF_ALL = 2.0
