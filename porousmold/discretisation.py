@@ -156,10 +156,9 @@ class Discretisation:
             model = POROSITY_MODELS[bed.porosity_model]
             return model(distance, bead_diameter, self._constant(bed.bulk_porosity)), None
         space = fenicsx.lagrange_space(self.domain.mesh)
-        at_nodes = fem.Function(space)
-        at_nodes.interpolate(fenicsx.compiled_expression(distance, space))
+        at_nodes = np.maximum(fenicsx.nodal_values(distance, space), 0.0)
         volume, difference = fem.Function(space), fem.Function(space)
-        volume_porosity, area_porosity = self.profile(np.maximum(at_nodes.x.array, 0.0), bed.bead_diameter)
+        volume_porosity, area_porosity = self.profile(at_nodes, bed.bead_diameter)
         volume.x.array[:] = volume_porosity
         difference.x.array[:] = volume_porosity - area_porosity
         return volume, difference

@@ -49,7 +49,8 @@ def estimate(scene, bed_size, fluid, beads, wall, drag, nusselt, bulk_porosity):
     length, width, area = bed_size
     slowest = viscosity / (density * bead_diameter)  # Re = 1: the scale of a scene without flow
     if operation.pressure_drop is not None:
-        speed = _speed(phi * operation.pressure_drop.range[1] / length, phi, bead_diameter, density, viscosity, drag)
+        force = phi * operation.pressure_drop.range[1] / length
+        speed = drag.speed(force, phi, bead_diameter, density, viscosity)
     elif operation.inlet_velocity is not None:
         speed = operation.inlet_velocity.range[1] / phi
     else:
@@ -83,15 +84,6 @@ def estimate(scene, bed_size, fluid, beads, wall, drag, nusselt, bulk_porosity):
         wall_cells=wall_cells,
         heating_duration=(bead_heat + wall_heat) / (density * phi * speed * area * heat_capacity),
     )
-
-
-def _speed(force, phi, bead_diameter, density, viscosity, drag):
-    """Positive root of drag(u) u = force, a quadratic."""
-    viscous = drag.coefficient(phi, bead_diameter, density, viscosity, 0.0)
-    inertial = drag.coefficient(phi, bead_diameter, density, viscosity, 1.0) - viscous
-    if inertial == 0.0:
-        return force / viscous
-    return 2.0 * force / (viscous + math.sqrt(viscous**2 + 4.0 * inertial * force))
 
 
 def bed_size(scene):

@@ -4,8 +4,11 @@ No other file asks for a version or for `hasattr` of dolfinx, UFL or basix.
 """
 
 import contextlib
+import fcntl
+import functools
 import importlib
 import logging
+from pathlib import Path
 
 import basix
 import dolfinx
@@ -20,7 +23,32 @@ try:
 except ImportError:  # dolfinx 0.5: elements come from UFL itself
     _basix_ufl = None
 
-_COMPILER_OPTIONS = {"cffi_extra_compile_args": ["-O2"]}
+
+@functools.cache
+def _compiler_options():
+    """Options of FFCx's compiler: a cache of our own, kept free of what a killed process began to compile."""
+    defaults = dolfinx.jit.get_options if hasattr(dolfinx.jit, "get_options") else dolfinx.jit.get_parameters
+    cache = Path(defaults()["cache_dir"]) / "porousmold"
+    cache.mkdir(parents=True, exist_ok=True)
+    hold(cache)
+    return {"cffi_extra_compile_args": ["-O2"], "cache_dir": cache, "timeout": 300}
+
+
+@functools.cache
+def hold(cache):
+    """Lock on the cache, held until the process ends and shared by all that may compile.
+
+    FFCx takes an unfinished C file for the work of another process and waits for it; who gets the lock alone knows that
+    unfinished files are nobody's work.
+    """
+    lock = open(cache / "lock", "w")  # noqa: SIM115
+    with contextlib.suppress(BlockingIOError):
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        for begun in cache.glob("*.c"):
+            if not begun.with_suffix(".c.cached").exists():
+                begun.unlink(missing_ok=True)
+    fcntl.flock(lock, fcntl.LOCK_SH)
+    return lock
 
 
 @contextlib.contextmanager
@@ -115,7 +143,7 @@ def flow_axis(domain):
 
 
 def evaluate(expression, domain, points):
-    """Values of an expression in all local cells at reference points: (cells, points) of a scalar."""
+    """Function that gives an expression's present values in all local cells at reference points: (cells, points x size)."""
     compiled = _expression_at(expression, domain, np.asarray(points))
     cells_map = domain.topology.index_map(domain.topology.dim)
     cells = np.arange(cells_map.size_local + cells_map.num_ghosts, dtype=np.int32)
@@ -128,6 +156,13 @@ def evaluate(expression, domain, points):
         return np.asarray(result).reshape(len(cells), -1)
 
     return values
+
+
+def nodal_values(expression, space):
+    """The expression's values at the nodes of a scalar Lagrange space."""
+    function = fem.Function(space)
+    function.interpolate(compiled_expression(expression, space))
+    return function.x.array.copy()
 
 
 class PointValues:
@@ -151,20 +186,13 @@ class PointValues:
         cell = getattr(basix.CellType, domain.ufl_cell().cellname())
         points = basix.make_quadrature(cell, quadrature_degree)[0]
         self.value = fem.Function(_space(domain, element))
-        self._domain = domain
-        self._expression = _expression_at(expression, domain, points)
-        map_of_cells = domain.topology.index_map(domain.topology.dim)
-        self._cells = np.arange(map_of_cells.size_local + map_of_cells.num_ghosts, dtype=np.int32)
+        self._values = evaluate(expression, domain, points)
         table = dof_table(self.value.function_space)
-        self._places = (components * table[:, :, None] + np.arange(components)).reshape(len(self._cells), -1)
+        self._places = (components * table[:, :, None] + np.arange(components)).reshape(len(table), -1)
 
     def renew(self):
         """Evaluate the expression in all local cells, ghosts included."""
-        try:
-            values = self._expression.eval(self._domain, self._cells)
-        except TypeError:  # dolfinx 0.5
-            values = self._expression.eval(self._cells)
-        self.value.x.array[self._places] = np.asarray(values).reshape(len(self._cells), -1)
+        self.value.x.array[self._places] = self._values()
 
 
 def petsc_vector(function):
@@ -176,9 +204,9 @@ def compiled_form(form):
     """The UFL form, compiled (cached on disk by FFCx)."""
     with _quiet_compiler():
         try:
-            return fem.form(form, jit_options=_COMPILER_OPTIONS)  # type: ignore[call-arg]
+            return fem.form(form, jit_options=_compiler_options())  # type: ignore[call-arg]
         except TypeError:  # dolfinx 0.5
-            return fem.form(form, jit_params=_COMPILER_OPTIONS)
+            return fem.form(form, jit_params=_compiler_options())
 
 
 def compiled_expression(expression, space):
@@ -193,9 +221,9 @@ def _expression_at(expression, domain, points):
         expression += ufl.as_vector(zeros) if expression.ufl_shape else zeros[0]
     with _quiet_compiler():
         try:
-            return fem.Expression(expression, points, jit_options=_COMPILER_OPTIONS)  # type: ignore[call-arg]
+            return fem.Expression(expression, points, jit_options=_compiler_options())  # type: ignore[call-arg]
         except TypeError:  # dolfinx 0.5
-            return fem.Expression(expression, points, jit_params=_COMPILER_OPTIONS)
+            return fem.Expression(expression, points, jit_params=_compiler_options())
 
 
 def create_matrix(form):

@@ -16,6 +16,8 @@ velocity U = phi u, multiplied by phi.
 
 from dataclasses import dataclass
 
+from .functions import sqrt
+
 
 @dataclass(frozen=True)
 class DragLaw:
@@ -40,6 +42,15 @@ class DragLaw:
     def permeability(self, porosity, bead_diameter):
         """Darcy permeability K = d^2 phi^3 / (A (1 - phi)^2) in m2 (eq. 6.6)."""
         return bead_diameter**2 * porosity**3 / (self.viscous * (1.0 - porosity) ** 2)
+
+    def speed(self, force, porosity, bead_diameter, density, viscosity):
+        """Intrinsic speed (m/s) at which the drag per total volume is `force` >= 0 (N/m3): the root of a quadratic.
+
+        Arguments as for `coefficient`, porosity < 1.
+        """
+        viscous = self.coefficient(porosity, bead_diameter, density, viscosity, 0.0)
+        inertial = self.coefficient(porosity, bead_diameter, density, viscosity, 1.0) - viscous
+        return 2.0 * force / (viscous + sqrt(viscous**2 + 4.0 * inertial * force))
 
 
 DRAG_LAWS = {

@@ -198,9 +198,8 @@ class EnergyEquations:
     def outflow_of_heat(self, temperature, bead_temperature, test, bead_test, transport):
         """Form of everything but the storage: what leaves each place, W against the tests.
 
-        SUPG along the flow with the fluid's advection and exchange in its residual; the fluid's storage, a thousandth
-        of the beads', is left out of it. Near the wall, where conduction across flat cells balances the advection, tau
-        is small; in the first cells of the flow (`entrance`) it is not, else the inflow's temperature overshoots there.
+        `transport` is what `transport()` gives, or its values held for a step. Upwinded along its `Streamline`; the
+        fluid's storage, a thousandth of the beads', is left out of that.
         """
         bed, weight, wall, streamline = self.bed, self.coordinates.weight, self.wall, transport.streamline
         bead_conductivity = bed.beads.conductivity(bead_temperature)

@@ -27,11 +27,11 @@ def time_scale(metric_tensor, advection, diffusion, reaction):
     )
 
 
-def streamline_time_scale(metric_tensor, advection, diffusion, reaction=0.0):
-    """tau = [a.G a + 9 m^2 (a.G a/|a|^2)^2 + s^2]^-1/2: the cell's size along the flow only, whatever its height."""
+def streamline_time_scale(metric_tensor, advection, diffusion):
+    """tau = [a.G a + 9 m^2 (a.G a/|a|^2)^2]^-1/2: the cell's size along the flow only, whatever its height."""
     along = ufl.dot(advection, ufl.dot(metric_tensor, advection)) + 1e-30
     spread = diffusion * along / (ufl.dot(advection, advection) + 1e-30)
-    return 1.0 / ufl.sqrt(along + 9.0 * spread**2 + reaction**2)
+    return 1.0 / ufl.sqrt(along + 9.0 * spread**2)
 
 
 @dataclass(frozen=True)

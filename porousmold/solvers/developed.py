@@ -128,10 +128,8 @@ class DevelopedFlow(SteadyFlow):
         nodes = scalars.tabulate_dof_coordinates()
         self._column = self.columns.of(nodes)
         self._column_of_unknown = self.columns.of(self._coordinates_of_unknowns())
-        speed = self.unknown.sub(0) if self._turbulent else self.unknown
-        self._streamfunction = Streamfunction(
-            domain, weighted * (ufl.split(self.unknown)[0] if self._turbulent else speed)
-        )
+        speed = ufl.split(self.unknown)[0] if self._turbulent else self.unknown
+        self._streamfunction = Streamfunction(domain, weighted * speed)
         self.streamfunction = self._streamfunction.function
         self._stations = self.columns.total(self._column[: self._owned], np.ones(self._owned))
         self._turbulence_unknowns = (
@@ -176,14 +174,14 @@ class DevelopedFlow(SteadyFlow):
         gradient = float(scales.pressure.value) / self.columns.along[-1]
         self._set_gradients(np.full(len(self.columns.along), -gradient))
         speed, diameter = float(scales.speed.value), float(bed.bead_diameter.value)
-        porosity, distance = (nodal_values(expression, space) for expression in (bed.porosity, bed.wall_distance))
+        porosity, distance = (
+            fenicsx.nodal_values(expression, space) for expression in (bed.porosity, bed.wall_distance)
+        )
         porosity, distance = np.clip(porosity, 0.0, 0.95), np.maximum(distance, 0.0)
         temperature = self.temperature.x.array
         viscosity = law.viscosity(temperature)
         density = law.density(self.pressure.x.array + float(equations.fluid.reference_pressure.value), temperature)
-        viscous = bed.drag.coefficient(porosity, diameter, density, viscosity, 0.0)
-        inertial = bed.drag.coefficient(porosity, diameter, density, viscosity, 1.0) - viscous
-        local = 2 * porosity * gradient / (viscous + np.sqrt(viscous**2 + 4 * inertial * porosity * gradient))
+        local = bed.drag.speed(porosity * gradient, porosity, diameter, density, viscosity)
         local *= -np.expm1(-distance / np.sqrt(2.0 * viscosity * speed / gradient))
         fields = [local / speed]
         if self._turbulent:
@@ -276,13 +274,6 @@ class DevelopedFlow(SteadyFlow):
             fields[name] = fem.Function(space, name=name)
             fields[name].x.array[:] = factor * self.unknown.x.array[numbers]
         return fields
-
-
-def nodal_values(expression, space):
-    """The expression at the nodes of the space."""
-    function = fem.Function(space)
-    function.interpolate(fenicsx.compiled_expression(expression, space))
-    return function.x.array.copy()
 
 
 def unit(space):

@@ -45,3 +45,10 @@ def test_ergun_matches_fluids(porosity, diameter, superficial, density, viscosit
 def test_no_beads_no_drag():
     for law in DRAG_LAWS.values():
         assert law.coefficient(1.0, 5e-3, 1.2, 2e-5, 3.0) == 0.0
+
+
+@pytest.mark.parametrize("law", DRAG_LAWS.values(), ids=DRAG_LAWS)
+@given(porosity=st.floats(0.26, 0.9), speed=st.floats(0.0, 20.0), viscosity=st.floats(1e-5, 0.1))
+def test_speed_is_where_the_drag_is_the_force(law, porosity, speed, viscosity):
+    force = law.coefficient(porosity, 5e-3, 1.2, viscosity, speed) * speed
+    assert law.speed(force, porosity, 5e-3, 1.2, viscosity) == pytest.approx(speed, rel=1e-9, abs=1e-300)
