@@ -190,7 +190,9 @@ class Bar:
 def summary_text(scene, summary, out, pictures):
     """The short readable end of a run."""
     margin = scene.operation.heating_margin
-    unit = "kg/s per metre width of half the cavity" if scene.geometry.kind == "mold" else "kg/s"
+    unit = "kg/s"
+    if scene.geometry.kind == "mold":
+        unit += " per metre width of half the cavity" if scene.geometry.width is None else " in a quarter of the cavity"
 
     def shown(seconds):
         return f"{seconds:.1f} s ({seconds / 60:.1f} min)" if seconds is not None else "not reached"

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import ufl
 from dolfinx import fem
+from mpi4py import MPI
 
 from . import fenicsx, geometry
 from .closures.drag import DRAG_LAWS
@@ -105,7 +106,7 @@ class Discretisation:
                 self.estimates = estimate(scene, (self.domain.length, area, area), *laws)
             else:
                 self.estimates = estimate(scene, bed_size(scene), *laws)
-                self.domain = self._make_strip()
+                self.domain = self._make_straight_bed()
         self._make_equations()
         self._make_probes()
 
@@ -114,25 +115,31 @@ class Discretisation:
         ds = self.domain.facet_measure(QUADRATURE_DEGREE)
         return self._integral(weight * self._constant(1.0) * ds(geometry.INLET))
 
-    def _make_strip(self):
+    def _make_straight_bed(self):
         scene, estimates, solver = self.scene, self.estimates, self.scene.solver
-        _, width, _ = bed_size(scene)
+        length, half_height, area = bed_size(scene)
         finer = solver.mesh_refinement
         first_cell = (solver.first_cell or estimates.first_cell) / finer
         axial_cells = max(2, round(solver.axial_cells * finer))
         wall_cells = max(1, round((solver.wall_cells or estimates.wall_cells) * finer))
         resolved = scene.model.wall == "conjugate"
         wall_nodes = np.linspace(0.0, scene.wall.thickness, wall_cells + 1) if resolved else []
-        return geometry.strip(
-            self.communicator,
-            length=scene.geometry.length,
-            width=width,
-            wall_thickness=scene.wall.thickness if resolved else 0.0,
-            axial_nodes=scene.geometry.length * np.linspace(0.0, 1.0, axial_cells + 1) ** AXIAL_GRADING,
-            bed_nodes=geometry.graded_coordinates(width, first_cell, solver.cell_growth ** (1.0 / finer)),
-            wall_nodes=wall_nodes,
-            axisymmetric=scene.geometry.kind == "pipe",
-        )
+
+        def to_wall(width):
+            nodes = geometry.graded_coordinates(width, first_cell, solver.cell_growth ** (1.0 / finer))
+            return geometry.Across.to_wall(nodes, wall_nodes)
+
+        across = [to_wall(half_height)]
+        if scene.geometry.width is not None:
+            half_width = area / half_height
+            if scene.geometry.sides == "wall":
+                across.append(to_wall(half_width))
+            else:  # nothing changes across the width: cells as wide as the bed is high
+                cells = max(2, round(finer * half_width / half_height))
+                across.append(geometry.Across(np.linspace(0.0, half_width, cells + 1), cells, walled=False))
+        axial_nodes = length * np.linspace(0.0, 1.0, axial_cells + 1) ** AXIAL_GRADING
+        axisymmetric = scene.geometry.kind == "pipe"
+        return geometry.straight_bed(self.communicator, axial_nodes, across, axisymmetric=axisymmetric)
 
     def _constant(self, value):
         """A number of the scene as UFL constant, so that another value needs no new compilation."""
@@ -194,7 +201,8 @@ class Discretisation:
         )
         gravity = None
         if operation.gravity != 0.0:
-            gravity = ufl.as_vector([self._constant(operation.gravity), 0.0])
+            others = [0.0] * (domain.mesh.geometry.dim - 1)
+            gravity = ufl.as_vector([self._constant(operation.gravity), *others])
         self.equations = FlowEquations(
             bed,
             fluid,
@@ -243,7 +251,7 @@ class Discretisation:
                 self._thin_wall(ds(geometry.INTERFACE)),
                 self.two_temperatures,
                 self._constant(model.exchange_factor),
-                domain.columns is not None,
+                domain.straight,
             )
             self.heat = TransientHeat(
                 domain,
@@ -271,18 +279,45 @@ class Discretisation:
             self.outlet_heat = fenicsx.compiled_form(outflow * temperature * ds(geometry.OUTLET))
 
     def guess_flow(self):
-        """Give the flow something to start from: the developed profiles where the bed is straight."""
+        """Give the flow something to start from: the developed profiles where the bed is straight, in three dimensions the
+        flow over two of them at the same distance from the wall."""
         if self.scene.model.flow != "full":
             self.flow.guess_equilibrium()
             return
-        self.flow.guess_uniform((1.0, 0.0))
+        self.flow.guess_uniform()
+        if not self.domain.straight:
+            return
         if self.domain.columns is None:
+            with contextlib.suppress(SolveError):
+                self.flow.guess(self._flow_in_the_plane())
             return
         developed = self._simpler_flow("developed")
         developed.guess_equilibrium()
         with contextlib.suppress(SolveError):  # then the full flow has to find its own way
             developed.solve()
             self.flow.guess(developed.fields())
+
+    def _flow_in_the_plane(self):
+        """Fields of the same scene in two dimensions, on this three-dimensional mesh by distance along and to the wall."""
+        operation = self.scene.operation
+        narrower = {"geometry__width": None, "geometry__sides": None}
+        if operation.mass_flow is not None:
+            _, half_height, area = bed_size(self.scene)
+            narrower["operation__mass_flow"] = operation.mass_flow(0.0) * half_height / area
+        plane = Discretisation(self.scene.with_changes(**narrower), MPI.COMM_SELF)
+        plane.guess_flow()
+        plane.flow.solve()
+        space = self.flow_temperature.function_space
+        nodes = space.tabulate_dof_coordinates()
+        distance = np.maximum(fenicsx.nodal_values(self.domain.wall_distance, space), 0.0)
+        half_height = self.domain.stations(0.0)["bed_side"][1]
+        probe = PointProbe(plane.domain, np.column_stack([nodes[:, 0], half_height - distance]))
+        spread = {}
+        for name, values in ((name, probe(function)) for name, function in plane.flow.fields().items()):
+            components = self.domain.mesh.geometry.dim if name == "velocity" else 1
+            spread[name] = fem.Function(fenicsx.lagrange_space(self.domain.mesh, 1, components))
+            spread[name].x.array[::components] = values[:, 0]
+        return spread
 
     def _simpler_flow(self, kind):
         scene = self.scene
@@ -419,7 +454,7 @@ class Discretisation:
 
     @property
     def mass_flow(self):
-        """Mass flow out of the outlet, kg/s (per metre width and half cavity for a mold)."""
+        """Mass flow out of the outlet, kg/s, of what is computed (per metre width where that has no width)."""
         return self.value(self._mass_out)
 
     @property
@@ -464,10 +499,8 @@ class Discretisation:
         density = self.fluid.density
         if not density.compressible:
             return 0.0
-        velocity = self.flow.fields()["velocity"].x.array
-        fastest = self.communicator.allreduce(
-            float(np.max(np.hypot(velocity[0::2], velocity[1::2]), initial=0.0)), op=max
-        )
+        velocity = self.flow.fields()["velocity"].x.array.reshape(-1, self.domain.mesh.geometry.dim)
+        fastest = self.communicator.allreduce(float(np.max(np.linalg.norm(velocity, axis=1), initial=0.0)), op=max)
         temperature = float(self._inlet_temperature.value)
         heat_capacity = self.fluid.heat_capacity(temperature)
         ratio = heat_capacity / (heat_capacity - density.gas_constant)

@@ -68,7 +68,10 @@ def estimate(scene, bed_size, fluid, beads, wall, drag, nusselt, bulk_porosity):
     wall_heat, wall_cells = 0.0, 1
     if scene.wall.thickness is not None:
         thickness = scene.wall.thickness
-        perimeter = 1.0 if scene.geometry.kind == "mold" else 2.0 * math.pi * (width + thickness / 2)
+        if scene.geometry.kind == "pipe":
+            perimeter = 2.0 * math.pi * (width + thickness / 2)
+        else:
+            perimeter = area / width + (width if scene.geometry.width and scene.geometry.sides == "wall" else 0.0)
         wall_heat = wall.density(temperature) * wall.heat_capacity(temperature) * perimeter * thickness * length
         biot = coefficient * thickness / wall.conductivity(temperature)
         wall_cells = min(max(math.ceil(8.0 * math.sqrt(biot)), 1), 12)
@@ -87,9 +90,13 @@ def estimate(scene, bed_size, fluid, beads, wall, drag, nusselt, bulk_porosity):
 
 
 def bed_size(scene):
-    """Length, width (half height or radius) and cross-section (per metre width for a mold) of the bed in m, m, m2."""
+    """Length, half height or radius, and cross-section of the computed part of a bed in m, m, m2.
+
+    A mold without a width counts as a metre wide.
+    """
     geometry = scene.geometry
     if geometry.kind == "mold":
-        return geometry.length, geometry.cavity_height / 2, geometry.cavity_height / 2
+        half_width = 1.0 if geometry.width is None else geometry.width / 2
+        return geometry.length, geometry.cavity_height / 2, half_width * geometry.cavity_height / 2
     radius = geometry.diameter / 2
     return geometry.length, radius, math.pi * radius**2

@@ -9,6 +9,7 @@ import functools
 import importlib
 import logging
 from pathlib import Path
+from typing import Any
 
 import basix
 import dolfinx
@@ -252,15 +253,13 @@ def collapse(space, index):
     return subspace, np.asarray(numbers, dtype=np.int64)
 
 
-def rectangle_mesh(communicator, cells):
-    """Unit square of cells[0] x cells[1] quadrilaterals with ghost cells shared across facets."""
-    domain = mesh.create_rectangle(
-        communicator,
-        [np.zeros(2), np.ones(2)],
-        list(cells),
-        mesh.CellType.quadrilateral,
-        ghost_mode=mesh.GhostMode.shared_facet,
-    )
+def box_mesh(communicator, cells):
+    """Unit square or cube of cells[0] x cells[1] (x cells[2]) cells with ghost cells shared across facets."""
+    flat = len(cells) == 2
+    create: Any = mesh.create_rectangle if flat else mesh.create_box
+    kind = mesh.CellType.quadrilateral if flat else mesh.CellType.hexahedron
+    corners = [np.zeros(len(cells)), np.ones(len(cells))]
+    domain = create(communicator, corners, list(cells), kind, ghost_mode=mesh.GhostMode.shared_facet)
     create_connectivities(domain)
     return domain
 

@@ -1,8 +1,9 @@
 """Meshes of bed and wall with their tags, and the distance to the wall.
 
 x[0] runs along the flow, x[1] across it: from the symmetry plane (mold) or the axis (pipe) through the bed to the
-wall. The bed's cells have the tag `BED`, those of the wall `WALL`; the boundary's parts have the tags `INLET` ...
-below. One mesh carries both, so that one temperature is continuous across the interface.
+wall; in three dimensions x[2] runs from a second symmetry plane (`SIDE`) to the wall beside, or to a third plane of
+symmetry (`SIDE` too). The bed's cells have the tag `BED`, those of the wall `WALL`; the boundary's parts have the tags
+`INLET` ... below. One mesh carries both, so that one temperature is continuous across the interface.
 """
 
 from collections.abc import Callable
@@ -18,7 +19,7 @@ from . import fenicsx
 from .errors import InputError
 
 BED, WALL = 1, 2
-INLET, OUTLET, INTERFACE, OUTER, SYMMETRY = 1, 2, 3, 4, 5
+INLET, OUTLET, INTERFACE, OUTER, SYMMETRY, SIDE = 1, 2, 3, 4, 5, 6
 REGION_NAMES = {"bed": BED, "wall": WALL}
 BOUNDARY_NAMES = {"inlet": INLET, "outlet": OUTLET, "interface": INTERFACE, "outer": OUTER, "symmetry": SYMMETRY}
 
@@ -26,7 +27,8 @@ BOUNDARY_NAMES = {"inlet": INLET, "outlet": OUTLET, "interface": INTERFACE, "out
 @dataclass
 class Domain:
     """A tagged mesh. `wall_distance` is a UFL expression (m); `stations(fraction)` gives named points (m) at that
-    fraction of the length. `columns` are the nodes along and across the bed (m) of a straight one, else None."""
+    fraction of the length. A `straight` one has its cells along x[0]; `columns` are the nodes along and across the bed (m)
+    of a straight one in two dimensions, else None."""
 
     mesh: mesh.Mesh
     cell_tags: Any
@@ -34,7 +36,8 @@ class Domain:
     axisymmetric: bool
     wall_distance: ufl.core.expr.Expr
     length: float
-    stations: Callable[[float], dict[str, tuple[float, float]]]
+    stations: Callable[[float], dict[str, tuple[float, ...]]]
+    straight: bool = False
     columns: tuple[np.ndarray, np.ndarray] | None = None
 
     @property
@@ -117,39 +120,90 @@ def graded_coordinates(width, first_cell, growth):
     return nodes * (width / nodes[-1])
 
 
-def strip(communicator, *, length, width, wall_thickness, axial_nodes, bed_nodes, wall_nodes, axisymmetric):
-    """Mesh of a straight bed from x[1] = 0 to `width` and a wall outside it.
+@dataclass(frozen=True)
+class Across:
+    """One direction across a straight bed, from its middle outwards: `nodes` (m) from 0, the first `bed_cells` cells of them
+    in the bed, the others in the wall. Not `walled`, it ends at another plane of symmetry."""
 
-    `axial_nodes` run from 0 to the length; `bed_nodes` are distances from the wall, 0 to `width`; `wall_nodes` are
-    depths into the wall, 0 to its thickness (empty: no wall). All in m.
+    nodes: np.ndarray
+    bed_cells: int
+    walled: bool = True
+
+    @classmethod
+    def to_wall(cls, bed_nodes, wall_nodes):
+        """`bed_nodes` are distances from the wall, 0 to the bed's width; `wall_nodes` depths into the wall (empty: none)."""
+        width = bed_nodes[-1]
+        return cls(np.concatenate([width - bed_nodes[::-1], width + np.asarray(wall_nodes)[1:]]), len(bed_nodes) - 1)
+
+    @property
+    def cells(self):
+        return len(self.nodes) - 1
+
+    @property
+    def width(self):
+        """Of the bed, m."""
+        return float(self.nodes[self.bed_cells])
+
+
+def straight_bed(communicator, axial_nodes, across, *, axisymmetric=False):
+    """Mesh of a straight bed along x[0] (`axial_nodes` from 0, m) with a wall outside it.
+
+    `across` has one `Across` for x[1], and a second one for x[2] in three dimensions; the first is walled.
     """
-    across = np.concatenate([width - bed_nodes[::-1], width + np.asarray(wall_nodes)[1:]])
-    bed_cells, cells = len(bed_nodes) - 1, len(across) - 1
-    domain = fenicsx.rectangle_mesh(communicator, (len(axial_nodes) - 1, cells))
-    tags = _tag_regions(domain, lambda x: x[1] < bed_cells / cells)
-    facets = _tag_boundary(
-        domain,
-        {
-            INLET: lambda x: np.isclose(x[0], 0.0) & (x[1] < (bed_cells + 0.25) / cells),
-            OUTLET: lambda x: np.isclose(x[0], 1.0) & (x[1] < (bed_cells + 0.25) / cells),
-            SYMMETRY: lambda x: np.isclose(x[1], 0.0),
-            OUTER: lambda x: np.isclose(x[1], 1.0) & (cells > bed_cells),
-        },
-        {INTERFACE: lambda x: np.isclose(x[1], bed_cells / cells)},
-    )
+    cells = [len(axial_nodes) - 1, *(direction.cells for direction in across)]
+    domain = fenicsx.box_mesh(communicator, cells)
+
+    def in_bed(x, besides=None):
+        return np.all(
+            [
+                x[axis] < (direction.bed_cells + 0.25) / direction.cells
+                for axis, direction in enumerate(across, start=1)
+                if axis != besides
+            ]
+            + [np.full(x.shape[1], True)],
+            axis=0,
+        )
+
+    def at(axis, place):
+        return lambda x: np.isclose(x[axis], place)
+
+    def in_bed_at(axis, place):
+        return lambda x: np.isclose(x[axis], place) & in_bed(x, besides=axis)
+
+    exterior, interior = [(INLET, in_bed_at(0, 0.0)), (OUTLET, in_bed_at(0, 1.0))], []
+    for axis, direction in enumerate(across, start=1):
+        middle = (SYMMETRY, SIDE)[axis - 1]
+        exterior.append((middle, at(axis, 0.0)))
+        if not direction.walled:
+            exterior.append((middle, at(axis, 1.0)))
+            continue
+        if direction.cells > direction.bed_cells:
+            exterior.append((OUTER, at(axis, 1.0)))
+        interior.append((INTERFACE, in_bed_at(axis, direction.bed_cells / direction.cells)))
+    tags = _tag_regions(domain, in_bed)
+    facets = _tag_boundary(domain, exterior, interior)
     points = domain.geometry.x
-    index = np.rint(points[:, :2] * [len(axial_nodes) - 1, cells]).astype(int)
-    points[:, 0] = np.asarray(axial_nodes)[index[:, 0]]
-    points[:, 1] = across[index[:, 1]]
+    for axis, nodes in enumerate((axial_nodes, *(direction.nodes for direction in across))):
+        points[:, axis] = np.asarray(nodes)[np.rint(points[:, axis] * cells[axis]).astype(int)]
 
     def stations(fraction):
-        z = fraction * length
-        named = {"centre": (z, 0.0), "bed_side": (z, width)}
-        return named | {"outer": (z, width + wall_thickness)} if len(wall_nodes) > 1 else named
+        z, first = fraction * axial_nodes[-1], across[0]
+        rest = (0.0,) * (len(across) - 1)
+        named = {"centre": (z, 0.0, *rest), "bed_side": (z, first.width, *rest)}
+        if first.cells > first.bed_cells:
+            named["outer"] = (z, first.nodes[-1], *rest)
+            if len(across) == 2 and across[1].walled:
+                named["corner"] = (z, first.nodes[-1], across[1].nodes[-1])
+        return named
 
-    wall_distance = width - ufl.SpatialCoordinate(domain)[1]
-    columns = np.asarray(axial_nodes), width - bed_nodes[::-1]
-    return Domain(domain, tags, facets, axisymmetric, wall_distance, length, stations, columns)
+    position = ufl.SpatialCoordinate(domain)
+    wall_distance = across[0].width - position[1]
+    if len(across) == 2 and across[1].walled:
+        beside = across[1].width - position[2]
+        wall_distance = ufl.conditional(ufl.lt(beside, wall_distance), beside, wall_distance)
+    columns = (np.asarray(axial_nodes), across[0].nodes[: across[0].bed_cells + 1]) if len(across) == 1 else None
+    length = float(axial_nodes[-1])
+    return Domain(domain, tags, facets, axisymmetric, wall_distance, length, stations, straight=True, columns=columns)
 
 
 def _tag_regions(domain, in_bed):
@@ -163,10 +217,10 @@ def _tag_regions(domain, in_bed):
 
 def _tag_boundary(domain, exterior, interior):
     dimension = domain.topology.dim - 1
-    found = {tag: mesh.locate_entities_boundary(domain, dimension, where) for tag, where in exterior.items()}
-    found |= {tag: mesh.locate_entities(domain, dimension, where) for tag, where in interior.items()}
-    facets = np.concatenate(list(found.values()))
-    values = np.concatenate([np.full(len(part), tag, dtype=np.int32) for tag, part in found.items()])
+    found = [(tag, mesh.locate_entities_boundary(domain, dimension, where)) for tag, where in exterior]
+    found += [(tag, mesh.locate_entities(domain, dimension, where)) for tag, where in interior]
+    facets = np.concatenate([part for _, part in found])
+    values = np.concatenate([np.full(len(part), tag, dtype=np.int32) for tag, part in found])
     facets, first = np.unique(facets, return_index=True)
     return mesh.meshtags(domain, dimension, facets.astype(np.int32), values[first])
 

@@ -83,46 +83,70 @@ def _near_wall(folder):
 
 def _fields(folder):
     nodes, cells, steps = read_fields(folder / "fields.xdmf")
-    triangles = np.concatenate([cells[:, [0, 1, 2]], cells[:, [0, 2, 3]]]) if cells.shape[1] == 4 else cells
+    if nodes.shape[1] == 3:  # the plane of symmetry, and a section across the flow
+        middle = np.unique(nodes[:, 0])
+        middle = middle[np.argmin(np.abs(middle - 0.5 * middle[-1]))]
+        along = "along the flow in m", 1.0, *plane_of(nodes, cells, 2, 0.0)
+        section = "beside the middle in mm", 1e3, *plane_of(nodes, cells, 0, middle)
+        panels = [
+            ("fluid and wall, plane of symmetry", "temperature", *along),
+            (f"fluid and wall, {middle:.2g} m from the inlet", "temperature", *section),
+        ]
+    else:
+        everything = "along the flow in m", 1.0, nodes, triangles_of(cells), np.arange(len(nodes))
+        panels = [("fluid and wall", "temperature", *everything), ("beads", "bead_temperature", *everything)]
     times = sorted(steps)
-    everything = np.concatenate([steps[t]["temperature"] for t in times]) - 273.15
-    levels = np.linspace(everything.min(), everything.max() + 1e-9, 25)
-    figure, axes = plt.subplots(len(times), 2, figsize=(11.0, 1.5 * len(times) + 0.9), squeeze=False, sharex=True)
+    reached = np.concatenate([steps[t]["temperature"] for t in times]) - 273.15
+    levels = np.linspace(reached.min(), reached.max() + 1e-9, 25)
+    figure, axes = plt.subplots(len(times), 2, figsize=(11.0, 1.5 * len(times) + 0.9), squeeze=False, sharex="col")
     figure.subplots_adjust(
         left=0.08, right=0.88, bottom=0.4 / (len(times) + 0.6), top=1 - 0.25 / (len(times) + 0.6), hspace=0.2
     )
     in_bed = steps[times[0]]["in_bed"] > 0.5
-    bed_triangles = triangles[np.all(in_bed[triangles], axis=1)]
-    for row, time in enumerate(times):
-        for column, (name, shapes) in enumerate((("temperature", triangles), ("bead_temperature", bed_triangles))):
-            panel = axes[row, column]
-            drawn = panel.tricontourf(
-                nodes[:, 0], nodes[:, 1] * 1e3, shapes, steps[time][name] - 273.15, levels=levels, cmap="inferno"
-            )
-            panel.set_ylim(nodes[:, 1].min() * 1e3, nodes[:, 1].max() * 1e3)
-            if np.any(~in_bed):  # the interface
-                panel.tricontour(
-                    nodes[:, 0], nodes[:, 1] * 1e3, triangles, in_bed, levels=[0.99], colors="w", linewidths=0.7
-                )
+    for column, (title, name, label, unit, places, triangles, numbers) in enumerate(panels):
+        x, y, bed = unit * places[:, 0], 1e3 * places[:, 1], in_bed[numbers]
+        shapes = triangles[np.all(bed[triangles], axis=1)] if name == "bead_temperature" else triangles
+        axes[0, column].set_title(title)
+        axes[-1, column].set_xlabel(label)
+        for row, time in enumerate(times):
+            panel, values = axes[row, column], steps[time][name][numbers] - 273.15
+            drawn = panel.tricontourf(x, y, shapes, values, levels=levels, cmap="inferno")
+            panel.set_ylim(y.min(), y.max())
+            if np.any(~bed):  # the interface
+                panel.tricontour(x, y, triangles, bed, levels=[0.99], colors="w", linewidths=0.7)
             panel.grid(False)
+    for row, time in enumerate(times):
         axes[row, 0].set_ylabel(f"t = {time:.0f} s\nacross in mm", fontsize=9)
-    axes[0, 0].set_title("fluid and wall")
-    axes[0, 1].set_title("beads")
-    for panel in axes[-1]:
-        panel.set_xlabel("along the flow in m")
     figure.colorbar(drawn, cax=figure.add_axes((0.9, 0.12, 0.015, 0.8)), label="temperature in °C")
     return save(figure, folder / "fields.png")
 
 
+def triangles_of(cells):
+    """Triangles of cells that are triangles or quadrilaterals in drawing order."""
+    return np.concatenate([cells[:, [0, 1, 2]], cells[:, [0, 2, 3]]]) if cells.shape[1] == 4 else cells
+
+
+def plane_of(nodes, cells, axis, value):
+    """The plane x[axis] = value of a mesh of bricks: places (n, 2), triangles of them, and their numbers among `nodes`."""
+    on_plane = np.isclose(nodes[:, axis], value, rtol=1e-9, atol=1e-9)
+    cells = cells[on_plane[cells].sum(axis=1) == 4]
+    faces = cells[on_plane[cells]].reshape(-1, 4)
+    places = np.delete(nodes, axis, axis=1)[:, :: 1 if axis else -1]
+    arms = places[faces] - places[faces].mean(axis=1, keepdims=True)
+    turned = np.argsort(np.arctan2(arms[:, :, 1], arms[:, :, 0]), axis=1)
+    numbers, renumbered = np.unique(np.take_along_axis(faces, turned, axis=1), return_inverse=True)
+    return places[numbers], triangles_of(renumbered.reshape(-1, 4)), numbers
+
+
 def read_fields(path):
-    """Nodes (n, 2) in m, cells (rows of node numbers in drawing order) and {time: {name: nodal values}} of an XDMF file."""
+    """Nodes (n, 2 or 3) in m, cells (rows of node numbers in drawing order) and {time: {name: nodal values}} of an XDMF file."""
     root = ElementTree.parse(path).getroot()
     with h5py.File(Path(path).with_suffix(".h5"), "r") as file:
 
         def data(element):
             return file[element.findtext("DataItem").strip().split(":", 1)[1]][()]
 
-        nodes = data(next(root.iter("Geometry")))[:, :2]
+        nodes = data(next(root.iter("Geometry")))
         cells = data(next(root.iter("Topology")))
         steps: dict[float, dict[str, np.ndarray]] = {}
         for grid in root.iter("Grid"):
@@ -130,4 +154,5 @@ def read_fields(path):
             if time is not None and attribute is not None:
                 fields = steps.setdefault(float(time.attrib["Value"]), {})
                 fields[attribute.attrib["Name"]] = data(attribute).squeeze()
-    return nodes, cells, steps
+    flat = cells.shape[1] < 8
+    return nodes[:, :2] if flat else nodes, cells, steps

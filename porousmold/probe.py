@@ -9,7 +9,7 @@ TOLERANCE = 1e-6
 
 
 class PointProbe:
-    """Evaluates linear functions at fixed points (rows x, y in m); each point belongs to the lowest rank that holds it.
+    """Evaluates linear functions at fixed points (m, a row each); a point belongs to the lowest rank that holds it.
 
     Raises `ValueError` naming a point that lies in no cell.
     """
@@ -17,13 +17,13 @@ class PointProbe:
     def __init__(self, domain, points):
         self._communicator = domain.communicator
         points = np.asarray(points, dtype=float)
-        corners = domain.mesh.geometry.x[fenicsx.cell_vertices(domain.mesh)][:, :, :2]
+        corners = domain.mesh.geometry.x[fenicsx.cell_vertices(domain.mesh)][:, :, : domain.mesh.geometry.dim]
         found = [_locate(point, corners) for point in points]
         rank, size = self._communicator.rank, self._communicator.size
         finders = np.array(self._communicator.allgather([size if f is None else rank for f in found])).min(axis=0)
         if np.any(finders == size):
-            x, y = points[finders == size][0]
-            raise ValueError(f"the point ({x:g}, {y:g}) m lies outside the mesh")
+            place = ", ".join(f"{x:g}" for x in points[finders == size][0])
+            raise ValueError(f"the point ({place}) m lies outside the mesh")
         self._mine = [(number, *found[number]) for number in np.flatnonzero(finders == rank)]
         self._count = len(points)
 
@@ -51,23 +51,44 @@ def _locate(point, corners):
     return None
 
 
+def _factors(place):
+    """1 - s and s of every coordinate: what the functions of a quadrilateral or hexahedron are products of."""
+    return [np.array([1.0 - s, s]) for s in place]
+
+
+def _product(factors):
+    """Products of one entry of each factor, the first one's varying fastest."""
+    result = np.ones(1)
+    for factor in factors:
+        result = np.outer(factor, result).ravel()
+    return result
+
+
 def _shape_functions(place, count):
-    s, t = place
-    if count == 3:
-        return np.array([1.0 - s - t, s, t])
-    return np.array([(1.0 - s) * (1.0 - t), s * (1.0 - t), (1.0 - s) * t, s * t])
+    if count == len(place) + 1:  # a triangle
+        return np.array([1.0 - sum(place), *place])
+    return _product(_factors(place))
+
+
+def _slopes(place, count):
+    """Derivatives of the shape functions: (functions, coordinates)."""
+    dimension = len(place)
+    if count == dimension + 1:
+        return np.vstack([-np.ones(dimension), np.eye(dimension)])
+    columns = []
+    for axis in range(dimension):
+        factors = _factors(place)
+        factors[axis] = np.array([-1.0, 1.0])
+        columns.append(_product(factors))
+    return np.column_stack(columns)
 
 
 def _reference_coordinates(point, corners):
-    """Newton's method on the cell's (bi)linear map; one iteration is exact for triangles and parallelograms."""
-    place = np.full(2, 0.5 if len(corners) == 4 else 1.0 / 3.0)
+    """Newton's method on the cell's (multi)linear map; one iteration is exact for simplices and parallelepipeds."""
+    count, dimension = corners.shape
+    place = np.full(dimension, 1.0 / (dimension + 1) if count == dimension + 1 else 0.5)
     for _ in range(10):
-        s, t = place
-        if len(corners) == 3:
-            slopes = np.array([[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]])
-        else:
-            slopes = np.array([[t - 1.0, s - 1.0], [1.0 - t, -s], [-t, 1.0 - s], [t, s]])
-        change = np.linalg.solve(corners.T @ slopes, point - _shape_functions(place, len(corners)) @ corners)
+        change = np.linalg.solve(corners.T @ _slopes(place, count), point - _shape_functions(place, count) @ corners)
         place = place + change
         if np.max(np.abs(change)) < 1e-12:
             break

@@ -181,7 +181,9 @@ def warnings_of(simulation, bounds):
             )
     if scene.model.flow == "plug" and scene.model.turbulence != "none":
         found.append("plug flow carries no turbulence: model.turbulence has no effect")
-    width = scene.geometry.cavity_height or scene.geometry.diameter
+    geometry = scene.geometry
+    walled = geometry.width if geometry.sides == "wall" else None
+    width = min((w for w in (geometry.cavity_height, walled, geometry.diameter) if w), default=None)
     if width is not None and width < SMALLEST_RATIO * scene.bed.bead_diameter * (1.0 - 1e-9):
         found.append(
             f"the bed is {width / scene.bed.bead_diameter:.1f} beads wide, below {SMALLEST_RATIO:g}: "

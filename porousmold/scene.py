@@ -77,6 +77,9 @@ KEYS: dict[str, dict[str, Key]] = {
         "kind": _choice("what is heated", ("mold", "pipe", "mesh"), None),
         "length": _length("length of the bed along the flow"),
         "cavity_height": _length("full height of a mold's cavity; half of it is computed"),
+        "width": _length("full width of a mold's cavity, which makes it three-dimensional; half of it is computed"),
+        "sides": _choice("what is beside a cavity of given width: the wall, or more of the cavity", ("wall", "symmetry"),
+                         "wall"),
         "diameter": _length("inner diameter of a pipe"),
         "mesh": Key("file", "gmsh file (.geo, .msh) with named physical groups, for kind 'mesh'"),
         "symmetry": _choice("of a mesh: planar, or about the axis x[1] = 0", ("planar", "axisymmetric"), "planar"),
@@ -108,7 +111,8 @@ KEYS: dict[str, dict[str, Key]] = {
         "inlet_temperature": Key("K", "of the incoming fluid", low=0.0, high=5000.0, series=True),
         "pressure_drop": Key("Pa", "static pressure, inlet minus outlet", low=0.0, high=1e8, closed=True, series=True),
         "inlet_velocity": Key("m/s", "superficial: volume flow over the empty cross-section", low=0.0, high=1e3, series=True),
-        "mass_flow": Key("kg/s", "whole pipe, or half cavity per metre width of a mold", low=0.0, high=1e6, series=True),
+        "mass_flow": Key("kg/s", "whole pipe; half cavity of a mold per metre width, or a quarter of one that has a width",
+                         low=0.0, high=1e6, series=True),
         "outlet_pressure": Key("Pa", "absolute static pressure at the outlet", 101325.0, low=0.0, high=1e9),
         "gravity": Key("m/s^2", "acceleration along the flow (negative: against it)", 0.0, low=-1e3, high=1e3),
         "outer_heat_flux": Key("W/m^2", "heat into the outer wall (negative: loss)", low=-1e7, high=1e7, series=True),
@@ -224,11 +228,13 @@ class Scene:
         return cls(tables, path)
 
     def with_changes(self, **overrides):
-        """A copy with other values, written table__key=value."""
+        """A copy with other values, written table__key=value; None takes a value away."""
         tables = copy.deepcopy(self._given)
         for name, value in overrides.items():
             table, _, key = name.partition("__")
             tables.setdefault(table, {})[key] = value
+            if value is None:
+                del tables[table][key]
         return Scene(tables, self.source)
 
     def as_tables(self):
@@ -317,9 +323,10 @@ def _check_bounds(name, number, key, where):
 _NEEDED = {"mold": ("length", "cavity_height"), "pipe": ("length", "diameter"), "mesh": ("mesh",)}
 _FOREIGN = {
     "mold": ("geometry.diameter", "geometry.mesh", "geometry.symmetry"),
-    "pipe": ("geometry.cavity_height", "geometry.mesh", "geometry.symmetry"),
-    "mesh": ("geometry.length", "geometry.cavity_height", "geometry.diameter", "solver.axial_cells", "solver.first_cell",
-             "solver.cell_growth", "solver.wall_cells", "solver.mesh_refinement", "solver.accuracy"),
+    "pipe": ("geometry.cavity_height", "geometry.width", "geometry.sides", "geometry.mesh", "geometry.symmetry"),
+    "mesh": ("geometry.length", "geometry.cavity_height", "geometry.width", "geometry.sides", "geometry.diameter",
+             "solver.axial_cells", "solver.first_cell", "solver.cell_growth", "solver.wall_cells",
+             "solver.mesh_refinement", "solver.accuracy"),
 }  # fmt: skip
 _DRIVES = ("pressure_drop", "inlet_velocity", "mass_flow")
 SMALLEST_RATIO = 10.0
@@ -342,6 +349,10 @@ def _check_together(scene):
                 full_name, getattr(getattr(scene, table), name), f"has no place in a {geometry.kind}", where
             )
     need("bed", "bead_diameter")
+    if geometry.width is None and geometry.sides != "wall":
+        raise InputError("geometry.sides", geometry.sides, "has no meaning without geometry.width", where)
+    if geometry.width is not None and scene.model.flow != "full":
+        raise InputError("model.flow", scene.model.flow, "must be 'full' with geometry.width", where)
     if geometry.kind == "mesh" and scene.model.flow != "full":
         raise InputError("model.flow", scene.model.flow, "must be 'full' for a mesh: its stations are not known", where)
     if geometry.kind == "mesh" and scene.model.wall != "conjugate":
@@ -376,19 +387,20 @@ def _check_together(scene):
     if bed.porosity_profile is None and bed.bulk_porosity > limit:
         raise InputError("bed.bulk_porosity", bed.bulk_porosity,
                          f"must be <= {limit:g} with porosity_model {bed.porosity_model!r}", where)  # fmt: skip
-    width = {"mold": geometry.cavity_height, "pipe": geometry.diameter}.get(geometry.kind)
-    if width is not None:
-        name = "cavity_height" if geometry.kind == "mold" else "diameter"
+    for name in ("cavity_height", "width", "diameter"):
+        width = getattr(geometry, name)
+        if width is None or (name == "width" and geometry.sides == "symmetry"):
+            continue
         if width < SMALLEST_RATIO * bed.bead_diameter * (1 - 1e-9) and not bed.allow_small_ratio:
             raise InputError(f"geometry.{name}", width,
                              f"must be at least {SMALLEST_RATIO:g} bead diameters ({SMALLEST_RATIO * bed.bead_diameter:g} m)"
                              ", or set bed.allow_small_ratio = true", where)  # fmt: skip
         if bed.bead_diameter >= width:
             raise InputError("bed.bead_diameter", bed.bead_diameter, f"must be smaller than geometry.{name}", where)
-    if geometry.kind != "mesh" and scene.solver.first_cell is not None and scene.solver.first_cell >= width / 2:
-        raise InputError(
-            "solver.first_cell", scene.solver.first_cell, f"must be < {width / 2:g} m, half the bed", where
-        )
+        if scene.solver.first_cell is not None and scene.solver.first_cell >= width / 2:
+            raise InputError(
+                "solver.first_cell", scene.solver.first_cell, f"must be < {width / 2:g} m, half the bed", where
+            )
     scene.profile = None
     if bed.porosity_profile is not None:
         scene.profile = PorosityProfile.read("bed.porosity_profile", bed.porosity_profile)

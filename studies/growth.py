@@ -28,7 +28,7 @@ def measure(size, strategy):
     """Figures of one size on this communicator."""
     from porousmold.solvers import newton
 
-    newton.LARGEST_FACTORISED = STRATEGIES[strategy]
+    newton.LARGEST_FACTORISED = dict.fromkeys((2, 3), STRATEGIES[strategy])
     scene = Scene.from_file(HERE / "mold" / "aluminium.toml", {
         "model.turbulence": "nakayama-kuwahara", "solver.mesh_refinement": float(size)})  # fmt: skip
     simulation = Simulation(scene, MPI.COMM_WORLD)

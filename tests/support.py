@@ -56,16 +56,10 @@ def solid(density=1.0, heat_capacity=1.0, conductivity=1.0):
 
 def box(cells, *, axisymmetric=False, length=1.0, width=1.0, wall=0.0, wall_cells=1, communicator=MPI.COMM_SELF):
     """Uniform mesh of `cells` = (along, across) over a bed, with a wall of thickness `wall` outside it if > 0."""
-    return geometry.strip(
-        communicator,
-        length=length,
-        width=width,
-        wall_thickness=wall,
-        axial_nodes=np.linspace(0.0, length, cells[0] + 1),
-        bed_nodes=np.linspace(0.0, width, cells[1] + 1),
-        wall_nodes=np.linspace(0.0, wall, wall_cells + 1) if wall else np.zeros(1),
-        axisymmetric=axisymmetric,
-    )
+    wall_nodes = np.linspace(0.0, wall, wall_cells + 1) if wall else []
+    across = geometry.Across.to_wall(np.linspace(0.0, width, cells[1] + 1), wall_nodes)
+    axial_nodes = np.linspace(0.0, length, cells[0] + 1)
+    return geometry.straight_bed(communicator, axial_nodes, [across], axisymmetric=axisymmetric)
 
 
 def flow_equations(

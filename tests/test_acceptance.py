@@ -53,7 +53,7 @@ def test_developed_flow_peak_and_shear():
     problem = Discretisation(scene, MPI.COMM_SELF)
     problem.flow_temperature.x.array[:] = 363.15
     problem.heat.unknown.x.array[:] = 363.15
-    problem.flow.guess_uniform((1.0, 0.0))
+    problem.flow.guess_uniform()
     problem.flow.solve()
     profile, _ = profile_near_wall(problem, points=2000)
     y, speed = np.array(profile["wall_distance"]), np.array(profile["speed"])
@@ -79,7 +79,7 @@ def test_laminar_flow_against_the_independent_solution():
     )
     problem = Discretisation(scene, MPI.COMM_SELF)
     problem.flow_temperature.x.array[:] = 363.15
-    problem.flow.guess_uniform((1.0, 0.0))
+    problem.flow.guess_uniform()
     problem.flow.solve()
     profile, _ = profile_near_wall(problem, points=2000)
     y, speed = np.array(profile["wall_distance"]), np.array(profile["speed"])

@@ -4,12 +4,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import ufl
 from dolfinx import fem
 from hypothesis import given
 from hypothesis import strategies as st
 from mpi4py import MPI
 
-from porousmold import geometry
+from porousmold import fenicsx, geometry
 from porousmold.equations.coordinates import Coordinates
 from porousmold.errors import InputError
 from porousmold.geometry import distance_to_segments, graded_coordinates
@@ -69,3 +70,27 @@ def test_bad_meshes_are_refused_by_one_line(tmp_path, content):
     path.write_bytes(content)
     with pytest.raises(InputError, match=r"geometry\.mesh"):
         geometry.from_file(MPI.COMM_SELF, path, axisymmetric=False)
+
+
+@pytest.mark.parametrize("walled", [True, False])
+def test_volumes_and_areas_in_three_dimensions(walled):
+    across = [
+        geometry.Across.to_wall(np.array([0.0, 0.2, 0.5]), np.array([0.0, 0.1])),
+        geometry.Across.to_wall(np.array([0.0, 0.3, 1.0]), np.array([0.0, 0.1]))
+        if walled
+        else geometry.Across(np.array([0.0, 0.4, 1.0]), 2, walled=False),
+    ]
+    domain = geometry.straight_bed(MPI.COMM_SELF, np.array([0.0, 0.5, 2.0]), across)
+    dx, ds = domain.cell_measure(2), domain.facet_measure(2)
+    inner = ufl.Measure("dS", domain=domain.mesh, subdomain_data=domain.facet_tags)
+    one = fem.Constant(domain.mesh, 1.0)
+    beside = 1.1 if walled else 1.0
+    assert integral(one * dx(geometry.BED)) == pytest.approx(2.0 * 0.5 * 1.0)
+    assert integral(one * dx(geometry.WALL)) == pytest.approx(2.0 * (0.6 * beside - 0.5))
+    assert integral(one * ds(geometry.INLET)) == pytest.approx(0.5)
+    assert integral(one * ds(geometry.OUTLET)) == pytest.approx(0.5)
+    assert integral(one * ds(geometry.OUTER)) == pytest.approx(2.0 * (beside + (0.6 if walled else 0.0)))
+    assert integral(one * inner(geometry.INTERFACE)) == pytest.approx(2.0 * (1.0 + (0.5 if walled else 0.0)))
+    assert integral(one * ds(geometry.SIDE)) == pytest.approx(2.0 * 0.6 * (1 if walled else 2))
+    middle = fem.assemble_scalar(fenicsx.compiled_form(domain.wall_distance * ds(geometry.SIDE)))
+    assert middle == pytest.approx(2.0 * (0.5 * 0.25 - 0.1 * 0.05) * (1 if walled else 2))

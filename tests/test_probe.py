@@ -5,7 +5,9 @@ import pytest
 import ufl
 from hypothesis import given
 from hypothesis import strategies as st
+from mpi4py import MPI
 
+from porousmold import geometry
 from porousmold.probe import PointProbe, _reference_coordinates, _shape_functions
 
 from .support import box, nodal
@@ -20,6 +22,18 @@ def test_linear_functions_are_exact_and_outside_is_refused():
     assert PointProbe(domain, points)(function)[:, 0] == pytest.approx(expected, abs=1e-9)
     with pytest.raises(ValueError, match="outside"):
         PointProbe(domain, [(2.1, 0.5)])
+
+
+def test_linear_functions_in_three_dimensions():
+    middle = np.array([0.0, 0.4, 1.0])
+    domain = geometry.straight_bed(MPI.COMM_SELF, middle, [geometry.Across(middle, 2), geometry.Across(middle, 2)])
+    x = ufl.SpatialCoordinate(domain.mesh)
+    function = nodal(domain, 3.0 + 2.0 * x[0] - 5.0 * x[1] + 7.0 * x[2] + x[0] * x[1] * x[2])
+    points = np.array([[0.0, 0.0, 1.0], [0.4, 1.0, 0.4], [0.713, 0.291, 0.9]])
+    expected = 3.0 + points @ [2.0, -5.0, 7.0]
+    corrected = PointProbe(domain, points)(function)[:, 0] - points.prod(axis=1)
+    assert corrected == pytest.approx(expected, abs=0.02)
+    assert corrected[:2] == pytest.approx(expected[:2], abs=1e-9)
 
 
 @given(s=st.floats(0.0, 1.0), t=st.floats(0.0, 1.0), flat=st.floats(1e-6, 1.0))

@@ -114,7 +114,7 @@ values = st.one_of(
 )
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=400)
 @given(changes=st.dictionaries(names, values, min_size=1, max_size=3))
 def test_any_value_is_accepted_or_refused_by_one_line_that_names_a_key(changes):
     try:

@@ -1,12 +1,14 @@
-r"""Planar and axisymmetric calculus from one set of names.
+r"""Planar, axisymmetric and three-dimensional calculus from one set of names.
 
 Axisymmetric fields have x[0] = z along the axis and x[1] = r; a volume is 2 pi r dr dz (the whole pipe), and the
-velocity gradient gains the hoop component u_r/r. Planar volumes are per metre of width.
+velocity gradient gains the hoop component u_r/r. Planar volumes are per metre of width; in three
+dimensions everything is what it says.
 """
 
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import ufl
 from dolfinx import fem
@@ -18,7 +20,7 @@ from .. import fenicsx
 class Coordinates:
     """The measure and the differential operators of one kind of symmetry on one mesh."""
 
-    mesh: object
+    mesh: Any
     axisymmetric: bool
 
     @property
@@ -29,8 +31,9 @@ class Coordinates:
     @cached_property
     def from_middle(self):
         """Vector from the middle of the cell (m)."""
-        middle = fem.Function(fenicsx.cell_constant_space(self.mesh, 2))
-        middle.interpolate(lambda x: x[:2])
+        dimension = self.mesh.geometry.dim
+        middle = fem.Function(fenicsx.cell_constant_space(self.mesh, dimension))
+        middle.interpolate(lambda x: x[:dimension])
         return ufl.SpatialCoordinate(self.mesh) - middle
 
     @cached_property
@@ -66,9 +69,11 @@ class Coordinates:
     def stress(self, velocity, viscosity):
         """Stress mu (grad u + grad u^T - 2/3 div u I) (thesis eq. 6.5)."""
         gradient = self.velocity_gradient(velocity)
-        identity = ufl.Identity(3 if self.axisymmetric else 2)
+        identity = ufl.Identity(3 if self.axisymmetric else self.mesh.geometry.dim)
         return viscosity * (gradient + gradient.T - (2.0 / 3.0) * ufl.tr(gradient) * identity)
 
     def meridional(self, tensor):
-        """The 2 x 2 part of a tensor that acts on vectors of the mesh's plane."""
+        """The part of a tensor that acts on vectors of the mesh's space."""
+        if not self.axisymmetric:
+            return tensor
         return ufl.as_tensor([[tensor[0, 0], tensor[0, 1]], [tensor[1, 0], tensor[1, 1]]])

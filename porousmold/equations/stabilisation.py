@@ -65,7 +65,8 @@ class Streamline:
             exchange = fem.Constant(coordinates.mesh, 0.0)
         direction = advection / speed
         if straight:  # monotone only along the cells themselves: a slight slope crosses many of the flat ones
-            along = ufl.as_vector([ufl.conditional(ufl.lt(advection[0], 0.0), -1.0, 1.0), 0.0])
+            sign = ufl.conditional(ufl.lt(advection[0], 0.0), -1.0, 1.0)
+            along = ufl.as_vector([sign] + [0.0] * (len(advection) - 1))
             direction = ufl.conditional(ufl.gt(monotone, 0.5), along, direction)
         inverse = ufl.sqrt(ufl.dot(direction, ufl.dot(metric_tensor, direction)) + 1e-30)  # of the reach
         carried = speed * inverse

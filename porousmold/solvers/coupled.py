@@ -34,7 +34,7 @@ class CoupledTransient:
         turbulent, two = equations.model is not None, heat.equations.two_temperatures
         self._flow_parts = 4 if turbulent else 2
         scalars = self._flow_parts - 1 + (2 if two else 1)
-        elements = [fenicsx.lagrange_element(domain.mesh, 1, 2)]
+        elements = [fenicsx.lagrange_element(domain.mesh, 1, domain.mesh.geometry.dim)]
         elements += [fenicsx.lagrange_element(domain.mesh, 1)] * scalars
         self._space = fenicsx.mixed_space(domain.mesh, elements)
         self._coupled, self._reference = fem.Function(self._space), fem.Function(self._space)

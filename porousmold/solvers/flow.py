@@ -7,7 +7,7 @@ from dolfinx import fem
 from .. import fenicsx
 from ..equations.flow import FlowState
 from ..errors import SolveError
-from ..geometry import BED, INTERFACE, SYMMETRY, WALL
+from ..geometry import BED, INTERFACE, SIDE, SYMMETRY, WALL
 from .newton import NewtonSystem
 
 CONVERGED_UPDATE = 1e-8
@@ -41,7 +41,7 @@ class SteadyFlow:
     def __init__(self, domain, equations, openings, temperature, dx, sources=None, fixed=()):
         self.domain, self.equations, self.temperature = domain, equations, temperature
         turbulent = equations.model is not None
-        elements = [fenicsx.lagrange_element(domain.mesh, 1, 2)]
+        elements = [fenicsx.lagrange_element(domain.mesh, 1, domain.mesh.geometry.dim)]
         elements += [fenicsx.lagrange_element(domain.mesh, 1)] * (3 if turbulent else 1)
         self.space = fenicsx.mixed_space(domain.mesh, elements)
         self.unknown = fem.Function(self.space)
@@ -78,12 +78,12 @@ class SteadyFlow:
         """Iterations of the last linear solve: 1 where it was factorised."""
         return self._system.linear_iterations
 
-    def guess_uniform(self, velocity, turbulence_intensity=0.05):
-        """Start from one velocity (two scaled components) everywhere off the wall, and a uniform turbulence."""
+    def guess_uniform(self, velocity=1.0, turbulence_intensity=0.05):
+        """Start from one (scaled) velocity along x[0] everywhere off the wall, and a uniform turbulence."""
         _, numbers = fenicsx.collapse(self.space, 0)
         values = self.unknown.x.array
         values[:] = 0.0
-        values[numbers[0::2]], values[numbers[1::2]] = velocity
+        values[numbers[:: self.domain.mesh.geometry.dim]] = velocity
         if self._turbulence_unknowns.size:
             for part, value in ((2, turbulence_intensity**2), (3, turbulence_intensity**2)):
                 values[fenicsx.collapse(self.space, part)[1]] = value
@@ -251,10 +251,12 @@ class SteadyFlow:
 
 
 def held_unknowns(domain, space, turbulent):
-    """Unknowns that are held at 0: velocity and k at the wall, the velocity across the symmetry plane, all in the wall."""
+    """Unknowns that are held at 0: velocity and k at the wall, the velocity across planes of symmetry, all in the wall."""
     held = [unknowns_outside(domain, space, range(4 if turbulent else 2), BED)]
     facet_dimension = domain.mesh.topology.dim - 1
     parts = [(space.sub(0), INTERFACE), (space.sub(0).sub(1), SYMMETRY)]
+    if domain.mesh.geometry.dim == 3:
+        parts.append((space.sub(0).sub(2), SIDE))
     if turbulent:
         parts.append((space.sub(2), INTERFACE))
     for part, tag in parts:

@@ -10,8 +10,9 @@ from .. import fenicsx
 _PREFIX = "porousmold_"
 """One prefix for all systems: PETSc holds 512 options at most."""
 
-LARGEST_FACTORISED = 400_000
-"""Unknowns beyond which a system with blocks is not factorised as a whole: there the blocks need less time and memory."""
+LARGEST_FACTORISED = {2: 400_000, 3: 40_000}
+"""Unknowns, by dimensions of space, beyond which a system with blocks is not factorised as a whole: there the blocks need
+less time and memory."""
 
 # MUMPS: 14 is the head-room (in percent) for pivoting, which saddle points with pinned unknowns need.
 _OPTIONS = {
@@ -53,15 +54,16 @@ class NewtonSystem:
         self._keep_jacobian, self._jacobian_due = keep_jacobian, True
         self._snes = PETSc.SNES().create(self.space.mesh.comm)
         options = PETSc.Options()
-        # PETSc's own factorisation is the faster one of small systems, but serial and without pivoting
-        solver = "mumps" if pivoting or self.space.mesh.comm.size > 1 else "petsc"
+        # PETSc's own factorisation is the faster one of thin matrices, but serial and without pivoting
+        dimension = self.space.mesh.geometry.dim
+        solver = "mumps" if pivoting or dimension == 3 or self.space.mesh.comm.size > 1 else "petsc"
         for name, value in (_OPTIONS | {"pc_factor_mat_solver_type": solver}).items():
             options[_PREFIX + name] = value
         self._snes.setOptionsPrefix(_PREFIX)
         self._snes.setFunction(self._assemble_residual, self.vector)
         self._snes.setJacobian(self._assemble_jacobian, self.matrix)
         self._snes.setFromOptions()
-        if blocks and self.active_unknowns > LARGEST_FACTORISED:
+        if blocks and self.active_unknowns > LARGEST_FACTORISED[dimension]:
             self._split_fields(blocks)
         self._iterate = self.matrix.createVecRight()
 
@@ -76,7 +78,7 @@ class NewtonSystem:
         ksp = self._snes.getKSP()
         ksp.setType("fgmres")
         ksp.setGMRESRestart(60)
-        ksp.setTolerances(rtol=1e-7, max_it=200)
+        ksp.setTolerances(rtol=1e-4, max_it=200)  # Newton's method gains no more by an exact one
         preconditioner = ksp.getPC()
         preconditioner.setType("fieldsplit")
         preconditioner.setFieldSplitType(PETSc.PC.CompositeType.MULTIPLICATIVE)

@@ -39,7 +39,7 @@ def solve(domain, equations, openings, *, sources=None, exact=None, fixed_tags=(
     elements = [fenicsx.lagrange_element(domain.mesh, 1, 2), fenicsx.lagrange_element(domain.mesh, 1)]
     fixed = held_velocity(domain, fenicsx.mixed_space(domain.mesh, elements), fixed_tags)
     flow = SteadyFlow(domain, equations, openings, temperature, domain.cell_measure(DEGREE), sources, fixed)
-    flow.guess_uniform((0.0, 0.0))
+    flow.guess_uniform(0.0)
     if exact is not None:
         for part, field in enumerate((exact.velocity, exact.pressure)):
             fill_part(flow.unknown, part, field)

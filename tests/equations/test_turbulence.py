@@ -49,7 +49,7 @@ def test_uniform_bed_settles_at_damped_equilibrium(model):
     )
     problem = Discretisation(scene, MPI.COMM_SELF)
     problem.flow_temperature.x.array[:] = 330.0
-    problem.flow.guess_uniform((1.0, 0.0))
+    problem.flow.guess_uniform()
     problem.flow.solve()
     fields = problem.flow.fields()
     at = {name: PointProbe(problem.domain, [(0.5, 0.0)])(field)[0] for name, field in fields.items()}

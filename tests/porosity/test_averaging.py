@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -49,13 +49,11 @@ def lens_by_quadrature(rev, bead, s):
     return np.pi * disc.mean() * max(high - low, 0.0)
 
 
-@settings(deadline=None)
 @given(sizes, sizes, st.floats(0.0, 10.0))
 def test_lens_equals_quadrature(rev, bead, s):
     assert lens_volume(rev, bead, s) == pytest.approx(lens_by_quadrature(rev, bead, s), rel=1e-6, abs=1e-12)
 
 
-@settings(deadline=None)
 @given(sizes, sizes, st.floats(0.0, 1.0))
 def test_surface_is_the_derivative_of_the_volume(rev, bead, fraction):
     """dV_i/dR = A_i, so that d(phi_V V)/dR = phi_A A: to 1e-8 by a fourth-order difference, all cases."""
