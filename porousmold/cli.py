@@ -74,6 +74,7 @@ def _parser():
     run.add_argument("--set", action="append", default=[], metavar="TABLE.KEY=VALUE", dest="settings",
                      help="override a value of the scene, for example wall.thickness='2 mm'; may be repeated")  # fmt: skip
     run.add_argument("--out", metavar="DIR", help="folder to write (default: runs/NAME OF SCENE)")
+    run.add_argument("--resume", action="store_true", help="go on from the checkpoint in DIR, if there is one")
     run.add_argument("--quiet", action="store_true", help="no progress bar, no summary")
     run.set_defaults(command=_run)
     add_packing_commands(commands)
@@ -120,9 +121,9 @@ def _run(options):
     rank = MPI.COMM_WORLD.rank
     bar = None if options.quiet or rank else Bar(scene)
     try:
-        result = run(scene, out, progress=bar, stop=lambda: bool(signals))
+        result = run(scene, out, progress=bar, stop=lambda: bool(signals), resume=options.resume)
     except RunInterrupted as error:
-        return _end(INTERRUPTED, f"{error}; what was computed is in {out}")
+        return _end(INTERRUPTED, f"{error}; what was computed is in {out}, --resume goes on")
     except SolveError:
         if (out / "history.csv").is_file():
             _end(SOLVE_FAILED, f"what was computed until then is in {out}")

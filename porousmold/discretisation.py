@@ -463,13 +463,28 @@ class Discretisation:
         out = self.mass_flow
         return (self.value(self._mass_in) - out) / out if out else 0.0
 
+    @property
+    def unknowns(self):
+        """Numbers of unknowns solved for."""
+        return {"flow": self.flow.unknowns, "energy": self.heat.unknowns}
+
+    @property
+    def functions(self):
+        """What temperatures and flow are kept in."""
+        return [self.heat.unknown, *self.flow.functions]
+
+    @property
+    def memory(self):
+        """`functions`, and what else the next step depends on."""
+        return [*self.functions, self.flow_temperature, self.property_temperature, self.heat.monotone_steps]
+
     def state(self):
-        """Copies of the arrays that temperatures and flow are kept in."""
-        return [function.x.array.copy() for function in (self.heat.unknown, *self.flow.functions)]
+        """Copies of the arrays of `functions`."""
+        return [function.x.array.copy() for function in self.functions]
 
     def set_state(self, arrays):
         """Go back to what `state()` gave."""
-        for function, array in zip((self.heat.unknown, *self.flow.functions), arrays, strict=True):
+        for function, array in zip(self.functions, arrays, strict=True):
             function.x.array[:] = array
 
     def extremes(self, place):

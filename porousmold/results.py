@@ -2,58 +2,113 @@
 
 import csv
 import json
-import os
+import shutil
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import tomli_w
 from dolfinx import io
 
 from . import fenicsx
+from .checkpoint import NAME, NodeOrders, fingerprint, packed, read
 from .errors import InputError
 from .observation import field_snapshots, profile_near_wall
-from .whole_files import whole_file
+from .whole_files import held, whole_file
 
 OUTPUTS = [
     *("result.json", "history.csv", "near_wall.csv", "fields.h5", "fields.xdmf", "scene.toml"),
-    *("temperatures.png", "near_wall.png", "fields.png"),
+    *("temperatures.png", "near_wall.png", "fields.png", NAME),
 ]
 
 
 class RunFolder:
-    """A folder that a run writes; made at once, so that one that cannot be written is found before the run."""
+    """A folder that a run writes, held against other processes until `close()`.
 
-    def __init__(self, path, communicator):
+    Made at once, so that one that cannot be written is found before the run: `InputError`. Files of an older run go, as they
+    would pass for this one's, unless it is `kept` to go on from.
+    """
+
+    def __init__(self, path, communicator, *, kept=False):
         self.path, self._communicator = Path(path), communicator
-        problem = None
-        if communicator.rank == 0:
-            try:
+        self._orders = NodeOrders()
+        self._lock = None
+        with self._on_first_rank() as first:
+            if first:
                 self.path.mkdir(parents=True, exist_ok=True)
-                for name in OUTPUTS:  # an older run's files would pass for this one's
+                self._lock = held(self.path / ".lock")
+                for name in [] if kept else OUTPUTS:
                     (self.path / name).unlink(missing_ok=True)
-                if not os.access(self.path, os.W_OK):
-                    problem = "is not writable"
-            except OSError as error:
-                problem = f"cannot be made: {error.strerror}"
-        problem = communicator.bcast(problem)
+
+    @contextmanager
+    def _on_first_rank(self):
+        """Whether this rank is to write; an `OSError` there ends in an `InputError` on every rank (collective)."""
+        problem = None
+        try:
+            yield self._communicator.rank == 0
+        except OSError as error:
+            problem = f"cannot be written: {error.strerror or error}"
+        problem = self._communicator.bcast(problem)
         if problem:
-            raise InputError("--out", str(path), problem)
+            self.close()
+            raise InputError("--out", str(self.path), problem)
+
+    def close(self):
+        """Let other processes have the folder."""
+        if self._lock is not None:
+            self._lock.close()
+            self._lock = None
+
+    def require(self, size):
+        """Refuse (`InputError`) a disk without room for `size` bytes (collective)."""
+        with self._on_first_rank() as first:
+            if first and shutil.disk_usage(self.path).free < size:
+                raise OSError(f"the disk has less than {size / 2**20:.0f} MiB left")
+
+    def finished(self, scene):
+        """The summary of a run of this very scene that was done here, else None (collective)."""
+        summary = None
+        if self._communicator.rank == 0:
+            with suppress(OSError, ValueError):
+                found = json.loads((self.path / "result.json").read_text(encoding="utf-8"))
+                if found.get("status") == "done" and found.get("fingerprint") == fingerprint(scene):
+                    summary = found
+        return self._communicator.bcast(summary)
+
+    def saved(self):
+        """(fingerprint, `Saved`) of the checkpoint here, None where there is none (collective)."""
+        return read(self.path / NAME, self._communicator)
+
+    def save(self, simulation, outcomes):
+        """Write the checkpoint, whole or not at all (collective)."""
+        content = packed(simulation, outcomes, self._orders)
+        with self._on_first_rank() as first:
+            if first:
+                with whole_file(self.path / NAME) as temporary:
+                    temporary.write_bytes(content)
+
+    def forget_checkpoint(self):
+        """After the run has ended well."""
+        if self._communicator.rank == 0:
+            (self.path / NAME).unlink(missing_ok=True)
 
     def write_data(self, simulation):
         """Everything but the summary (collective)."""
         profile = profile_near_wall(simulation.problem)
-        if self._communicator.rank == 0:
-            self._replace("scene.toml", tomli_w.dumps(simulation.scene.as_tables()))
-            history = simulation.history
-            self._write_table("history.csv", history.columns, history.units)
-            if profile is not None:
-                self._write_table("near_wall.csv", *profile)
+        with self._on_first_rank() as first:
+            if first:
+                self._replace("scene.toml", tomli_w.dumps(simulation.scene.as_tables()))
+                history = simulation.history
+                self._write_table("history.csv", history.columns, history.units)
+                if profile is not None:
+                    self._write_table("near_wall.csv", *profile)
         if simulation.scene.output.fields:
             self._write_fields(simulation)
 
     def write_summary(self, summary):
         """result.json (rank 0 writes)."""
-        if self._communicator.rank == 0:
-            self._replace("result.json", json.dumps(summary, indent=2) + "\n")
+        with self._on_first_rank() as first:
+            if first:
+                self._replace("result.json", json.dumps(summary, indent=2) + "\n")
 
     def _write_table(self, name, columns, units):
         with whole_file(self.path / name) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:

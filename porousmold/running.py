@@ -11,14 +11,18 @@ from mpi4py import MPI
 
 from . import __version__
 from .accuracy import scenes_to_run
-from .errors import SolveError
-from .results import RunFolder
+from .checkpoint import fingerprint
+from .errors import InputError, SolveError
+from .results import RunFolder, read_table
 from .scene import SMALLEST_RATIO
 from .simulation import Simulation, temperature_bounds
 
 HIGHEST_MACH_NUMBER = 0.3
 HIGHEST_BIOT_NUMBER = 0.1
 LARGEST_OVERSHOOT = 0.1
+FAILED = "failed"
+ROOM, FIELDS_KEPT = 10 * 2**20, 120
+"""Bytes on the disk, and copies of all unknowns, that a run's files may need: snapshots, fields, a checkpoint and the next."""
 
 
 @dataclass
@@ -40,59 +44,130 @@ class RunInterrupted(Exception):  # noqa: N818 - as KeyboardInterrupt, no error
     """The user stopped the run; what was computed is written."""
 
 
-def run(scene, out=None, communicator=None, progress=None, stop=lambda: False):
+def run(scene, out=None, communicator=None, progress=None, stop=lambda: False, resume=False):
     """Run a scene on a communicator (default: all ranks; collective) and give its `Result`.
 
     out: folder to write, or None to write nothing. progress: called as progress(time, deficit, simulation) after every
-    step. stop: called before every step; where it is true the run ends with `RunInterrupted`, its results written. Raises
-    `InputError` before anything is written, and `SolveError` after what was computed has been written.
+    step. stop: called before every step; where it is true the run ends with `RunInterrupted`, its results written. resume:
+    go on from the checkpoint in `out`, if there is one; a run that is done there is given as it stands. Raises `InputError`
+    before anything is written, and `SolveError` after what was computed has been written.
     """
-    start = clock.perf_counter()
     communicator = communicator or MPI.COMM_WORLD
-    scenes = scenes_to_run(scene)
-    simulation = Simulation(next(scenes), communicator)
-    folder = RunFolder(out, communicator) if out is not None else None
-    failure = interruption = heating_time_error = None
-    while True:
-        try:
-            simulation.march(_progress_of(simulation, progress), stop)
-            simulation = Simulation(scenes.send(simulation.heating_time), communicator)
-        except StopIteration as end:
-            heating_time_error = end.value
-            break
-        except SolveError as error:
+    if out is None:
+        return _Run(scene, None, communicator, progress, stop).result()
+    folder = RunFolder(out, communicator, kept=resume)
+    try:
+        done = folder.finished(scene) if resume else None
+        if done is not None:
+            return Result(done, *_history_of(folder.path, communicator))
+        return _Run(scene, folder, communicator, progress, stop, folder.saved() if resume else None).result()
+    finally:
+        folder.close()
+
+
+def _history_of(path, communicator):
+    columns, units = read_table(path / "history.csv")
+    communicator.barrier()  # before anyone writes there again
+    return {name: np.array(values) for name, values in columns.items()}, units
+
+
+class _Run:
+    """The marches of one run: a single one, or those that `solver.accuracy` asks for.
+
+    `outcomes` holds what came of the earlier marches: a heating time (s), None, or `FAILED`.
+    """
+
+    def __init__(self, scene, folder, communicator, progress, stop, saved=None):
+        self._start = clock.perf_counter()
+        self._scene, self._folder, self._communicator, self._stop = scene, folder, communicator, stop
+        self._progress = progress
+        self._scenes = scenes_to_run(scene)
+        self._outcomes: list = []
+        self._heating_time_error = None
+        first, memory = next(self._scenes), None
+        if saved is not None:
+            given, memory = saved
+            for outcome in memory.outcomes:
+                first = self._after(outcome)
+            if given != fingerprint(first, going_on=True):
+                raise InputError(
+                    "--resume", str(folder.path), "holds a checkpoint of another scene, or program version"
+                )
+        self._simulation = Simulation(first, communicator)
+        if memory is not None:
+            memory.restore(self._simulation)
+        self._due = clock.perf_counter() + scene.output.checkpoint_interval
+        if folder is not None:
+            folder.require(ROOM + FIELDS_KEPT * 8 * sum(self._simulation.problem.unknowns.values()))
+
+    def _after(self, outcome):
+        """The scene to march next; raises `StopIteration` after the last, and `SolveError` if a failure ends it all."""
+        self._outcomes.append(outcome)
+        return self._scenes.throw(SolveError("", 0.0, "", "")) if outcome == FAILED else self._scenes.send(outcome)
+
+    def result(self):
+        """March to the end, write everything, and give the `Result`."""
+        failure = interruption = None
+        while True:
             try:
-                simulation = Simulation(scenes.throw(error), communicator)
-            except SolveError:
-                failure = error
+                self._simulation.march(self._after_step, self._stop)
+                outcome = self._simulation.heating_time
+            except SolveError as error:
+                failure, outcome = error, FAILED
+            except KeyboardInterrupt as error:
+                interruption = error
                 break
-        except KeyboardInterrupt as error:
-            interruption = error
-            break
-    summary = summarise(simulation, heating_time_error, failure, interrupted=interruption is not None)
-    if heating_time_error is not None and heating_time_error > scene.solver.accuracy:
-        summary["warnings"].append(f"the estimated error {heating_time_error:.2g} exceeds the accuracy asked for")
-    with simulation.problem.stopwatch("output"):
-        if folder is not None and simulation.history.columns:
-            folder.write_data(simulation)
-    summary["wall_seconds"] = {"total": clock.perf_counter() - start} | simulation.problem.stopwatch.seconds
-    if folder is not None:
-        folder.write_summary(summary)
-    result = Result(
-        summary,
-        {name: np.array(values) for name, values in simulation.history.columns.items()},
-        simulation.history.units,
-        failure,
-    )
-    if failure is not None:
-        raise failure
-    if interruption is not None:
-        raise RunInterrupted(f"stopped at t = {simulation.time:.6g} s") from interruption
-    return result
+            try:
+                following = self._after(outcome)
+            except StopIteration as end:
+                self._heating_time_error = end.value
+                break
+            except SolveError:
+                self._outcomes.pop()
+                break
+            failure = None
+            self._simulation = Simulation(following, self._communicator)
+        summary = self._write(failure, interruption)
+        simulation = self._simulation
+        result = Result(
+            summary,
+            {name: np.array(values) for name, values in simulation.history.columns.items()},
+            simulation.history.units,
+            failure,
+        )
+        if failure is not None:
+            raise failure
+        if interruption is not None:
+            raise RunInterrupted(f"stopped at t = {simulation.time:.6g} s") from interruption
+        return result
 
+    def _after_step(self, time, deficit):
+        if self._folder is not None and self._communicator.bcast(clock.perf_counter() >= self._due):
+            self._folder.save(self._simulation, self._outcomes)
+            self._due = clock.perf_counter() + self._scene.output.checkpoint_interval
+        if self._progress:
+            self._progress(time, deficit, self._simulation)
 
-def _progress_of(simulation, progress):
-    return lambda time, deficit: progress(time, deficit, simulation) if progress else None
+    def _write(self, failure, interruption):
+        """Everything that the folder is to hold; gives the summary."""
+        scene, simulation, folder = self._scene, self._simulation, self._folder
+        error = self._heating_time_error
+        summary = summarise(simulation, error, failure, interrupted=interruption is not None)
+        summary["fingerprint"] = fingerprint(scene)
+        if error is not None and error > scene.solver.accuracy:
+            summary["warnings"].append(f"the estimated error {error:.2g} exceeds the accuracy asked for")
+        unfinished = (failure or interruption) is not None
+        with simulation.problem.stopwatch("output"):
+            if folder is not None and simulation.history.columns:
+                if unfinished:
+                    folder.save(simulation, self._outcomes)
+                folder.write_data(simulation)
+        summary["wall_seconds"] = {"total": clock.perf_counter() - self._start} | simulation.problem.stopwatch.seconds
+        if folder is not None:
+            folder.write_summary(summary)
+            if not unfinished:
+                folder.forget_checkpoint()
+        return summary
 
 
 def summarise(simulation, heating_time_error=None, failure=None, interrupted=False):
@@ -123,7 +198,7 @@ def summarise(simulation, heating_time_error=None, failure=None, interrupted=Fal
         "flow_solves": flow.solves,
         "continuation_steps": flow.continuation_steps,
         "newton_iterations": {"flow": flow.newton_iterations, "energy": heat.newton_iterations},
-        "unknowns": {"flow": flow.unknowns, "energy": heat.unknowns},
+        "unknowns": simulation.problem.unknowns,
         "bead_biot_number": simulation.problem.estimates.bead_biot_number,
         "bead_reynolds_number": simulation.problem.estimates.reynolds_number,
         "model": scene.as_tables()["model"],

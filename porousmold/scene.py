@@ -164,6 +164,8 @@ KEYS: dict[str, dict[str, Key]] = {
     "output": {
         "pictures": Key("flag", "draw the PNG pictures", True),
         "fields": Key("flag", "write fields.h5 and fields.xdmf", True),
+        "checkpoint_interval": Key("s", "wall-clock time after which the state is saved again, for --resume", 30.0, low=0.0,
+                                   high=1e7, closed=True),
         "field_times": Key("integer", "number of times at which fields are kept, spread over the run", 4, low=1, high=1000,
                            closed=True),
     },

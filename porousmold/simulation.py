@@ -46,6 +46,8 @@ class Simulation:
         self.history = History()
         self.snapshots: list[tuple[float, list[np.ndarray]]] = []
         self._snapshot_spacing = 0.0
+        self._previous: np.ndarray | None = None
+        self._last_step: float | None = None
         self._bounds = temperature_bounds(scene.operation)
         if (
             scene.model.rev_terms == "as-published"
@@ -74,12 +76,12 @@ class Simulation:
         """
         scene, operation, control = self.scene, self.scene.operation, self.control
         problem, flow, heat = self.problem, self.problem.flow, self.problem.heat
-        with problem.stopwatch("flow"):
-            problem.guess_flow()
-            flow.solve()
-        self._record(0.0)
-        self._keep_snapshot()
-        previous, last_step = None, None
+        if not self.history.columns:  # else it goes on from a checkpoint
+            with problem.stopwatch("flow"):
+                problem.guess_flow()
+                flow.solve()
+            self._record(0.0)
+            self._keep_snapshot()
         while self.time < operation.end_time * (1 - 1e-12) and not self._heated_for_good():
             if problem.communicator.allreduce(bool(stop()), op=max_of):
                 raise KeyboardInterrupt
@@ -88,7 +90,7 @@ class Simulation:
             start = problem.state()
             try:
                 with problem.stopwatch("flow"):
-                    self._foresee(previous, last_step, step)
+                    self._foresee(step)
                     if scene.model.flow_update == "quasi-steady":
                         problem.flow.renew(self.time, scene.solver.flow_tolerance)
                 with problem.stopwatch("energy"):
@@ -100,7 +102,7 @@ class Simulation:
             if not control.accept(self.time + step, step, error):
                 self._restore(start, old_balance)
                 continue
-            previous, last_step = start[0], step
+            self._previous, self._last_step = start[0], step
             self.time += step
             self._record(step)
             self._keep_snapshot()
@@ -116,12 +118,12 @@ class Simulation:
         self.problem.set_state(start)
         self.problem.heat.balance = balance
 
-    def _foresee(self, previous, last_step, step):
+    def _foresee(self, step):
         """Take the step's coefficients at the temperature extrapolated to its middle, where they belong (second order)."""
         problem, operation = self.problem, self.scene.operation
         ahead = problem.heat.unknown.copy()
-        if previous is not None:
-            ahead.x.array[:] += 0.5 * step / last_step * (ahead.x.array - previous)
+        if self._previous is not None:
+            ahead.x.array[:] += 0.5 * step / self._last_step * (ahead.x.array - self._previous)
             low, high = operation.inlet_temperature.range
             low = min(low, self.history["lowest_temperature"][-1])
             high = max(high, self.history["highest_temperature"][-1])
@@ -174,6 +176,68 @@ class Simulation:
             self.heating_time = crossing_time(times, self.history["deficit_wall"], margin)
         if self.heating_time_bed_side is None:
             self.heating_time_bed_side = crossing_time(times, self.history["deficit_bed_side"], margin)
+
+    def memory(self):
+        """Everything the march goes on from: numbers (ready for JSON), and arrays by name with their function space."""
+        problem, flow, heat = self.problem, self.problem.flow, self.problem.heat
+        factors = flow.factors()
+        numbers = {
+            "time": self.time,
+            "last_step": self._last_step,
+            "next_step": self.control.step,
+            "rejected": self.control.rejected,
+            "heating_time": self.heating_time,
+            "heating_time_bed_side": self.heating_time_bed_side,
+            "balance": vars(heat.balance),
+            "columns": self.history.columns,
+            "units": self.history.units,
+            "snapshot_times": [time for time, _ in self.snapshots],
+            "snapshot_spacing": self._snapshot_spacing,
+            "counters": [[getattr(owner, name) for name in names] for owner, names in self._counters()],
+            "constants_of_factors": factors[1] if factors else None,
+        }
+        fields = {f"memory/{i}": (f.function_space, f.x.array) for i, f in enumerate(problem.memory)}
+        spaces = [function.function_space for function in problem.functions]
+        if self._previous is not None:
+            fields["previous"] = spaces[0], self._previous
+        for number, (_, state) in enumerate(self.snapshots):
+            fields |= {f"snapshot/{number}/{i}": pair for i, pair in enumerate(zip(spaces, state, strict=True))}
+        if factors:
+            fields |= {f"factors/{i}": pair for i, pair in enumerate(factors[0])}
+        return numbers, fields
+
+    def recall(self, numbers, array_of):
+        """Go on from what `memory()` gave; `array_of(name, space)` gives the local array of a name (collective)."""
+        problem, flow = self.problem, self.problem.flow
+        self.time, self._last_step = numbers["time"], numbers["last_step"]
+        self.control.step = min(numbers["next_step"], self.control.largest_step)
+        self.control.rejected = numbers["rejected"]
+        self.heating_time, self.heating_time_bed_side = numbers["heating_time"], numbers["heating_time_bed_side"]
+        problem.heat.balance = type(problem.heat.balance)(**numbers["balance"])
+        self.history = History(numbers["columns"], numbers["units"])
+        self._snapshot_spacing = numbers["snapshot_spacing"]
+        for (owner, names), values in zip(self._counters(), numbers["counters"], strict=True):
+            for name, value in zip(names, values, strict=True):
+                setattr(owner, name, value)
+        spaces = [function.function_space for function in problem.functions]
+        if self._last_step is not None:
+            self._previous = array_of("previous", spaces[0])
+        self.snapshots = [
+            (time, [array_of(f"snapshot/{number}/{i}", space) for i, space in enumerate(spaces)])
+            for number, time in enumerate(numbers["snapshot_times"])
+        ]
+        constants = numbers["constants_of_factors"]
+        flow.recall_factors(lambda number, space: array_of(f"factors/{number}", space), constants)
+        for number, function in enumerate(problem.memory):
+            function.x.array[:] = array_of(f"memory/{number}", function.function_space)
+        problem.set_boundary_values(self.time)
+
+    def _counters(self):
+        heat = self.problem.heat
+        return (
+            (self.problem.flow, ("newton_iterations", "solves", "continuation_steps")),
+            (heat, ("newton_iterations", *(["repetitions"] if "repetitions" in vars(heat) else []))),
+        )
 
     def _keep_snapshot(self):
         """Keep the fields of this time; beyond `MOST_SNAPSHOTS` every second goes and the spacing doubles."""

@@ -1,5 +1,6 @@
-"""Files that are written whole or not at all."""
+"""Files that are written whole or not at all, and files that only one process holds."""
 
+import fcntl
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -27,3 +28,14 @@ def output_file(path):
             yield temporary
     except OSError as error:
         raise InputError("--out", str(path), f"cannot be written: {error.strerror or error}") from error
+
+
+def held(path):
+    """An open file that no other process holds until it is closed, or the process ends; `OSError` if one does."""
+    lock = path.open("w")
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError as error:
+        lock.close()
+        raise OSError("another process is at work there") from error
+    return lock

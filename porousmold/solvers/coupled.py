@@ -79,6 +79,10 @@ class CoupledTransient:
         return self.heat.unknown
 
     @property
+    def monotone_steps(self):
+        return self.heat.monotone_steps
+
+    @property
     def space(self):
         return self.heat.space
 

@@ -353,6 +353,14 @@ class PlugFlow:
         """Follow a changed temperature."""
         self.solve(time)
 
+    def factors(self):
+        """Nothing is factorised; the mass flux stands in the place of the constants."""
+        return [], [float(self._mass_flux.value)]
+
+    def recall_factors(self, array_of, constants):
+        """Take the mass flux that `factors()` told of."""
+        self._mass_flux.value = constants[0]
+
     def fields(self):
         """Present velocity and pressure (SI) as functions by name (collective)."""
         vectors = fem.Function(fenicsx.lagrange_space(self.domain.mesh, 1, 2), name="velocity")

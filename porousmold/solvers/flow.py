@@ -167,6 +167,14 @@ class SteadyFlow:
         """What the state of the flow is kept in: finite-element functions to save and restore."""
         return [self.unknown]
 
+    def factors(self):
+        """What the Jacobian's kept factors were made of, as `NewtonSystem.factored_at`."""
+        return self._system.factored_at
+
+    def recall_factors(self, array_of, constants):
+        """Make the factors again that `factors()` told of; `array_of(number, space)` gives the arrays (collective)."""
+        self._system.factorise_again(array_of, constants)
+
     def fields(self):
         """Present velocity, pressure and turbulence (SI) as functions by name (collective)."""
         fields = {}

@@ -106,6 +106,7 @@ class TransientHeat:
     """The temperatures over a domain. `equations` are its `EnergyEquations`.
 
     `unknown` holds T (fluid and wall) and T_s (beads, held where there are none), or with one temperature T alone;
+    `monotone_steps` counts for how many more steps a cell is monotone;
     `set_time(t)` is called before each stage to update the boundary values.
     """
 
@@ -152,8 +153,8 @@ class TransientHeat:
             [fenicsx.dof_table(self.space.sub(part)) for part in (0, 1)] if two else [fenicsx.dof_table(self.space)]
         )
         self._cell_unknowns = np.hstack(tables)
-        self._monotone_steps = np.zeros(len(self._cell_unknowns), int)
-        self._cell_marks = fenicsx.dof_table(self._transport.monotone.function_space)[:, 0]
+        self.monotone_steps = fem.Function(self._transport.monotone.function_space)
+        self._cell_marks = fenicsx.dof_table(self.monotone_steps.function_space)[:, 0]
 
     @property
     def unknowns(self):
@@ -260,13 +261,14 @@ class TransientHeat:
         out = out.any(axis=1)
         new = out & (marks[self._cell_marks] == 0.0)
         marks[self._cell_marks[new]] = 1.0
-        self._monotone_steps[out] = MONOTONE_STEPS
+        self.monotone_steps.x.array[self._cell_marks[out]] = MONOTONE_STEPS
         return self.domain.communicator.allreduce((bool(out.any()), bool(new.any())), op=either)
 
     def _release_cells(self):
         """Give the cells second order again that have been monotone for a while: by then the front has spread."""
-        self._monotone_steps = np.maximum(self._monotone_steps - 1, 0)
-        self._transport.monotone.x.array[self._cell_marks] = self._monotone_steps > 0
+        left = self.monotone_steps.x.array
+        left[:] = np.maximum(left - 1.0, 0.0)
+        self._transport.monotone.x.array[:] = left > 0.0
 
     def _sum(self, value):
         return self.domain.communicator.allreduce(float(value))

@@ -33,7 +33,8 @@ class NewtonSystem:
     `pivoting` is needed where the diagonal may vanish, as that of the pressure does. `addend` is a PETSc vector added to
     the assembled residual. `blocks` are the unknowns of parts that may be factorised one after the other. The Jacobian is
     renewed at every iteration, or with `keep_jacobian` only when `renew_jacobian()` was called: then the factors serve
-    until the next call.
+    until the next call, and `factored_at` tells what they were made with: (space, array) of every coefficient, and the
+    constants' values.
     """
 
     def __init__(self, residual, unknown, held, *, keep_jacobian=False, pivoting=True, blocks=()):
@@ -47,6 +48,8 @@ class NewtonSystem:
         trial = ufl.TrialFunction(self.space)
         self.residual_form = fenicsx.compiled_form(residual)
         self.jacobian_form = fenicsx.compiled_form(ufl.derivative(residual, unknown, trial))
+        self._coefficients, self._constants = residual.coefficients(), residual.constants()
+        self.factored_at = None
         self.matrix = fenicsx.create_matrix(self.jacobian_form)
         self.vector = self.matrix.createVecLeft()
         self._assembled = self._view().duplicate()
@@ -119,6 +122,28 @@ class NewtonSystem:
             return
         fenicsx.assemble_matrix(self.matrix, self.jacobian_form, self._conditions)
         self._jacobian_due = False
+        if self._keep_jacobian:
+            arrays = [(function.function_space, function.x.array.copy()) for function in self._coefficients]
+            self.factored_at = arrays, [np.asarray(constant.value).tolist() for constant in self._constants]
+
+    def factorise_again(self, array_of, constants):
+        """Make the Jacobian that `factored_at` (its arrays by `array_of(number, space)`) tells of, whatever the present."""
+        if constants is None:
+            return
+        now = [function.x.array.copy() for function in self._coefficients]
+        values_now = [np.array(constant.value) for constant in self._constants]
+        for number, function in enumerate(self._coefficients):
+            function.x.array[:] = array_of(number, function.function_space)
+        self._set_constants(constants)
+        self._jacobian_due = True
+        self._assemble_jacobian(None, None, None, None)
+        for function, array in zip(self._coefficients, now, strict=True):
+            function.x.array[:] = array
+        self._set_constants(values_now)
+
+    def _set_constants(self, values):
+        for constant, value in zip(self._constants, values, strict=True):
+            constant.value = np.asarray(value)
 
     def solve(self, *, max_iterations, relative_update):
         """Iterate until |dx| < relative_update |x|; give (converged, iterations).

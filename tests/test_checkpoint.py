@@ -1,0 +1,179 @@
+"""Going on from a checkpoint: the same answer as without the interruption."""
+
+import json
+import os
+import subprocess
+import sys
+
+import h5py
+import numpy as np
+import pytest
+from dolfinx import fem
+from mpi4py import MPI
+
+from porousmold import InputError, Scene, fenicsx, run
+from porousmold.checkpoint import NAME, NodeOrder, fingerprint
+from porousmold.running import RunInterrupted
+from porousmold.whole_files import held
+
+from .support import ALUMINIUM, COARSE, box, coarse_scene
+
+LAMINAR = {"model__turbulence": "none"}
+
+
+def stopped_after(steps):
+    """A `stop` for `run` that lets so many steps pass."""
+    calls = []
+    return lambda: calls.append(None) or len(calls) > steps
+
+
+def interrupted(scene, out, steps):
+    with pytest.raises(RunInterrupted):
+        run(scene, out, MPI.COMM_SELF, stop=stopped_after(steps))
+    assert (out / NAME).is_file()
+
+
+def assert_same(one, other, tolerance):
+    assert one.heating_time == pytest.approx(other.heating_time, rel=tolerance)
+    assert one.summary["energy_imbalance"] == pytest.approx(other.summary["energy_imbalance"], abs=tolerance)
+    assert one.summary["time_steps"] == other.summary["time_steps"]
+    for name in one.history:
+        size = np.max(np.abs(other.history[name])) + 1e-300
+        assert one.history[name] / size == pytest.approx(other.history[name] / size, abs=tolerance), name
+
+
+@pytest.mark.parametrize("changes", [
+    {}, {"flow": "developed"}, {"flow": "plug", "flow_update": "frozen"}, {"flow_update": "transient"},
+    {"energy": "one-temperature", "wall": "thin"},
+], ids=lambda changes: ",".join(changes.values()) or "default")  # fmt: skip
+def test_an_interrupted_run_comes_to_the_same_answer(changes, tmp_path):
+    chosen = {f"model__{name}": value for name, value in changes.items()}
+    scene = coarse_scene(output__pictures=False, operation__heating_margin=50.0, **chosen)
+    whole = run(scene, communicator=MPI.COMM_SELF)
+    interrupted(scene, tmp_path, 5)
+    assert_same(run(scene, tmp_path, MPI.COMM_SELF, resume=True), whole, 1e-10)
+    assert not (tmp_path / NAME).exists()
+
+
+def test_with_an_inlet_that_changes_and_steps_that_adapt(tmp_path):
+    inlet = tmp_path / "inlet.csv"
+    inlet.write_text("time [s], temperature [degC]\n0, 25\n60, 90\n300, 60\n360, 90\n")
+    scene = coarse_scene(operation__inlet_temperature=str(inlet), operation__end_time=700.0, solver__step_tolerance=0.02,
+                         **LAMINAR)  # fmt: skip
+    whole = run(scene, communicator=MPI.COMM_SELF)
+    assert whole.summary["rejected_steps"] > 0
+    for steps in (4, 9, 14):
+        with pytest.raises(RunInterrupted):
+            run(scene, tmp_path / "run", MPI.COMM_SELF, stop=stopped_after(steps), resume=True)
+    assert_same(run(scene, tmp_path / "run", MPI.COMM_SELF, resume=True), whole, 1e-10)
+
+
+def test_between_the_marches_that_accuracy_asks_for(tmp_path):
+    scene = coarse_scene(solver__accuracy=0.1, operation__heating_margin=50.0, **LAMINAR)
+    whole = run(scene, communicator=MPI.COMM_SELF)
+    first_march = run(scene.with_changes(solver__accuracy=None, solver__mesh_refinement=0.5, solver__step_refinement=0.5),
+                      communicator=MPI.COMM_SELF)  # fmt: skip
+    interrupted(scene, tmp_path, first_march.summary["time_steps"] + 3)
+    again = run(scene, tmp_path, MPI.COMM_SELF, resume=True)
+    assert again.heating_time == pytest.approx(whole.heating_time, rel=1e-10)
+    assert again.summary["heating_time_error"] == pytest.approx(whole.summary["heating_time_error"], rel=1e-8)
+
+
+def test_a_run_that_is_done_is_given_as_it_stands(tmp_path):
+    scene = coarse_scene(operation__heating_margin=60.0, **LAMINAR)
+    first = run(scene, tmp_path, MPI.COMM_SELF)
+    before = (tmp_path / "result.json").stat().st_mtime_ns
+    assert_same(run(scene, tmp_path, MPI.COMM_SELF, resume=True), first, 1e-15)
+    assert (tmp_path / "result.json").stat().st_mtime_ns == before
+
+
+def test_a_longer_end_time_may_be_asked_for_but_no_other_scene(tmp_path):
+    scene = coarse_scene(**LAMINAR)
+    interrupted(scene, tmp_path, 3)
+    with pytest.raises(InputError, match="another scene"):
+        run(scene.with_changes(wall__thickness="2 mm"), tmp_path, MPI.COMM_SELF, resume=True)
+    longer = run(scene.with_changes(operation__end_time=20.0), tmp_path, MPI.COMM_SELF, resume=True)
+    assert longer.summary["end_time"] == pytest.approx(20.0)
+
+
+def test_damaged_checkpoints_and_busy_folders_are_refused_by_one_line(tmp_path):
+    scene = coarse_scene(**LAMINAR)
+    (tmp_path / NAME).write_bytes(b"no checkpoint")
+    with pytest.raises(InputError, match="is damaged"):
+        run(scene, tmp_path, MPI.COMM_SELF, resume=True)
+    with h5py.File(tmp_path / NAME, "w") as file:
+        file.attrs["fingerprint"] = "x"
+    with pytest.raises(InputError, match="is damaged"):
+        run(scene, tmp_path, MPI.COMM_SELF, resume=True)
+    lock = held(tmp_path / ".lock")
+    with pytest.raises(InputError, match="another process"):
+        run(scene, tmp_path, MPI.COMM_SELF)
+    lock.close()
+
+
+def test_fingerprint_tells_scenes_apart_by_what_they_compute(tmp_path):
+    scene = Scene.load(ALUMINIUM)
+    other_file = tmp_path / "copy.toml"
+    other_file.write_text(ALUMINIUM.read_text())
+    assert fingerprint(Scene.load(other_file, output__pictures=False)) == fingerprint(scene)
+    assert fingerprint(Scene.load(ALUMINIUM, wall__thickness="2 mm")) != fingerprint(scene)
+    inlet = tmp_path / "inlet.csv"
+    found = []
+    for value in (90, 91):
+        inlet.write_text(f"time [s], temperature [degC]\n0, 25\n60, {value}\n")
+        found.append(fingerprint(Scene.load(ALUMINIUM, operation__inlet_temperature=str(inlet))))
+    assert found[0] != found[1]
+
+
+@pytest.mark.mpi
+def test_the_order_of_nodes_does_not_depend_on_the_partition():
+    """What one rank stores, every number of ranks reads back at the same places."""
+    wholes, locals_ = [], []
+    for communicator in (MPI.COMM_SELF, MPI.COMM_WORLD):
+        domain = box((7, 5), wall=0.2, communicator=communicator)
+        scalar, vector = (fenicsx.lagrange_element(domain.mesh, 1, components) for components in (1, 2))
+        for space in (
+            fenicsx.mixed_space(domain.mesh, [vector, scalar, scalar]),
+            fenicsx.lagrange_space(domain.mesh, 1, 2),
+            fenicsx.cell_constant_space(domain.mesh),
+        ):
+            function = fem.Function(space)
+            parts = range(space.num_sub_spaces) if space.dofmap.index_map_bs == 1 and space.num_sub_spaces else [None]
+            for part in parts:
+                target = function if part is None else function.sub(part)
+                size = target.function_space.dofmap.bs if part is None else (2 if part == 0 else 1)
+                rows = [1.0 + (part or 0), -2.0][:size]
+                target.interpolate(
+                    lambda x, rows=rows: np.array([f * x[0] + x[1] ** 2 for f in rows])[: len(rows)].squeeze()
+                )
+            function.x.scatter_forward()
+            order = NodeOrder(space)
+            wholes.append(communicator.bcast(order.gather(function.x.array)))
+            assert order.scatter(wholes[-1]) == pytest.approx(function.x.array, abs=1e-15)
+            locals_.append(function)
+    for alone, together in zip(wholes[:3], wholes[3:], strict=True):
+        assert together == pytest.approx(alone, abs=1e-14)
+
+
+def test_on_another_number_of_ranks_after_kills(tmp_path):
+    """1, then 2, then 3 ranks, each killed in the middle: the answer of an uninterrupted run on one rank."""
+    changes = COARSE | {"operation.heating_margin": "50 K", "output.checkpoint_interval": 0, "output.pictures": False}
+    scene = Scene.from_file(ALUMINIUM, changes)
+    whole = run(scene, communicator=MPI.COMM_SELF)
+    code = (
+        "import os, sys\nfrom porousmold import Scene, run\nimport porousmold.scene\n"
+        "steps = int(sys.argv[1])\ncount = 0\n"
+        "def progress(*_):\n    global count\n    count += 1\n    if count == steps:\n        os._exit(1)\n"
+        f"run(Scene.from_file({str(ALUMINIUM)!r}, {changes!r}), {str(tmp_path)!r}, progress=progress, resume=True)\n"
+    )
+    environment = {n: v for n, v in os.environ.items() if not n.startswith(("OMPI_", "PMIX_"))}
+    for ranks, steps in ((1, 4), (2, 3), (3, 4), (1, 1000)):
+        command = [sys.executable, "-c", code, str(steps)]
+        if ranks > 1:
+            root = ["--allow-run-as-root"] if os.geteuid() == 0 else []
+            command = ["mpirun", "--oversubscribe", *root, "-n", str(ranks), *command]
+        subprocess.run(command, env=environment, capture_output=True, timeout=300, check=steps == 1000)
+    found = json.loads((tmp_path / "result.json").read_text())
+    assert found["heating_time"] == pytest.approx(whole.heating_time, rel=1e-8)
+    assert found["energy_imbalance"] == pytest.approx(whole.summary["energy_imbalance"], abs=1e-8)
+    assert found["time_steps"] == whole.summary["time_steps"]
