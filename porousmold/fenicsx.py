@@ -154,7 +154,7 @@ def evaluate(expression, domain, points):
             result = compiled.eval(domain, cells)
         except TypeError:  # dolfinx 0.5
             result = compiled.eval(cells)
-        return np.asarray(result).reshape(len(cells), -1)
+        return np.asarray(result).reshape(len(cells), len(points) * int(np.prod(expression.ufl_shape)))
 
     return values
 
@@ -189,7 +189,9 @@ class PointValues:
         self.value = fem.Function(_space(domain, element))
         self._values = evaluate(expression, domain, points)
         table = dof_table(self.value.function_space)
-        self._places = (components * table[:, :, None] + np.arange(components)).reshape(len(table), -1)
+        self._places = (components * table[:, :, None] + np.arange(components)).reshape(
+            len(table), components * table.shape[1]
+        )
 
     def renew(self):
         """Evaluate the expression in all local cells, ghosts included."""

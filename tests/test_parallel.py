@@ -33,6 +33,19 @@ def test_heating_time_does_not_depend_on_the_number_of_ranks(path):
     assert abs(together.problem.heat.balance.imbalance) < 1e-4
 
 
+def test_a_rank_may_have_no_part_of_the_bed():
+    """Bed cells on one rank only, as few as there are: the others take part in every collective call all the same."""
+    changes = {
+        "solver__axial_cells": 2,
+        "solver__first_cell": "12 mm",
+        "solver__wall_cells": 8,
+        "model__flow": "developed",
+    }
+    scene = coarse_scene(operation__end_time=5.0, model__turbulence="none", **changes)
+    alone, together = (Simulation(scene, communicator).march() for communicator in (MPI.COMM_SELF, MPI.COMM_WORLD))
+    assert together.history["heat_stored"][-1] == pytest.approx(alone.history["heat_stored"][-1], rel=1e-6)
+
+
 def test_gmsh_mesh_on_any_number_of_ranks():
     scene = Scene.load(STUDIES / "mold" / "curved.toml", operation__end_time=60.0, model__turbulence="none")
     alone, together = (Simulation(scene, communicator).march() for communicator in (MPI.COMM_SELF, MPI.COMM_WORLD))

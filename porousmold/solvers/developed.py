@@ -77,7 +77,7 @@ class Streamfunction:
     def renew(self):
         """Integrate the present flux across the bed."""
         along, across = self._domain.columns
-        values = self._values()[self._bed].reshape(len(self._bed), 2, -1) @ self._weights
+        values = self._values()[self._bed].reshape(len(self._bed), 2, len(self._weights)) @ self._weights
         through = np.zeros((len(along), len(across) - 1, 2))
         heights = np.diff(across)[self._place[1]]
         for end in (0, 1):
