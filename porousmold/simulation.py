@@ -46,8 +46,8 @@ class Simulation:
         self.history = History()
         self.snapshots: list[tuple[float, list[np.ndarray]]] = []
         self._snapshot_spacing = 0.0
-        self._previous: np.ndarray | None = None
-        self._last_step: float | None = None
+        self._previous: list[np.ndarray] = []
+        self._steps: list[float] = []
         self._bounds = temperature_bounds(scene.operation)
         if (
             scene.model.rev_terms == "as-published"
@@ -92,6 +92,7 @@ class Simulation:
                 with problem.stopwatch("flow"):
                     self._foresee(step)
                     if scene.model.flow_update == "quasi-steady":
+                        self._foresee_flow(step)
                         problem.flow.renew(self.time, scene.solver.flow_tolerance)
                 with problem.stopwatch("energy"):
                     error = heat.step(self.time, step, after_jump=control.after_jump(self.time), bounds=self._bounds)
@@ -102,7 +103,7 @@ class Simulation:
             if not control.accept(self.time + step, step, error):
                 self._restore(start, old_balance)
                 continue
-            self._previous, self._last_step = start[0], step
+            self._previous, self._steps = start, [*self._steps[-1:], step]
             self.time += step
             self._record(step)
             self._keep_snapshot()
@@ -122,8 +123,8 @@ class Simulation:
         """Take the step's coefficients at the temperature extrapolated to its middle, where they belong (second order)."""
         problem, operation = self.problem, self.scene.operation
         ahead = problem.heat.unknown.copy()
-        if self._previous is not None:
-            ahead.x.array[:] += 0.5 * step / self._last_step * (ahead.x.array - self._previous)
+        if self._previous:
+            ahead.x.array[:] += 0.5 * step / self._steps[-1] * (ahead.x.array - self._previous[0])
             low, high = operation.inlet_temperature.range
             low = min(low, self.history["lowest_temperature"][-1])
             high = max(high, self.history["highest_temperature"][-1])
@@ -132,6 +133,12 @@ class Simulation:
         if self.scene.model.flow_update == "quasi-steady":
             problem.flow_temperature.x.array[:] = problem.property_temperature.x.array
         problem.set_boundary_values(self.time + 0.5 * step)
+
+    def _foresee_flow(self, step):
+        """Start the flow's iterations from its course over the last two steps, at whose middles it was solved."""
+        if len(self._steps) < 2 or self.control.after_jump(self.time - sum(self._steps)):
+            return
+        self.problem.flow.extrapolate(self._previous[1:], (step + self._steps[1]) / sum(self._steps))
 
     def _deficit(self, place):
         """Largest distance (K) of the place's temperatures from the inlet's, on the side they started from."""
@@ -183,7 +190,7 @@ class Simulation:
         factors = flow.factors()
         numbers = {
             "time": self.time,
-            "last_step": self._last_step,
+            "steps": self._steps,
             "next_step": self.control.step,
             "rejected": self.control.rejected,
             "heating_time": self.heating_time,
@@ -198,8 +205,8 @@ class Simulation:
         }
         fields = {f"memory/{i}": (f.function_space, f.x.array) for i, f in enumerate(problem.memory)}
         spaces = [function.function_space for function in problem.functions]
-        if self._previous is not None:
-            fields["previous"] = spaces[0], self._previous
+        for i, array in enumerate(self._previous):
+            fields[f"previous/{i}"] = spaces[i], array
         for number, (_, state) in enumerate(self.snapshots):
             fields |= {f"snapshot/{number}/{i}": pair for i, pair in enumerate(zip(spaces, state, strict=True))}
         if factors:
@@ -209,7 +216,7 @@ class Simulation:
     def recall(self, numbers, array_of):
         """Go on from what `memory()` gave; `array_of(name, space)` gives the local array of a name (collective)."""
         problem, flow = self.problem, self.problem.flow
-        self.time, self._last_step = numbers["time"], numbers["last_step"]
+        self.time, self._steps = numbers["time"], numbers["steps"]
         self.control.step = min(numbers["next_step"], self.control.largest_step)
         self.control.rejected = numbers["rejected"]
         self.heating_time, self.heating_time_bed_side = numbers["heating_time"], numbers["heating_time_bed_side"]
@@ -220,8 +227,8 @@ class Simulation:
             for name, value in zip(names, values, strict=True):
                 setattr(owner, name, value)
         spaces = [function.function_space for function in problem.functions]
-        if self._last_step is not None:
-            self._previous = array_of("previous", spaces[0])
+        if self._steps:
+            self._previous = [array_of(f"previous/{i}", space) for i, space in enumerate(spaces)]
         self.snapshots = [
             (time, [array_of(f"snapshot/{number}/{i}", space) for i, space in enumerate(spaces)])
             for number, time in enumerate(numbers["snapshot_times"])

@@ -38,7 +38,7 @@ def folder(tmp_path_factory):
 
 
 def test_folder_holds_what_is_promised(folder):
-    names = {path.name for path in folder.iterdir()}
+    names = {path.name for path in folder.iterdir() if not path.name.startswith(".")}
     assert names == {"result.json", "history.csv", "near_wall.csv", "fields.h5", "fields.xdmf", "scene.toml",
                      "temperatures.png", "near_wall.png", "fields.png"}  # fmt: skip
     summary = json.loads((folder / "result.json").read_text())
@@ -98,7 +98,7 @@ def test_bad_input_ends_with_status_2_one_line_and_no_folder(arguments, tmp_path
 def test_folder_that_cannot_be_made_is_found_before_the_run(tmp_path, capsys):
     (tmp_path / "file").write_text("")
     assert main(["run", str(ALUMINIUM), *SETTINGS, "--out", str(tmp_path / "file" / "out")]) == 2
-    assert "cannot be made" in capsys.readouterr().err
+    assert "cannot be written" in capsys.readouterr().err
 
 
 def test_failing_solve_ends_with_status_3_and_keeps_what_was_computed(tmp_path, monkeypatch, capsys):

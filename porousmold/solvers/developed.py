@@ -349,6 +349,9 @@ class PlugFlow:
         self.streamfunction.x.array[:] = mass_flux * self._section
         self.solves += 1
 
+    def extrapolate(self, previous, factor):
+        """Nothing is iterated."""
+
     def renew(self, time, tolerance):
         """Follow a changed temperature."""
         self.solve(time)

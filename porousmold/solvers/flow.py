@@ -135,6 +135,14 @@ class SteadyFlow:
         _, iterations = self._system.solve(max_iterations=1, relative_update=1e-14)
         return self._system.relative_update if iterations else np.inf
 
+    def extrapolate(self, previous, factor):
+        """Foresee the state `factor` times as far ahead as `previous` (arrays of `functions`) lies behind."""
+        turbulence = self.unknown.x.array[self._turbulence_unknowns].copy()
+        for function, array in zip(self.functions, previous, strict=True):
+            function.x.array[:] += factor * (function.x.array - array)
+        foreseen = self.unknown.x.array[self._turbulence_unknowns]
+        self.unknown.x.array[self._turbulence_unknowns] = np.maximum(foreseen, 0.3 * turbulence)
+
     def renew(self, time, tolerance):
         """Follow a changed temperature by Newton iterations until the update is below `tolerance`.
 

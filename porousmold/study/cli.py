@@ -1,0 +1,94 @@
+"""The commands that run many cases: study."""
+
+import math
+import re
+import signal
+from pathlib import Path
+
+from ..errors import InputError
+
+DONE, INTERRUPTED = 0, 130
+
+
+def add_commands(commands):
+    """Add the commands to the program's subparsers."""
+    study = commands.add_parser("study", help="run many cases of a scene, as STUDY.toml says")
+    study.add_argument("study", metavar="STUDY.toml")
+    study.add_argument("--out", metavar="DIR", help="folder to write (default: runs/NAME OF STUDY)")
+    study.add_argument("--group", type=int, default=1, metavar="M", help="ranks per case under mpirun (default 1)")
+    study.add_argument(
+        "--part", default="1/1", metavar="I/N", help="only every N-th case from the I-th: for array jobs"
+    )
+    study.add_argument("--collect", action="store_true", help="run nothing, write the tables of what is there")
+    study.add_argument("--quiet", action="store_true", help="no progress bar, no summary")
+    study.set_defaults(command=_study)
+
+
+def _part(text):
+    match = re.fullmatch(r"(\d{1,6})/(\d{1,6})", text)
+    part = (int(match.group(1)), int(match.group(2))) if match else (0, 0)
+    if not 1 <= part[0] <= part[1]:
+        raise InputError("--part", text, "must be I/N with I from 1 to N, such as 2/3")
+    return part
+
+
+def _study(options):
+    from .definition import Study
+
+    study, part = Study.load(options.study), _part(options.part)
+    out = Path(options.out) if options.out else Path("runs") / Path(options.study).stem
+    from mpi4py import MPI
+
+    from .running import collect, run_study
+
+    signals: list[int] = []
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda received, frame: signals.append(received))
+    first = MPI.COMM_WORLD.rank == 0
+    if options.collect:
+        if first and not out.is_dir():
+            raise InputError("--out", str(out), "holds no study to collect")
+        rows = collect(study, out)
+    else:
+        bar = None if options.quiet or not first else Bar(len(study.cases[part[0] - 1 :: part[1]]))
+        try:
+            rows = run_study(study, out, group=options.group, part=part, progress=bar, stop=lambda: bool(signals))
+        finally:
+            if bar is not None:
+                bar.close()
+    if first and not options.quiet:
+        print(summary_text(study, rows, out))
+    return INTERRUPTED if signals else DONE
+
+
+class Bar:
+    """Progress bar over cases."""
+
+    def __init__(self, cases):
+        from tqdm import tqdm
+
+        self._bar = tqdm(
+            total=cases, unit="case", desc="cases", bar_format="{desc} |{bar}| {n}/{total}, {remaining} left"
+        )
+
+    def __call__(self, ended):
+        self._bar.update(ended - self._bar.n)
+        self._bar.refresh()
+
+    def close(self):
+        """Leave the bar as it stands."""
+        self._bar.close()
+
+
+def summary_text(study, rows, out):
+    """The short readable end of a study: how many cases ended how, the range of what was recorded, the reasons."""
+    counts = {status: sum(row.status == status for row in rows) for status in ("done", "failed", "refused", "missing")}
+    lines = [f"{len(rows)} cases: " + ", ".join(f"{count} {status}" for status, count in counts.items() if count)]
+    for name in study.record:
+        values = [row.values[name] for row in rows if isinstance(row.values[name], int | float)]
+        values = [value for value in values if math.isfinite(value)]
+        if values:
+            lines.append(f"{name}: {min(values):.6g} to {max(values):.6g}")
+    lines += [f"{row.status}: {row.case.name}: {row.reason}" for row in rows if row.reason][:10]
+    lines.append(f"written to {out}: table.csv, table.json")
+    return "\n".join(lines)

@@ -1,0 +1,182 @@
+"""What a study file says: a base scene, what changes for all cases, what varies, and what is recorded."""
+
+import difflib
+import hashlib
+import itertools
+import json
+import re
+import tomllib
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError
+from ..scene import KEYS, Scene
+from ..units import to_si
+
+DESIGNS = ("grid", "one-at-a-time", "cases")
+RECORDS = {
+    "heating_time": "s", "heating_time_bed_side": "s", "heating_time_error": "1", "end_time": "s",
+    "mass_flow_initial": "kg/s", "mass_flow_final": "kg/s", "mass_imbalance": "1", "energy_imbalance": "1",
+    "heat_by_fluid": "J", "heat_stored": "J", "time_steps": "1", "rejected_steps": "1", "bead_biot_number": "1",
+    "bead_reynolds_number": "1", "unknowns.flow": "1", "unknowns.energy": "1", "wall_seconds.total": "s",
+    "wall_seconds.flow": "s", "wall_seconds.energy": "s",
+}  # fmt: skip
+"""What can be recorded of a run (entries of result.json) and in which unit."""
+LONGEST_NAME = 120
+QUIET = {"output.pictures": False, "output.fields": False}
+
+
+@dataclass(frozen=True)
+class Case:
+    """One run of a study: `settings` {'table.key': value} on top of those for all cases; `name` is its folder's."""
+
+    name: str
+    settings: dict[str, Any]
+    scene: Scene | None
+    reason: str | None = None
+    """Why there is no scene, in one line."""
+
+
+@dataclass(frozen=True)
+class Study:
+    """A study as it is run: its cases in order, and what to record of each."""
+
+    cases: list[Case]
+    varied: list[str]
+    record: list[str] = field(default_factory=lambda: ["heating_time"])
+
+    @classmethod
+    def load(cls, path):
+        """Read a study file. Raises `InputError` naming the key for anything that is unknown or impossible; a combination
+        of values that no scene can have is no such error, but a case with a reason."""
+        path = Path(path)
+        try:
+            tables = tomllib.loads(path.read_text(encoding="utf-8"))
+        except FileNotFoundError as error:
+            raise InputError("study", str(path), "no such file") from error
+        except (OSError, UnicodeDecodeError) as error:
+            raise InputError("study", str(path), "must be a readable TOML text file") from error
+        except tomllib.TOMLDecodeError as error:
+            raise InputError("study", str(path), f"is not valid TOML: {error}") from error
+        where = str(path)
+        _check_names(tables, ("study", "set", "vary", "case"), "", where)
+        head = _table(tables, "study", where)
+        _check_names(head, ("scene", "design", "record"), "study.", where)
+        scene_path = head.get("scene")
+        if not isinstance(scene_path, str):
+            raise InputError("study.scene", scene_path, "must name the base scene's file", where)
+        design = head.get("design", "grid")
+        if design not in DESIGNS:
+            raise InputError("study.design", design, f"must be one of {', '.join(map(repr, DESIGNS))}", where)
+        record = head.get("record", ["heating_time"])
+        if not isinstance(record, list) or not record:
+            raise InputError("study.record", record, "must be a list of names", where)
+        for name in record:
+            if name not in RECORDS:
+                raise InputError("study.record", str(name), f"must be of {', '.join(RECORDS)}", where)
+        base = path.parent / scene_path
+        common = QUIET | _settings(_table(tables, "set", where), "set", where)
+        Scene.from_file(base, common)  # a base that is no scene is refused here
+        combinations = _combinations(design, tables, where)
+        cases = [_case(settings, base, common) for settings in combinations]
+        _make_unique(cases, where)
+        varied = list(dict.fromkeys(name for settings in combinations for name in settings))
+        return cls(cases, varied, list(dict.fromkeys(record)))
+
+
+def _table(tables, name, where):
+    content = tables.get(name, {})
+    if not isinstance(content, dict):
+        raise InputError(name, str(content), "must be a table", where)
+    return content
+
+
+def _check_names(table, known, prefix, where):
+    for name in table:
+        if name not in known:
+            near = difflib.get_close_matches(name, known, n=1)
+            hint = f"; did you mean {near[0]!r}?" if near else f" (known: {', '.join(known)})"
+            raise InputError(f"{prefix}{name}", None, f"is not a known key{hint}", where)
+
+
+def _settings(table, place, where):
+    """{'table.key': value} from the nested tables that TOML makes of dotted keys."""
+    settings: dict[str, Any] = {}
+    for group, content in table.items():
+        entries = content if isinstance(content, dict) else {}
+        if group not in KEYS or not isinstance(content, dict):
+            known = [f"{g}.{key}" for g, keys in KEYS.items() for key in keys]
+            near = difflib.get_close_matches(group, known, n=1)
+            raise InputError(f"{place}.{group}", None if isinstance(content, dict) else str(content),
+                             "is not a key of a scene" + (f"; did you mean {near[0]!r}?" if near else ""), where)  # fmt: skip
+        _check_names(entries, tuple(KEYS[group]), f"{place}.{group}.", where)
+        settings |= {f"{group}.{name}": value for name, value in entries.items()}
+    return settings
+
+
+def _combinations(design, tables, where):
+    if design == "cases":
+        if "vary" in tables:
+            raise InputError("vary", None, "has no place with design 'cases'", where)
+        listed = tables.get("case", [])
+        if not isinstance(listed, list) or not listed or not all(isinstance(entry, dict) for entry in listed):
+            raise InputError("case", None, "must be given as [[case]] tables with design 'cases'", where)
+        return [_settings(entry, "case", where) for entry in listed]
+    if "case" in tables:
+        raise InputError("case", None, f"has no place with design {design!r}", where)
+    varied = {
+        name: _values(f"vary.{name}", name, given, where)
+        for name, given in _settings(_table(tables, "vary", where), "vary", where).items()
+    }
+    if not varied:
+        raise InputError("vary", None, "must name at least one key of the scene with its values", where)
+    if design == "grid":
+        return [dict(zip(varied, values, strict=True)) for values in itertools.product(*varied.values())]
+    return [{name: value} for name, values in varied.items() for value in values]
+
+
+def _values(place, name, given, where):
+    """A list of values, or a range {from, to, count, spacing} of them in SI."""
+    if isinstance(given, dict):
+        _check_names(given, ("from", "to", "count", "spacing"), f"{place}.", where)
+        table, key = name.split(".")
+        kind = KEYS[table][key].kind
+        if kind in ("choice", "integer", "flag", "file"):
+            raise InputError(place, None, "must be a list: it has no range", where)
+        ends = [to_si(f"{place}.{end}", given.get(end), kind, where) for end in ("from", "to")]
+        count, spacing = given.get("count"), given.get("spacing", "linear")
+        if isinstance(count, bool) or not isinstance(count, int) or not 2 <= count <= 10_000:
+            raise InputError(f"{place}.count", count, "must be a whole number from 2 to 10000", where)
+        if spacing not in ("linear", "geometric"):
+            raise InputError(f"{place}.spacing", str(spacing), "must be 'linear' or 'geometric'", where)
+        if spacing == "geometric" and min(ends) <= 0.0:
+            raise InputError(f"{place}.spacing", spacing, "needs positive ends", where)
+        first, last = ends
+        points = np.linspace(first, last, count) if spacing == "linear" else np.geomspace(first, last, count)
+        return [float(f"{point:.12g}") for point in points]
+    if not isinstance(given, list) or not given:
+        raise InputError(place, str(given), "must be a list of values, or a range {from, to, count, spacing}", where)
+    return given
+
+
+def _case(settings, base, common):
+    parts = [f"{name}={value}" for name, value in settings.items()]
+    name = re.sub(r"[^A-Za-z0-9.,=+-]+", "_", ",".join(parts)) or "base"
+    if len(name) > LONGEST_NAME:
+        digest = hashlib.sha256(",".join(parts).encode()).hexdigest()[:12]
+        name = f"{name[: LONGEST_NAME - 13]}-{digest}"
+    try:
+        return Case(name, settings, Scene.from_file(base, common | settings))
+    except InputError as error:
+        return Case(name, settings, None, str(error))
+
+
+def _make_unique(cases, where):
+    seen: dict[str, Case] = {}
+    for case in cases:
+        if case.name in seen:
+            raise InputError("study", json.dumps(case.settings, default=str), "is there twice", where)
+        seen[case.name] = case

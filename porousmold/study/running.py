@@ -1,0 +1,231 @@
+"""Runs the cases of a study: serially, by the ranks of `mpirun` as workers, or by the tasks of an array job.
+
+Every group of ranks (one, or `--group M`) goes through the list of cases and takes each that is neither done nor taken, so
+that all work until the list is at its end, and no one has to lead. A case is taken by a lock on a file in its folder, which
+ends with its process: what a killed worker leaves behind is found missing, and run, by the next start.
+"""
+
+import csv
+import io
+import json
+import time as clock
+from dataclasses import dataclass
+from pathlib import Path
+
+from mpi4py import MPI
+
+from ..checkpoint import fingerprint
+from ..errors import InputError, SolveError
+from ..running import RunInterrupted, run
+from ..scene import KEYS
+from ..series import TimeSeries
+from ..whole_files import held, whole_file
+from .definition import RECORDS
+
+MISSING, BEGUN = "missing", "begun"
+SECONDS_BETWEEN_LOOKS = 0.5
+
+
+@dataclass(frozen=True)
+class Row:
+    """What came of a case: `status` is done, failed, refused or missing, `values` what is recorded (None where not there)."""
+
+    case: object
+    status: str
+    reason: str
+    values: dict
+
+
+def run_study(study, out, *, group=1, part=(1, 1), progress=None, stop=lambda: False):
+    """Run what is missing of a study (collective over all ranks) and give its rows on every rank.
+
+    group: ranks per case. part: (i, n) takes every n-th case from the i-th. progress: called on rank 0 as progress(cases
+    ended) whenever it looks. stop: as for `run`; the rows that are there are given. Raises `InputError` if the folder cannot
+    be written or `group` does not fit.
+    """
+    world, out = MPI.COMM_WORLD, Path(out)
+    if not 1 <= group <= world.size:
+        raise InputError("--group", group, f"must be from 1 to {world.size}, the number of ranks")
+    _make_folder(out, world)
+    workers = world.Split(world.rank // group, world.rank)
+    cases = study.cases[part[0] - 1 :: part[1]]
+
+    looked = [0.0]
+
+    def told(*_):
+        if progress and world.rank == 0 and clock.monotonic() > looked[0] + SECONDS_BETWEEN_LOOKS:
+            progress(sum(row_of(case, out, study.record).status != MISSING for case in cases))
+            looked[0] = clock.monotonic()
+
+    for case in cases:
+        if workers.bcast(bool(stop())):
+            break
+        claim = _take(case, out, study.record, workers)
+        if claim is None:
+            continue
+        try:
+            _run_case(case, out, workers, told, stop)
+        except RunInterrupted:
+            break
+        finally:
+            claim.close()
+        if workers.rank == 0:
+            write_tables(study, out)
+        told()
+    world.barrier()
+    return collect(study, out)
+
+
+def collect(study, out):
+    """The rows of a study as they stand in its folder, written to table.csv and table.json (collective)."""
+    world, out, rows = MPI.COMM_WORLD, Path(out), None
+    if world.rank == 0:
+        rows = write_tables(study, out)
+    return world.bcast(rows)
+
+
+def _make_folder(out, world):
+    problem = None
+    if world.rank == 0:
+        try:
+            out.mkdir(parents=True, exist_ok=True)
+            (out / ".writable").touch()
+            (out / ".writable").unlink()
+        except OSError as error:
+            problem = f"cannot be written: {error.strerror}"
+    problem = world.bcast(problem)
+    if problem:
+        raise InputError("--out", str(out), problem)
+
+
+class _NoClaim:
+    """What the other ranks of a group hold."""
+
+    def close(self):
+        """Nothing to let go."""
+
+
+def _take(case, out, record, workers):
+    """A claim on a case that is missing and not taken, else None (collective over the group)."""
+    claim = None
+    if workers.rank == 0 and row_of(case, out, record).status == MISSING:
+        try:
+            (out / case.name).mkdir(exist_ok=True)
+            claim = held(out / case.name / ".claim")
+            if row_of(case, out, record).status != MISSING:  # done by another in the meantime
+                claim.close()
+                claim = None
+        except OSError:
+            claim = None
+    taken = workers.bcast(claim is not None)
+    if not taken:
+        return None
+    return claim or _NoClaim()
+
+
+def _run_case(case, out, workers, told, stop):
+    folder, status, reason = out / case.name, "refused", case.reason
+    if case.scene is not None:
+        begun = workers.rank == 0 and _told(folder).get("identity") == identity(case)
+        _tell(case, folder, workers, BEGUN, "")
+        try:
+            run(case.scene, folder, workers, progress=told, stop=stop, resume=workers.bcast(begun))
+            status, reason = "done", ""
+        except InputError as error:
+            status, reason = "refused", str(error)
+        except SolveError as error:
+            status, reason = "failed", str(error)
+    _tell(case, folder, workers, status, reason)
+
+
+def _tell(case, folder, workers, status, reason):
+    if workers.rank == 0:
+        content = {"identity": identity(case), "status": status, "reason": reason, "settings": case.settings}
+        with whole_file(folder / "case.json") as temporary:
+            temporary.write_text(json.dumps(content, indent=2, default=str) + "\n", encoding="utf-8")
+
+
+def _told(folder):
+    """What stands in the folder's case.json; nothing if that is missing or damaged."""
+    try:
+        content = json.loads((folder / "case.json").read_text(encoding="utf-8"))
+        return content if isinstance(content, dict) else {}
+    except (OSError, ValueError):
+        return {}
+
+
+def identity(case):
+    """Text that changes with anything that could change the case's result."""
+    return fingerprint(case.scene) if case.scene is not None else case.reason
+
+
+def row_of(case, out, record):
+    """The row of a case from its folder."""
+    missing = Row(case, MISSING, "", dict.fromkeys(record))
+    told, values = _told(out / case.name), dict.fromkeys(record)
+    if told.get("identity") != identity(case) or told.get("status") in (None, BEGUN):
+        return missing
+    try:
+        if told["status"] == "done":
+            summary = json.loads((out / case.name / "result.json").read_text(encoding="utf-8"))
+            values = {name: _entry(summary, name) for name in record}
+            reasons = [text for text in summary["warnings"] if text.startswith("not heated")]
+            return Row(case, "done", "; ".join(reasons), values)
+        return Row(case, told["status"], told["reason"], values)
+    except (OSError, ValueError, KeyError, TypeError):
+        return missing
+
+
+def _entry(summary, name):
+    for part in name.split("."):
+        summary = summary[part]
+    return summary
+
+
+def setting(case, name):
+    """The value (SI) that a case has of a key, as given where it has no scene."""
+    if case.scene is None:
+        return case.settings.get(name)
+    table, key = name.split(".")
+    value = getattr(getattr(case.scene, table), key)
+    if isinstance(value, TimeSeries):
+        value = value.source or value.values[0]
+    return str(value) if isinstance(value, Path) else value
+
+
+def write_tables(study, out):
+    """table.csv and table.json of all cases in their order; gives the rows. Left to another process that is at it."""
+    rows = [row_of(case, out, study.record) for case in study.cases]
+    try:
+        lock = held(out / ".table")
+    except OSError:
+        return rows
+    try:
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow([
+            *(f"{name} [{_unit(name)}]" for name in study.varied), "status",
+            *(f"{name} [{RECORDS[name]}]" for name in study.record), "reason", "folder",
+        ])  # fmt: skip
+        entries = []
+        for row in rows:
+            varied = {name: setting(row.case, name) for name in study.varied}
+            writer.writerow([*varied.values(), row.status, *row.values.values(), row.reason, row.case.name])
+            entries.append(
+                {**varied, "status": row.status, **row.values, "reason": row.reason, "folder": row.case.name}
+            )
+        for name, content in (
+            ("table.csv", text.getvalue()),
+            ("table.json", json.dumps(entries, indent=2, default=str) + "\n"),
+        ):
+            with whole_file(out / name) as temporary:
+                temporary.write_text(content, encoding="utf-8")
+    finally:
+        lock.close()
+    return rows
+
+
+def _unit(name):
+    table, key = name.split(".")
+    kind = KEYS[table][key].kind
+    return {"delta_degC": "K", "": "1"}.get(kind, kind)

@@ -1,0 +1,213 @@
+"""The thesis's parametric curves: runs the twelve studies of `pipe/curves` and `mold/curves`, draws the thirteen pictures
+and writes docs/parametric.md, each beside what the thesis says of it. Run: make figures (minutes; on two cores).
+
+Runs that are done already are not run again (`runs/curves`).
+"""
+
+import json
+import os
+import subprocess
+import sys
+import time
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.optimize import curve_fit
+
+from porousmold.figures import STYLE, plt, save
+from porousmold.materials import AIR
+
+HERE = Path(__file__).parent
+OUT = HERE.parent / "runs" / "curves"
+PICTURES = HERE.parent / "docs" / "parametric"
+TEMPERATURE_RISE = 65.0
+"""Kelvin, of the mold's air in eq. 8.13."""
+PUBLISHED = tomllib.loads((HERE.parent / "tests" / "published.toml").read_text())
+
+
+def power_law(x, a, b):
+    """a x^b"""
+    return a * x**b
+
+
+def line(x, a, b):
+    """a + b x"""
+    return a + b * x
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A picture: the figure's number, the study, the key on the axis, its unit there, baseline, and the fit, if any.
+
+    `claim` is (the key's relative change that is said to give `result`, the heating time over the baseline's); `verdict` is
+    filled in from the runs.
+    """
+
+    figure: str
+    study: str
+    key: str
+    label: str
+    factor: float
+    baseline: float
+    fit: object = None
+    claim: tuple | None = None
+    remark: str = ""
+    energy: bool = False
+
+
+def curves():
+    """All thirteen, in the thesis's order."""
+    pipe, mold = PUBLISHED["pipe"]["study"], PUBLISHED["mold"]
+    return [
+        Curve("7.10", "pipe/curves/bead_diameter", "bed.bead_diameter", "bead diameter in mm", 1e3, 5e-3, power_law,
+              (pipe["bead_diameter_for_70_percent"], 0.7)),
+        Curve("7.11", "pipe/curves/pressure_drop", "operation.pressure_drop", "pressure drop in kPa", 1e-3, 2e3, power_law,
+              (pipe["pressure_drop_for_70_percent"], 0.7)),
+        Curve("7.12", "pipe/curves/wall_thickness", "wall.thickness", "wall thickness in mm", 1e3, 6.35e-3, line,
+              (pipe["wall_thickness_for_70_percent"], 0.7),
+              "not compatible with the thesis's own 40 % for the wall's heat capacity: both change the wall's heat alike"),
+        Curve("7.13", "pipe/curves/wall_heat_capacity", "wall.heat_capacity",
+              "heat capacity of the wall in kJ/kg/K (constant)", 1e-3, 1456.0, line,
+              (pipe["wall_heat_capacity_for_70_percent"], 0.7)),
+        Curve("7.14", "pipe/curves/wall_conductivity", "wall.conductivity", "conductivity of the wall in W/m/K", 1.0, 0.2,
+              None, (180.0 / 0.2 - 1.0, 1.0 + pipe["wall_conductivity_5_to_180"]),
+              "printed as 5 to 180 W/m/K; it fits acrylic's 0.2 to 180"),
+        Curve("7.15", "pipe/curves/bead_heat_capacity", "bed.bead_heat_capacity", "heat capacity of the beads in kJ/kg/K",
+              1e-3, 846.7, line, (0.5, 1.0 + pipe["bead_heat_capacity_plus_50_percent"])),
+        Curve("8.4", "mold/curves/skin_thickness", "wall.thickness", "skin thickness in mm", 1e3, 3e-3, line,
+              (mold["skin_thickness_for_70_percent"], 0.7),
+              "not compatible with the thesis's own 80 % for the skin's heat capacity"),
+        Curve("8.5", "mold/curves/skin_heat_capacity", "wall.heat_capacity", "heat capacity of the skin in kJ/kg/K", 1e-3,
+              903.0, line, (mold["skin_heat_capacity_for_70_percent"], 0.7)),
+        Curve("8.6", "mold/curves/bead_heat_capacity", "bed.bead_heat_capacity", "heat capacity of the beads in kJ/kg/K",
+              1e-3, 846.7, line, (-0.77, 1.0 + mold["bead_heat_capacity_minus_77_percent"]),
+              "a reduction TO 77 % fits the print, one BY 77 % does not"),
+        Curve("8.7", "mold/curves/skin_conductivity", "wall.conductivity", "conductivity of the skin in W/m/K", 1.0, 237.0),
+        Curve("8.8", "mold/curves/bead_diameter", "bed.bead_diameter", "bead diameter in mm", 1e3, 5e-3, power_law),
+        Curve("8.9", "mold/curves/cavity_height", "geometry.cavity_height", "cavity height in mm, 10 beads", 1e3, 0.05),
+        Curve("8.10", "mold/curves/cavity_height", "geometry.cavity_height", "cavity height in mm, 10 beads", 1e3, 0.05,
+              line, energy=True),
+    ]  # fmt: skip
+
+
+def run_studies(names, workers):
+    """Run every study on so many ranks; gives the seconds."""
+    begun = time.perf_counter()
+    root = ["--allow-run-as-root"] if os.geteuid() == 0 else []
+    start = ["mpirun", "--oversubscribe", *root, "-n", str(workers)] if workers > 1 else []
+    for name in names:
+        command = [*start, sys.executable, "-m", "porousmold", "study", str(HERE / f"{name}.toml"), "--quiet"]
+        subprocess.run([*command, "--out", str(OUT / name)], check=True)
+    return time.perf_counter() - begun
+
+
+def rows(name):
+    """The table of a study that was run."""
+    return json.loads((OUT / name / "table.json").read_text())
+
+
+def points(curve):
+    """Values (SI) of the key and heating times in s, or Q_air in J per metre width, of the cases that were heated."""
+    found = []
+    for row in rows(curve.study):
+        value = row["heating_time"]
+        if value is None:
+            print(f"{curve.study}: {row['folder']} is {row['status']}: {row['reason']}")
+            continue
+        if curve.energy:  # eq. 8.13, whole cavity: the model's mass flow is that of half of it
+            value *= 2.0 * row["mass_flow_final"] * AIR.heat_capacity(363.15) * TEMPERATURE_RISE
+        found.append((row[curve.key], value))
+    return np.array(sorted(found)).T
+
+
+def draw(curve, x, y, fitted):
+    """The picture of one curve."""
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(figsize=(5.2, 3.8))
+        figure.subplots_adjust(left=0.14, right=0.97, bottom=0.14, top=0.92)
+        axes.plot(curve.factor * x, y / (1e6 if curve.energy else 1.0), "o", color="tab:blue", label="computed")
+        if fitted is not None:
+            fine = np.linspace(x.min(), x.max(), 200)
+            values = curve.fit(fine / curve.baseline, *fitted) / (1e6 if curve.energy else 1.0)
+            axes.plot(curve.factor * fine, values, color="0.5", label=f"fit {curve.fit.__doc__}")
+        if "conductivity" in curve.label:
+            axes.set_xscale("log")
+        unit = "Q_air in MJ per metre width" if curve.energy else "heating time in s"
+        axes.set(xlabel=curve.label, ylabel=unit, ylim=(0, None))
+        axes.set_title(f"as thesis figure {curve.figure}", fontsize=10)
+        axes.legend(fontsize=9)
+        save(figure, PICTURES / f"figure-{curve.figure}.png")
+
+
+def report(curve):
+    """Draw one curve, and give its lines of the document."""
+    x, y = points(curve)
+    fitted, lines = None, [f"## Figure {curve.figure}: {curve.label}", ""]
+    lines += [f"![figure {curve.figure}](parametric/figure-{curve.figure}.png)", ""]
+    what = "Q_air, MJ/m" if curve.energy else "heating time, s"
+    lines += [f"| {curve.label} | " + " | ".join(f"{curve.factor * v:.4g}" for v in x) + " |"]
+    lines += [
+        "|---|" + "---|" * len(x),
+        f"| {what} | " + " | ".join(f"{v / (1e6 if curve.energy else 1):.4g}" for v in y) + " |",
+    ]
+    lines += [""]
+    if curve.fit is not None:
+        fitted = curve_fit(curve.fit, x / curve.baseline, y, p0=(y.mean(), 0.1))[0]
+        residual = y - curve.fit(x / curve.baseline, *fitted)
+        r2 = 1.0 - np.sum(residual**2) / np.sum((y - y.mean()) ** 2)
+        shown = " and ".join(
+            f"{value / (1e6 if curve.energy else 1):.4g}"
+            for value in (fitted[:1] if curve.fit is power_law else fitted)
+        )
+        exponent = f", b = {fitted[1]:.3f}" if curve.fit is power_law else ""
+        lines += [f"Fit {curve.fit.__doc__}, x in baselines: {shown}{exponent}, R² = {r2:.4f}.", ""]
+    draw(curve, x, y, fitted)
+    if curve.claim is not None:
+        change, wanted = curve.claim
+        at = curve.baseline * (1.0 + change)
+        base = float(np.interp(curve.baseline, x, y))
+        here = (
+            float(np.interp(np.log(at), np.log(x), np.log(y)))
+            if x.min() <= at * 1.001 and at <= x.max() * 1.001
+            else None
+        )
+        lines.append(f"The thesis: {change:+.0%} gives {wanted:.0%} of the baseline's heating time.")
+        if here is not None:
+            lines[-1] += f" Here {change:+.0%} gives {np.exp(here) / base:.1%}."
+        if wanted == 0.7:
+            order = np.argsort(y)
+            needed = np.interp(0.7 * base, y[order], x[order]) if y.min() <= 0.7 * base else None
+            lines[-1] += (
+                f" For 70 % it takes {needed / curve.baseline - 1.0:+.0%}."
+                if needed is not None
+                else " 70 % is out of range."
+            )
+        if here is not None:
+            off = np.exp(here) / base - wanted
+            lines[-1] += f" **{'Agrees' if abs(off) < 0.02 else 'Does not agree'}** ({off:+.1%} of the baseline)."
+        if curve.remark:
+            lines[-1] += (
+                f" The print is {curve.remark}." if curve.remark.startswith("not") else f" Note: {curve.remark}."
+            )
+        lines.append("")
+    return lines
+
+
+def main():
+    """Run, draw, write."""
+    PICTURES.mkdir(parents=True, exist_ok=True)
+    names = list(dict.fromkeys(curve.study for curve in curves()))
+    seconds = run_studies(names, 2)
+    cases = sum(len(rows(name)) for name in names)
+    lines = ["# The thesis's parametric curves", "", *__doc__.split("\n\n")[0].splitlines(), ""]
+    lines += [f"{cases} runs took {seconds:.0f} s on two ranks, one case each (those done before are not counted anew).",
+              "The thesis's curves themselves are not available as numbers; its statements are.", ""]  # fmt: skip
+    for curve in curves():
+        lines += report(curve)
+    (HERE.parent / "docs" / "parametric.md").write_text("\n".join(lines), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,133 @@
+"""Studies as they run: tables, restarts, parts, workers."""
+
+import csv
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+from porousmold.cli import main
+from porousmold.study.definition import Study
+from porousmold.study.running import collect, row_of, run_study
+from porousmold.whole_files import held
+
+from ..support import ALUMINIUM
+
+TEXT = f"""
+[study]
+scene = "{ALUMINIUM}"
+record = ["heating_time", "mass_flow_final", "unknowns.flow"]
+[set]
+model.turbulence = "none"
+model.flow = "plug"
+solver.axial_cells = 4
+operation.heating_margin = "50 K"
+[vary]
+wall.thickness = ["1 mm", "2 mm"]
+bed.bead_diameter = ["4 mm", "5 mm", "8 mm"]
+"""
+
+
+@pytest.fixture
+def study_file(tmp_path):
+    path = tmp_path / "small.toml"
+    path.write_text(TEXT)
+    return path
+
+
+def test_rows_stand_in_the_order_of_the_cases_and_failures_have_reasons(study_file, tmp_path):
+    out = tmp_path / "out"
+    rows = run_study(Study.load(study_file), out)
+    assert [row.status for row in rows] == ["done", "done", "refused"] * 2
+    assert "at least 10 bead diameters" in rows[2].reason
+    assert rows[0].values["heating_time"] > rows[1].values["heating_time"]  # smaller beads let less air through
+    with (out / "table.csv").open() as file:
+        table = list(csv.DictReader(file))
+    assert [float(row["bed.bead_diameter [m]"]) for row in table[:2]] == [0.004, 0.005]
+    entries = json.loads((out / "table.json").read_text())
+    assert [entry["heating_time"] for entry in entries] == [row.values["heating_time"] for row in rows]
+    assert float(table[0]["heating_time [s]"]) == entries[0]["heating_time"]
+
+
+def test_starting_again_runs_only_what_is_missing_or_changed(study_file, tmp_path):
+    out, study = tmp_path / "out", Study.load(study_file)
+    first = run_study(study, out)
+    times = {case.name: (out / case.name / "case.json").stat().st_mtime_ns for case in study.cases}
+    assert [row.values for row in run_study(study, out)] == [row.values for row in first]
+    assert times == {case.name: (out / case.name / "case.json").stat().st_mtime_ns for case in study.cases}
+    (out / study.cases[1].name / "case.json").write_text("{damaged")
+    changed = TEXT.replace('"1 mm", "2 mm"', '"1 mm", "2.5 mm"')
+    study_file.write_text(changed)
+    again = run_study(Study.load(study_file), out)
+    assert [row.values for row in again[:2]] == [row.values for row in first[:2]]
+    assert [row.status for row in again] == ["done", "done", "refused"] * 2
+    study_file.write_text(changed.replace('"50 K"', '"40 K"'))  # every case is another one now
+    assert all(row_of(case, out, ["heating_time"]).status == "missing" for case in Study.load(study_file).cases[:2])
+
+
+def test_a_case_that_another_process_has_taken_is_left_to_it(study_file, tmp_path):
+    out, study = tmp_path / "out", Study.load(study_file)
+    (out / study.cases[0].name).mkdir(parents=True)
+    claim = held(out / study.cases[0].name / ".claim")
+    assert [row.status for row in run_study(study, out)][:2] == ["missing", "done"]
+    claim.close()
+    assert [row.status for row in run_study(study, out)][:2] == ["done", "done"]
+
+
+def test_stopping_keeps_what_is_done_and_the_next_start_goes_on(study_file, tmp_path):
+    out, study = tmp_path / "out", Study.load(study_file)
+    calls = []
+    rows = run_study(study, out, stop=lambda: calls.append(None) or len(calls) > 60)
+    assert [row.status for row in rows].count("missing") > 0
+    whole = run_study(study, tmp_path / "whole")
+    assert [row.values for row in run_study(study, out)] == [row.values for row in whole]
+
+
+def test_parts_of_an_array_job_make_one_table(study_file, tmp_path, capsys):
+    whole, out = tmp_path / "whole", tmp_path / "parts"
+    assert main(["study", str(study_file), "--out", str(whole), "--quiet"]) == 0
+    for part in ("1/3", "2/3", "3/3"):
+        assert main(["study", str(study_file), "--out", str(out), "--part", part, "--quiet"]) == 0
+    assert main(["study", str(study_file), "--out", str(out), "--collect"]) == 0
+    assert (out / "table.csv").read_text() == (whole / "table.csv").read_text()
+    assert "4 done, 2 refused" in capsys.readouterr().out
+    for part in ("0/3", "4/3", "x", "1"):
+        assert main(["study", str(study_file), "--part", part]) == 2
+    assert main(["study", str(study_file), "--out", str(tmp_path / "none"), "--collect"]) == 2
+
+
+@pytest.mark.parametrize("group", [1, 2])
+def test_workers_under_mpirun_give_the_same_table(study_file, tmp_path, group):
+    alone, together = tmp_path / "alone", tmp_path / "together"
+    run_study(Study.load(study_file), alone)
+    root = ["--allow-run-as-root"] if os.geteuid() == 0 else []
+    command = [
+        "mpirun",
+        "--oversubscribe",
+        *root,
+        "-n",
+        "2",
+        sys.executable,
+        "-m",
+        "porousmold",
+        "study",
+        str(study_file),
+    ]
+    environment = {n: v for n, v in os.environ.items() if not n.startswith(("OMPI_", "PMIX_"))}
+    subprocess.run([*command, "--out", str(together), "--group", str(group), "--quiet"], env=environment, timeout=200,
+                   check=True)  # fmt: skip
+    if group == 1:
+        assert (together / "table.csv").read_text() == (alone / "table.csv").read_text()
+    study = Study.load(study_file)
+    for one, other in zip(collect(study, alone), collect(study, together), strict=True):
+        if one.status == "done":
+            assert other.values["heating_time"] == pytest.approx(one.values["heating_time"], rel=1e-6)
+
+
+def test_bad_groups_and_folders_are_refused(study_file, tmp_path, capsys):
+    assert main(["study", str(study_file), "--out", str(tmp_path / "a"), "--group", "2"]) == 2
+    (tmp_path / "file").write_text("")
+    assert main(["study", str(study_file), "--out", str(tmp_path / "file" / "x")]) == 2
+    assert "--out" in capsys.readouterr().err
