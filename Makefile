@@ -5,7 +5,7 @@ export OMP_NUM_THREADS := 1
 MPIRUN := mpirun --oversubscribe $(if $(filter 0,$(shell id -u)),--allow-run-as-root)
 PARTS := 2
 
-.PHONY: heat test test-fast test-mpi check install tables packing speed-against-error hard-cases growth kill-test test-debian13 clean
+.PHONY: heat test test-fast test-mpi check install tables packing speed-against-error hard-cases growth figures kill-test test-debian13 clean
 
 heat: .venv/installed  ## heat the aluminium mold: summary and pictures in runs/aluminium
 	$(PYTHON) -m porousmold run studies/mold/aluminium.toml --out runs/aluminium
@@ -37,6 +37,9 @@ hard-cases: .venv/installed  ## every hard case and what happened: docs/hard-cas
 
 growth: .venv/installed  ## seconds and memory from 4k to 1M unknowns: docs/growth.md
 	$(PYTHON) studies/growth.py
+
+figures: .venv/installed  ## the thesis's parametric curves: docs/parametric.md
+	$(PYTHON) studies/figures.py
 
 kill-test: .venv/installed  ## 200 kills at random moments, resumed: the same answers
 	$(PYTHON) studies/kill_test.py

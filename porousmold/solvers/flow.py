@@ -27,6 +27,9 @@ KEPT_TOLERANCE = 0.02
 KEPT_ITERATIONS = 5
 """Iterations with kept factors before the flow's Jacobian is renewed."""
 
+TRACE_OF_TURBULENCE = 1e-4
+"""k over the reference speed squared that counts as none."""
+
 MOST_FAILURES = 30
 """Pseudo-time steps that may fail before the flow counts as without solution."""
 
@@ -206,7 +209,8 @@ class SteadyFlow:
         self.newton_iterations += iterations
 
     def _physical(self):
-        """No NaN, and no clearly negative k: coarse cells undershoot by a hundredth of the largest value, which passes."""
+        """No NaN, and no clearly negative k: coarse cells undershoot by a hundredth of the largest value, which passes, as
+        does a trace of the speed squared where there is no turbulence."""
         if not self._turbulence_unknowns.size:
             return True
         values = self.unknown.x.array[self._kinetic_energy_unknowns()]
@@ -214,7 +218,7 @@ class SteadyFlow:
             self.domain.communicator.allreduce(float(value), op=op)
             for value, op in ((np.min(values, initial=0.0), min), (np.max(values, initial=0.0), max))
         )
-        return bool(low >= -0.05 * max(high, 1e-12))
+        return bool(low >= -0.05 * max(high, TRACE_OF_TURBULENCE))
 
     def _kinetic_energy_unknowns(self):
         return self._turbulence_unknowns[: self._turbulence_unknowns.size // 2]
