@@ -85,6 +85,9 @@ def _parser():
     show = commands.add_parser("show", help="draw the pictures of a run again")
     show.add_argument("run", metavar="RUN")
     show.set_defaults(command=_show)
+    report = commands.add_parser("report", help="one HTML page about a run or a study, everything in it")
+    report.add_argument("folder", metavar="RUN|STUDY")
+    report.set_defaults(serial=_report)
     return parser
 
 
@@ -158,6 +161,12 @@ def _show(options):
         for path in draw(options.run):
             print(path)
     return DONE
+
+
+def _report(options):
+    from .report import write_report
+
+    return str(write_report(options.folder))
 
 
 class Bar:

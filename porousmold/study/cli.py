@@ -1,4 +1,4 @@
-"""The commands that run many cases: study."""
+"""The commands that run many cases: study, sensitivity."""
 
 import math
 import re
@@ -6,6 +6,7 @@ import signal
 from pathlib import Path
 
 from ..errors import InputError
+from ..units import to_si
 
 DONE, INTERRUPTED = 0, 130
 
@@ -22,6 +23,14 @@ def add_commands(commands):
     study.add_argument("--collect", action="store_true", help="run nothing, write the tables of what is there")
     study.add_argument("--quiet", action="store_true", help="no progress bar, no summary")
     study.set_defaults(command=_study)
+    sensitivity = commands.add_parser(
+        "sensitivity", help="elasticities of the heating time to every parameter of a scene"
+    )
+    sensitivity.add_argument("scene", metavar="SCENE.toml")
+    sensitivity.add_argument("--out", metavar="DIR", help="folder to write (default: runs/NAME OF SCENE-sensitivity)")
+    sensitivity.add_argument("--step", default="0.05", help="relative change of every parameter (default 0.05)")
+    sensitivity.add_argument("--quiet", action="store_true", help="no progress bar, no summary")
+    sensitivity.set_defaults(command=_sensitivity)
 
 
 def _part(text):
@@ -30,6 +39,42 @@ def _part(text):
     if not 1 <= part[0] <= part[1]:
         raise InputError("--part", text, "must be I/N with I from 1 to N, such as 2/3")
     return part
+
+
+def _signals():
+    """A list that the signals to stop are appended to as they come."""
+    signals: list[int] = []
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda received, frame: signals.append(received))
+    return signals
+
+
+def _sensitivity(options):
+    from ..scene import Scene
+
+    scene, step = Scene.from_file(options.scene), to_si("--step", options.step, "")
+    if not 0.0 < step < 1.0:
+        raise InputError("--step", step, "must be > 0 and < 1")
+    out = Path(options.out) if options.out else Path("runs") / f"{Path(options.scene).stem}-sensitivity"
+    from mpi4py import MPI
+
+    from .sensitivity import cases_around, elasticities, write
+
+    signals, first = _signals(), MPI.COMM_WORLD.rank == 0
+    bar = None if options.quiet or not first else Bar(len(cases_around(scene, step)))
+    try:
+        found = elasticities(scene, out, step=step, progress=bar, stop=lambda: bool(signals))
+    finally:
+        if bar is not None:
+            bar.close()
+    if first:
+        picture = write(found, out)
+        if not options.quiet:
+            for entry in found:
+                print(f"{entry.parameter:30s} {entry.value:+.3f}" if entry.value is not None
+                      else f"{entry.parameter:30s} none: {entry.reason}")  # fmt: skip
+            print(f"written to {out}: elasticities.json, {picture.name}")
+    return INTERRUPTED if signals else DONE
 
 
 def _study(options):
@@ -41,9 +86,7 @@ def _study(options):
 
     from .running import collect, run_study
 
-    signals: list[int] = []
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda received, frame: signals.append(received))
+    signals = _signals()
     first = MPI.COMM_WORLD.rank == 0
     if options.collect:
         if first and not out.is_dir():

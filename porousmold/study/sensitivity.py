@@ -1,0 +1,115 @@
+r"""Elasticities of the heating time at a scene: what shortens it, and by how much.
+
+The elasticity of t to a parameter p is d ln t/d ln p, the per cent of t for a per cent of p. It is taken by central
+differences of the logarithms, e = [ln t(p (1 + h)) - ln t(p/(1 + h))]/[2 ln(1 + h)], of the order h^2; the relative
+discretisation error, nearly the same in both runs, hardly enters. Temperatures count as the difference of inlet and initial
+temperature, which drives everything.
+"""
+
+import json
+import math
+from dataclasses import dataclass
+
+from ..discretisation import solid_of
+from ..errors import InputError
+from .definition import QUIET, Case, Study
+from .running import run_study
+
+PARAMETERS = (
+    "geometry.length", "geometry.cavity_height", "geometry.diameter", "bed.bead_diameter", "bed.bulk_porosity",
+    "bed.bead_density", "bed.bead_heat_capacity", "wall.thickness", "wall.density", "wall.heat_capacity",
+    "wall.conductivity", "operation.pressure_drop", "operation.inlet_velocity", "operation.mass_flow",
+    "operation.outlet_pressure", "operation.inlet_temperature", "operation.heating_margin", "model.exchange_factor",
+)  # fmt: skip
+STEP = 0.05
+
+
+@dataclass(frozen=True)
+class Elasticity:
+    """Of the heating time to one parameter: `value`, or None and the `reason` why there is none."""
+
+    parameter: str
+    value: float | None
+    reason: str = ""
+
+
+def parameters_of(scene):
+    """{name: value (SI)} of the parameters that the scene has; properties of materials as constants."""
+    bed, wall = scene.bed, scene.wall
+    solids = {
+        "bed.bead_": solid_of(bed.bead_material, bed.bead_density, bed.bead_heat_capacity, bed.bead_conductivity),
+        "wall.": solid_of(wall.material, wall.density, wall.heat_capacity, wall.conductivity),
+    }
+    middle = 0.5 * (scene.operation.initial_temperature + scene.operation.inlet_temperature.values[-1])
+    found = {}
+    for name in PARAMETERS:
+        table, key = name.split(".")
+        value = getattr(getattr(scene, table), key)
+        if hasattr(value, "values"):
+            value = value.values[0] if len(value.values) == 1 else None
+        for prefix, solid in solids.items():
+            if value is None and name.startswith(prefix) and hasattr(solid, name.removeprefix(prefix)):
+                value = getattr(solid, name.removeprefix(prefix))(middle)
+        without_wall = scene.model.wall in ("insulated", "fixed-temperature") or scene.geometry.kind == "mesh"
+        if value is not None and value > 0.0 and not (table == "wall" and without_wall):
+            found[name] = value
+    if scene.profile is not None:
+        found.pop("bed.bulk_porosity")
+    return found
+
+
+def cases_around(scene, step=STEP):
+    """The cases whose heating times give the elasticities: a higher and a lower value of every parameter."""
+    initial = scene.operation.initial_temperature
+    cases = []
+    for name, value in parameters_of(scene).items():
+        for side, factor in (("up", 1.0 + step), ("down", 1.0 / (1.0 + step))):
+            changed = value * factor
+            if name == "operation.inlet_temperature":
+                changed = initial + (value - initial) * factor
+            settings = {name: float(changed)}
+            label = f"{name},{side}"
+            try:
+                given = {"bed.allow_small_ratio": True, **QUIET, **settings}
+                scene_there = scene.with_changes(**{k.replace(".", "__"): v for k, v in given.items()})
+                cases.append(Case(label, settings, scene_there))
+            except InputError as error:
+                cases.append(Case(label, settings, None, str(error)))
+    return cases
+
+
+def elasticities(scene, out, *, step=STEP, progress=None, stop=lambda: False):
+    """Run what is missing in `out` and give the `Elasticity` of every parameter, largest first (collective).
+
+    Writes elasticities.json beside the tables of the study.
+    """
+    study = Study(cases_around(scene, step), [], ["heating_time"])
+    rows = run_study(study, out, progress=progress, stop=stop)
+    found = []
+    for up, down in zip(rows[::2], rows[1::2], strict=True):
+        name = up.case.name.split(",")[0]
+        times = [row.values["heating_time"] for row in (up, down)]
+        if None in times:
+            reason = up.reason or down.reason or "not run to its end"
+            found.append(Elasticity(name, None, reason))
+        else:
+            found.append(Elasticity(name, math.log(times[0] / times[1]) / (2.0 * math.log(1.0 + step))))
+    return sorted(found, key=lambda entry: -abs(entry.value or 0.0))
+
+
+def write(found, out):
+    """elasticities.json, and the tornado picture; gives the picture's path."""
+    from ..figures import STYLE, plt, save
+
+    content = {entry.parameter: entry.value for entry in found}
+    (out / "elasticities.json").write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+    shown = [entry for entry in found if entry.value is not None][::-1]
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(figsize=(8.0, 0.9 + 0.34 * len(shown)))
+        figure.subplots_adjust(left=0.33, right=0.97, bottom=0.75 / (0.9 + 0.34 * len(shown)), top=0.97)
+        colours = ["tab:red" if entry.value > 0.0 else "tab:green" for entry in shown]
+        axes.barh([entry.parameter for entry in shown], [entry.value for entry in shown], color=colours)
+        axes.axvline(0.0, color="k", linewidth=0.8)
+        axes.set_xlabel("per cent of heating time for one per cent of the parameter")
+        axes.grid(axis="y", visible=False)
+        return save(figure, out / "tornado.png")

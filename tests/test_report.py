@@ -1,0 +1,45 @@
+"""The HTML page about a run or a study."""
+
+import re
+
+import pytest
+from mpi4py import MPI
+
+from porousmold import InputError, run
+from porousmold.cli import main
+from porousmold.report import write_report
+from porousmold.study.definition import Study
+from porousmold.study.running import run_study
+
+from .support import ALUMINIUM, coarse_scene
+
+
+def test_a_run_s_page_holds_everything_and_needs_no_network(tmp_path):
+    out = tmp_path / "a <run>"
+    result = run(coarse_scene(model__turbulence="none", operation__heating_margin=50.0), out, MPI.COMM_SELF)
+    page = write_report(out).read_text()
+    assert f"{result.heating_time:.0f} s" in page
+    assert "a &lt;run&gt;" in page and "<run>" not in page
+    assert page.count("data:image/png;base64,") == 3
+    assert not re.search(r'(src|href)="(?!data:)', page) and "http" not in page
+    for text in (*result.summary["sources"].values(), "wall.thickness", "Macdonald"):
+        assert text.split(",")[0] in page
+    for warning in result.summary["warnings"]:
+        assert warning[:20] in page
+
+
+def test_a_study_s_page_has_a_row_for_every_case(tmp_path):
+    path = tmp_path / "study.toml"
+    path.write_text(f'[study]\nscene = "{ALUMINIUM}"\n[set]\nmodel.flow = "plug"\nsolver.axial_cells = 4\n'
+                    'operation.heating_margin = "60 K"\n[vary]\nbed.bead_diameter = ["4 mm", "8 mm"]\n')  # fmt: skip
+    run_study(Study.load(path), tmp_path / "out")
+    page = write_report(tmp_path / "out").read_text()
+    assert "1 done, 1 refused" in page and page.count("<tr>") == 3 and "at least 10 bead diameters" in page
+
+
+def test_a_folder_without_a_run_is_refused(tmp_path, capsys):
+    with pytest.raises(InputError, match="not the folder of a run"):
+        write_report(tmp_path)
+    (tmp_path / "result.json").write_text("{")
+    assert main(["report", str(tmp_path)]) == 2
+    assert "damaged" in capsys.readouterr().err
