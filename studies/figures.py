@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 import tomllib
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,6 +23,8 @@ from porousmold.materials import AIR
 HERE = Path(__file__).parent
 OUT = HERE.parent / "runs" / "curves"
 PICTURES = HERE.parent / "docs" / "parametric"
+AGREEMENT = 0.02
+"""Difference, of the time at the start, up to which a statement counts as met."""
 TEMPERATURE_RISE = 65.0
 """Kelvin, of the mold's air in eq. 8.13."""
 PUBLISHED = tomllib.loads((HERE.parent / "tests" / "published.toml").read_text())
@@ -38,12 +41,67 @@ def line(x, a, b):
 
 
 @dataclass(frozen=True)
-class Curve:
-    """A picture: the figure's number, the study, the key on the axis, its unit there, baseline, and the fit, if any.
+class Claim:
+    """A statement of the thesis: from `start` to `end` of the key (SI) the heating time changes to `wanted` times itself."""
 
-    `claim` is (the key's relative change that is said to give `result`, the heating time over the baseline's); `verdict` is
-    filled in from the runs.
-    """
+    start: float
+    end: float
+    wanted: float
+    note: str = ""
+
+    def told(self, curve, x, y):
+        """The statement, what was computed, and a plain verdict."""
+        first, last = (np.exp(np.interp(np.log(v), np.log(x), np.log(y))) for v in (self.start, self.end))
+        found = last / first
+        ends = " to ".join(f"{curve.factor * v:.4g}" for v in (self.start, self.end))
+        text = (
+            f"The thesis: from {ends} the heating time falls to"
+            if self.wanted < 1
+            else f"The thesis: from {ends} it rises to"
+        )
+        text += f" {self.wanted:.0%}. Here: to {found:.1%}."
+        verdict = "Agrees" if abs(found - self.wanted) < AGREEMENT else "Does not agree"
+        text += f" **{verdict}** ({found - self.wanted:+.1%} of the time at the start)."
+        if self.wanted == 0.7 and y.min() <= 0.7 * first:
+            order = np.argsort(y)
+            needed = np.interp(0.7 * first, y[order], x[order])
+            text += f" 70 % is reached at {curve.factor * needed:.4g}."
+        return f"{text} {self.note}".strip()
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A statement of the thesis in words, and the condition on the points (values of the key, heating times) it comes to."""
+
+    said: str
+    condition: object
+
+    def told(self, curve, x, y):
+        """The statement and a plain verdict."""
+        return f"The thesis: {self.said}. **{'Agrees' if self.condition(x, y) else 'Does not agree'}**."
+
+
+def falls_ever_less(x, y):
+    """Whether y falls with x, and its slope fades."""
+    slopes = np.diff(y) / np.diff(x)
+    return bool(np.all(slopes < 0.0) and np.all(np.diff(slopes) > 0.0))
+
+
+def flat_at_the_end(x, y):
+    """Whether y falls by more than a tenth in the first half of its points and changes by less than a tenth in the rest."""
+    half = len(x) // 2
+    return bool(y[0] > 1.1 * y[half] and np.ptp(y[half:]) < 0.1 * y[half])
+
+
+def nearly_linear(x, y):
+    """Whether a straight line leaves less than a hundredth of the variance."""
+    return bool(np.corrcoef(x, y)[0, 1] ** 2 > 0.99)
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A picture: the figure's number, the study, the key on the axis, its unit there, baseline (SI), the fit, if any, and
+    what the thesis says of it."""
 
     figure: str
     study: str
@@ -51,44 +109,52 @@ class Curve:
     label: str
     factor: float
     baseline: float
-    fit: object = None
-    claim: tuple | None = None
-    remark: str = ""
+    fit: Callable | None = None
+    statements: tuple = ()
     energy: bool = False
 
 
 def curves():
     """All thirteen, in the thesis's order."""
     pipe, mold = PUBLISHED["pipe"]["study"], PUBLISHED["mold"]
+
+    def seventy(baseline, change, note=""):
+        return (Claim(baseline, baseline * (1.0 + change), 0.7, note),)
+
+    not_both = "It cannot hold beside the statement on the heat capacity: both change the wall's heat alike."
     return [
         Curve("7.10", "pipe/curves/bead_diameter", "bed.bead_diameter", "bead diameter in mm", 1e3, 5e-3, power_law,
-              (pipe["bead_diameter_for_70_percent"], 0.7)),
+              seventy(5e-3, pipe["bead_diameter_for_70_percent"])),
         Curve("7.11", "pipe/curves/pressure_drop", "operation.pressure_drop", "pressure drop in kPa", 1e-3, 2e3, power_law,
-              (pipe["pressure_drop_for_70_percent"], 0.7)),
+              seventy(2e3, pipe["pressure_drop_for_70_percent"])),
         Curve("7.12", "pipe/curves/wall_thickness", "wall.thickness", "wall thickness in mm", 1e3, 6.35e-3, line,
-              (pipe["wall_thickness_for_70_percent"], 0.7),
-              "not compatible with the thesis's own 40 % for the wall's heat capacity: both change the wall's heat alike"),
+              seventy(6.35e-3, pipe["wall_thickness_for_70_percent"], not_both)),
         Curve("7.13", "pipe/curves/wall_heat_capacity", "wall.heat_capacity",
               "heat capacity of the wall in kJ/kg/K (constant)", 1e-3, 1456.0, line,
-              (pipe["wall_heat_capacity_for_70_percent"], 0.7)),
+              seventy(1456.0, pipe["wall_heat_capacity_for_70_percent"])),
         Curve("7.14", "pipe/curves/wall_conductivity", "wall.conductivity", "conductivity of the wall in W/m/K", 1.0, 0.2,
-              None, (180.0 / 0.2 - 1.0, 1.0 + pipe["wall_conductivity_5_to_180"]),
-              "printed as 5 to 180 W/m/K; it fits acrylic's 0.2 to 180"),
+              None, (Claim(5.0, 180.0, 1.0 + pipe["wall_conductivity_5_to_180"], "The print fits acrylic's 0.2 better:"),
+                     Claim(0.2, 180.0, 1.0 + pipe["wall_conductivity_5_to_180"]))),
         Curve("7.15", "pipe/curves/bead_heat_capacity", "bed.bead_heat_capacity", "heat capacity of the beads in kJ/kg/K",
-              1e-3, 846.7, line, (0.5, 1.0 + pipe["bead_heat_capacity_plus_50_percent"])),
+              1e-3, 846.7, line,
+              (Claim(846.7, 1.5 * 846.7, 1.0 + pipe["bead_heat_capacity_plus_50_percent"]),)),
         Curve("8.4", "mold/curves/skin_thickness", "wall.thickness", "skin thickness in mm", 1e3, 3e-3, line,
-              (mold["skin_thickness_for_70_percent"], 0.7),
-              "not compatible with the thesis's own 80 % for the skin's heat capacity"),
+              seventy(3e-3, mold["skin_thickness_for_70_percent"], not_both)),
         Curve("8.5", "mold/curves/skin_heat_capacity", "wall.heat_capacity", "heat capacity of the skin in kJ/kg/K", 1e-3,
-              903.0, line, (mold["skin_heat_capacity_for_70_percent"], 0.7)),
+              903.0, line, seventy(903.0, mold["skin_heat_capacity_for_70_percent"])),
         Curve("8.6", "mold/curves/bead_heat_capacity", "bed.bead_heat_capacity", "heat capacity of the beads in kJ/kg/K",
-              1e-3, 846.7, line, (-0.77, 1.0 + mold["bead_heat_capacity_minus_77_percent"]),
-              "a reduction TO 77 % fits the print, one BY 77 % does not"),
-        Curve("8.7", "mold/curves/skin_conductivity", "wall.conductivity", "conductivity of the skin in W/m/K", 1.0, 237.0),
-        Curve("8.8", "mold/curves/bead_diameter", "bed.bead_diameter", "bead diameter in mm", 1e3, 5e-3, power_law),
-        Curve("8.9", "mold/curves/cavity_height", "geometry.cavity_height", "cavity height in mm, 10 beads", 1e3, 0.05),
+              1e-3, 846.7, line,
+              (Claim(846.7, 0.23 * 846.7, 1.0 + mold["bead_heat_capacity_minus_77_percent"],
+                     "A reduction TO 77 % is what fits the print:"),
+               Claim(846.7, 0.77 * 846.7, 1.0 + mold["bead_heat_capacity_minus_77_percent"]))),
+        Curve("8.7", "mold/curves/skin_conductivity", "wall.conductivity", "conductivity of the skin in W/m/K", 1.0, 237.0,
+              None, (Shape("a sharp fall at low conductivities, then nearly constant", flat_at_the_end),)),
+        Curve("8.8", "mold/curves/bead_diameter", "bed.bead_diameter", "bead diameter in mm", 1e3, 5e-3, power_law,
+              (Shape("larger beads heat faster", lambda x, y: bool(np.all(np.diff(y) < 0.0))),)),
+        Curve("8.9", "mold/curves/cavity_height", "geometry.cavity_height", "cavity height in mm, 10 beads", 1e3, 0.05, None,
+              (Shape("the heating time falls with the height, ever less", falls_ever_less),)),
         Curve("8.10", "mold/curves/cavity_height", "geometry.cavity_height", "cavity height in mm, 10 beads", 1e3, 0.05,
-              line, energy=True),
+              line, (Shape("Q_air rises linearly with the height", nearly_linear),), energy=True),
     ]  # fmt: skip
 
 
@@ -157,41 +223,12 @@ def report(curve):
         fitted = curve_fit(curve.fit, x / curve.baseline, y, p0=(y.mean(), 0.1))[0]
         residual = y - curve.fit(x / curve.baseline, *fitted)
         r2 = 1.0 - np.sum(residual**2) / np.sum((y - y.mean()) ** 2)
-        shown = " and ".join(
-            f"{value / (1e6 if curve.energy else 1):.4g}"
-            for value in (fitted[:1] if curve.fit is power_law else fitted)
-        )
-        exponent = f", b = {fitted[1]:.3f}" if curve.fit is power_law else ""
-        lines += [f"Fit {curve.fit.__doc__}, x in baselines: {shown}{exponent}, R² = {r2:.4f}.", ""]
+        a, b = f"{fitted[0]:.4g}", f"{fitted[1]:.4g}"
+        unit = "J" if curve.energy else "s"
+        lines += [f"Fit {curve.fit.__doc__} ({unit}, x in baselines): a = {a}, b = {b}, R² = {r2:.4f}.", ""]
     draw(curve, x, y, fitted)
-    if curve.claim is not None:
-        change, wanted = curve.claim
-        at = curve.baseline * (1.0 + change)
-        base = float(np.interp(curve.baseline, x, y))
-        here = (
-            float(np.interp(np.log(at), np.log(x), np.log(y)))
-            if x.min() <= at * 1.001 and at <= x.max() * 1.001
-            else None
-        )
-        lines.append(f"The thesis: {change:+.0%} gives {wanted:.0%} of the baseline's heating time.")
-        if here is not None:
-            lines[-1] += f" Here {change:+.0%} gives {np.exp(here) / base:.1%}."
-        if wanted == 0.7:
-            order = np.argsort(y)
-            needed = np.interp(0.7 * base, y[order], x[order]) if y.min() <= 0.7 * base else None
-            lines[-1] += (
-                f" For 70 % it takes {needed / curve.baseline - 1.0:+.0%}."
-                if needed is not None
-                else " 70 % is out of range."
-            )
-        if here is not None:
-            off = np.exp(here) / base - wanted
-            lines[-1] += f" **{'Agrees' if abs(off) < 0.02 else 'Does not agree'}** ({off:+.1%} of the baseline)."
-        if curve.remark:
-            lines[-1] += (
-                f" The print is {curve.remark}." if curve.remark.startswith("not") else f" Note: {curve.remark}."
-            )
-        lines.append("")
+    for statement in curve.statements:
+        lines += [statement.told(curve, x, y), ""]
     return lines
 
 
@@ -201,7 +238,7 @@ def main():
     names = list(dict.fromkeys(curve.study for curve in curves()))
     seconds = run_studies(names, 2)
     cases = sum(len(rows(name)) for name in names)
-    lines = ["# The thesis's parametric curves", "", *__doc__.split("\n\n")[0].splitlines(), ""]
+    lines = ["# The thesis's parametric curves", "", "Written by `make figures`; do not edit.", ""]
     lines += [f"{cases} runs took {seconds:.0f} s on two ranks, one case each (those done before are not counted anew).",
               "The thesis's curves themselves are not available as numbers; its statements are.", ""]  # fmt: skip
     for curve in curves():

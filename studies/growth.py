@@ -1,7 +1,8 @@
 """Seconds and memory against unknowns, from 4k to 1M, on 1 and 2 ranks: writes docs/growth.md. Run: make growth (20 minutes).
 
-Every size is a process of its own (`--size`, under mpirun): the aluminium mold with every cell cut, undamped bead sources,
-started from developed profiles; one Newton iteration of flow and k-epsilon and one time step of the energy are timed.
+Every size is a process of its own (`--size`, under mpirun): the aluminium mold, or the one of 150 mm width in three
+dimensions (`mold/narrow.toml`), with every cell cut, undamped bead sources, started from developed profiles; one Newton
+iteration of flow and k-epsilon and one time step of the energy are timed.
 """
 
 import argparse
@@ -20,16 +21,26 @@ from porousmold import Scene
 from porousmold.simulation import Simulation
 
 HERE = Path(__file__).parent
-SIZES, SIZES_ON_TWO = (1.4, 2, 4, 8, 11), (2, 4, 8)
+SCENES = {2: "aluminium.toml", 3: "narrow.toml"}
+TABLES = (
+    (2, 1, "factorised", (1.4, 2, 4, 8, 11)),
+    (2, 1, "split", (4, 8, 11, 22)),
+    (2, 2, "factorised", (2, 4, 8)),
+    (2, 2, "split", (4, 8, 11)),
+    (3, 1, "factorised", (0.4, 0.6, 0.85)),
+    (3, 1, "split", (0.6, 0.85, 1.0)),
+    (3, 2, "split", (0.6, 0.85, 1.0, 1.2)),
+)
+"""Dimensions, ranks, how the flow is solved, and factors on the number of cells in each direction."""
 STRATEGIES = {"factorised": 10**9, "split": 0}
 
 
-def measure(size, strategy):
+def measure(dimensions, size, strategy):
     """Figures of one size on this communicator."""
     from porousmold.solvers import newton
 
     newton.LARGEST_FACTORISED = dict.fromkeys((2, 3), STRATEGIES[strategy])
-    scene = Scene.from_file(HERE / "mold" / "aluminium.toml", {
+    scene = Scene.from_file(HERE / "mold" / SCENES[dimensions], {
         "model.turbulence": "nakayama-kuwahara", "solver.mesh_refinement": float(size)})  # fmt: skip
     simulation = Simulation(scene, MPI.COMM_WORLD)
     problem = simulation.problem
@@ -52,11 +63,11 @@ def measure(size, strategy):
     }
 
 
-def child(size, ranks, strategy):
+def child(dimensions, size, ranks, strategy):
     """Figures of one size, measured by another process."""
     command = ["mpirun", "--oversubscribe", "-n", str(ranks)]
     command += ["--allow-run-as-root"] if os.geteuid() == 0 else []
-    command += [sys.executable, __file__, "--size", str(size), "--strategy", strategy]
+    command += [sys.executable, __file__, "--size", str(size), "--strategy", strategy, "--dimensions", str(dimensions)]
     environment = {n: v for n, v in os.environ.items() if not n.startswith(("OMPI_", "PMIX_"))}
     done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=1500)
     lines = [line for line in done.stdout.splitlines() if line.startswith("{")]
@@ -73,11 +84,12 @@ def main():
     """Measure one size (`--size`), or all, and write the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--size", type=float)
+    parser.add_argument("--dimensions", type=int, choices=SCENES, default=2)
     parser.add_argument("--strategy", choices=STRATEGIES, default="factorised")
     parser.add_argument("--out", type=Path, default=HERE.parent / "docs" / "growth.md")
     arguments = parser.parse_args()
     if arguments.size:
-        result = measure(arguments.size, arguments.strategy)
+        result = measure(arguments.dimensions, arguments.size, arguments.strategy)
         if MPI.COMM_WORLD.rank == 0:
             print(json.dumps(result), flush=True)
         return
@@ -85,33 +97,33 @@ def main():
 
     lines = ["# Growth", "", *__doc__.split("\n\n", 1)[1].strip().splitlines(), ""]
     lines += [
-        f"Up to {LARGEST_FACTORISED} unknowns the flow is factorised as a whole (MUMPS); beyond that GMRES is preconditioned by",
-        "the factors of [u, p], k and epsilon in turn (`split`). Memory is the peak of all ranks together.",
+        f"Up to {LARGEST_FACTORISED[2]} unknowns ({LARGEST_FACTORISED[3]} in three dimensions) the flow is factorised as a whole",
+        "(MUMPS); beyond that GMRES is preconditioned by the factors of [u, p], k and epsilon in turn (`split`). Memory is the",
+        "peak of all ranks together.",
     ]
-    for ranks, sizes in ((1, SIZES), (2, SIZES_ON_TWO)):
-        for strategy in STRATEGIES:
-            lines += ["", f"## {ranks} rank{'s' * (ranks > 1)}, {strategy}", ""]
-            lines += [
-                "| flow unknowns | flow iteration, s | Krylov iterations | energy unknowns | energy step, s | memory, GiB |"
-            ]
-            lines += ["|---|---|---|---|---|---|"]
-            rows = []
-            for size in sizes if strategy == "factorised" else sizes[2:]:
-                found = child(size, ranks, strategy)
-                if found is None:
-                    lines.append(f"| mesh x {size:g}: did not end | | | | | |")
-                    continue
-                rows.append(found)
-                lines.append(
-                    f"| {found['flow_unknowns']} | {found['flow']:.2f} | {found['krylov_iterations']} | "
-                    f"{found['energy_unknowns']} | {found['energy']:.2f} | {found['memory']:.2f} |"
-                )
-                print(lines[-1], flush=True)
-            if len(rows) > 1:
-                lines += ["", f"Exponent at the end: flow {slope(rows, 'flow', 'flow_unknowns'):.2f}, "
-                          f"energy {slope(rows, 'energy', 'energy_unknowns'):.2f}, "
-                          f"memory {slope(rows, 'memory', 'flow_unknowns'):.2f}."]  # fmt: skip
-            arguments.out.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    for dimensions, ranks, strategy, sizes in TABLES:
+        lines += ["", f"## {dimensions} dimensions, {ranks} rank{'s' * (ranks > 1)}, {strategy}", ""]
+        lines += [
+            "| flow unknowns | flow iteration, s | Krylov iterations | energy unknowns | energy step, s | memory, GiB |"
+        ]
+        lines += ["|---|---|---|---|---|---|"]
+        rows = []
+        for size in sizes:
+            found = child(dimensions, size, ranks, strategy)
+            if found is None:
+                lines.append(f"| mesh x {size:g}: did not end | | | | | |")
+                continue
+            rows.append(found)
+            lines.append(
+                f"| {found['flow_unknowns']} | {found['flow']:.2f} | {found['krylov_iterations']} | "
+                f"{found['energy_unknowns']} | {found['energy']:.2f} | {found['memory']:.2f} |"
+            )
+            print(lines[-1], flush=True)
+        if len(rows) > 1:
+            lines += ["", f"Exponent at the end: flow {slope(rows, 'flow', 'flow_unknowns'):.2f}, "
+                      f"energy {slope(rows, 'energy', 'energy_unknowns'):.2f}, "
+                      f"memory {slope(rows, 'memory', 'flow_unknowns'):.2f}."]  # fmt: skip
+        arguments.out.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":
