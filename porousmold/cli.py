@@ -2,10 +2,10 @@
 
 import argparse
 import math
-import signal
 import sys
 from pathlib import Path
 
+from . import stop_signals
 from .errors import InputError, SolveError
 from .packing.cli import add_commands as add_packing_commands
 from .study.cli import add_commands as add_study_commands
@@ -119,10 +119,7 @@ def _run(options):
 
     from .running import RunInterrupted, run
 
-    # a flag, not an exception: every rank must leave the march at the same step
-    signals: list[int] = []
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda received, frame: signals.append(received))
+    signals = stop_signals.received()
     rank = MPI.COMM_WORLD.rank
     bar = None if options.quiet or rank else Bar(scene)
     try:

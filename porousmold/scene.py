@@ -7,7 +7,6 @@ line that names it.
 
 import copy
 import difflib
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
@@ -20,6 +19,7 @@ from .materials import FLUIDS, SOLIDS
 from .porosity.models import POROSITY_MODELS
 from .porosity.profile import PorosityProfile
 from .series import TimeSeries
+from .tables import read_toml
 from .units import to_si
 
 INFINITY = float("inf")
@@ -212,14 +212,7 @@ class Scene:
     def from_file(cls, path, settings=None):
         """Read a TOML file and apply settings {'table.key': value} on top."""
         path = Path(path)
-        try:
-            tables = tomllib.loads(path.read_text(encoding="utf-8"))
-        except FileNotFoundError as error:
-            raise InputError("scene", str(path), "no such file") from error
-        except (OSError, UnicodeDecodeError) as error:
-            raise InputError("scene", str(path), "must be a readable TOML text file") from error
-        except tomllib.TOMLDecodeError as error:
-            raise InputError("scene", str(path), f"is not valid TOML: {error}") from error
+        tables = read_toml("scene", path)
         for name, value in (settings or {}).items():
             table, dot, key = name.partition(".")
             if not dot or table not in KEYS:

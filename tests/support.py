@@ -1,5 +1,8 @@
 """Small domains, beds and equations that tests of forms and solvers build on."""
 
+import os
+import subprocess
+import sys
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
@@ -30,6 +33,15 @@ COARSE = {"solver.axial_cells": 8, "solver.cell_growth": 1.6, "solver.largest_st
 def coarse_scene(path=ALUMINIUM, **overrides):
     """A shipped scene on a coarse mesh with large steps: seconds, and within 2 % of the answer."""
     return Scene.from_file(path, COARSE | {name.replace("__", ".", 1): value for name, value in overrides.items()})
+
+
+def under_mpirun(ranks, *arguments, timeout=300):
+    """Python with these arguments on so many ranks, in a world of their own and not of this process: the finished process."""
+    outside = {name: value for name, value in os.environ.items() if not name.startswith(("OMPI_", "PMIX_"))}
+    command = ["mpirun", "--oversubscribe", *(["--allow-run-as-root"] if os.geteuid() == 0 else []), "-n", str(ranks)]
+    return subprocess.run(
+        [*command, sys.executable, *arguments], env=outside, capture_output=True, text=True, timeout=timeout
+    )
 
 
 def liquid(density=1.0, viscosity=0.1, heat_capacity=1.0, conductivity=1.0):

@@ -1,9 +1,6 @@
 """Going on from a checkpoint: the same answer as without the interruption."""
 
 import json
-import os
-import subprocess
-import sys
 
 import h5py
 import numpy as np
@@ -16,7 +13,7 @@ from porousmold.checkpoint import NAME, NodeOrder, fingerprint
 from porousmold.running import RunInterrupted
 from porousmold.whole_files import held
 
-from .support import ALUMINIUM, COARSE, box, coarse_scene
+from .support import ALUMINIUM, COARSE, box, coarse_scene, under_mpirun
 
 LAMINAR = {"model__turbulence": "none"}
 
@@ -166,13 +163,9 @@ def test_on_another_number_of_ranks_after_kills(tmp_path):
         "def progress(*_):\n    global count\n    count += 1\n    if count == steps:\n        os._exit(1)\n"
         f"run(Scene.from_file({str(ALUMINIUM)!r}, {changes!r}), {str(tmp_path)!r}, progress=progress, resume=True)\n"
     )
-    environment = {n: v for n, v in os.environ.items() if not n.startswith(("OMPI_", "PMIX_"))}
     for ranks, steps in ((1, 4), (2, 3), (3, 4), (1, 1000)):
-        command = [sys.executable, "-c", code, str(steps)]
-        if ranks > 1:
-            root = ["--allow-run-as-root"] if os.geteuid() == 0 else []
-            command = ["mpirun", "--oversubscribe", *root, "-n", str(ranks), *command]
-        subprocess.run(command, env=environment, capture_output=True, timeout=300, check=steps == 1000)
+        ended = under_mpirun(ranks, "-c", code, str(steps))
+        assert (ended.returncode == 0) == (steps == 1000), ended.stderr
     found = json.loads((tmp_path / "result.json").read_text())
     assert found["heating_time"] == pytest.approx(whole.heating_time, rel=1e-8)
     assert found["energy_imbalance"] == pytest.approx(whole.summary["energy_imbalance"], abs=1e-8)

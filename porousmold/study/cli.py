@@ -2,9 +2,9 @@
 
 import math
 import re
-import signal
 from pathlib import Path
 
+from .. import stop_signals
 from ..errors import InputError
 from ..units import to_si
 
@@ -41,14 +41,6 @@ def _part(text):
     return part
 
 
-def _signals():
-    """A list that the signals to stop are appended to as they come."""
-    signals: list[int] = []
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda received, frame: signals.append(received))
-    return signals
-
-
 def _sensitivity(options):
     from ..scene import Scene
 
@@ -60,7 +52,7 @@ def _sensitivity(options):
 
     from .sensitivity import cases_around, elasticities, write
 
-    signals, first = _signals(), MPI.COMM_WORLD.rank == 0
+    signals, first = stop_signals.received(), MPI.COMM_WORLD.rank == 0
     bar = None if options.quiet or not first else Bar(len(cases_around(scene, step)))
     try:
         found = elasticities(scene, out, step=step, progress=bar, stop=lambda: bool(signals))
@@ -86,7 +78,7 @@ def _study(options):
 
     from .running import collect, run_study
 
-    signals = _signals()
+    signals = stop_signals.received()
     first = MPI.COMM_WORLD.rank == 0
     if options.collect:
         if first and not out.is_dir():

@@ -5,7 +5,6 @@ import hashlib
 import itertools
 import json
 import re
-import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..scene import KEYS, Scene
+from ..tables import read_toml
 from ..units import to_si
 
 DESIGNS = ("grid", "one-at-a-time", "cases")
@@ -53,14 +53,7 @@ class Study:
         """Read a study file. Raises `InputError` naming the key for anything that is unknown or impossible; a combination
         of values that no scene can have is no such error, but a case with a reason."""
         path = Path(path)
-        try:
-            tables = tomllib.loads(path.read_text(encoding="utf-8"))
-        except FileNotFoundError as error:
-            raise InputError("study", str(path), "no such file") from error
-        except (OSError, UnicodeDecodeError) as error:
-            raise InputError("study", str(path), "must be a readable TOML text file") from error
-        except tomllib.TOMLDecodeError as error:
-            raise InputError("study", str(path), f"is not valid TOML: {error}") from error
+        tables = read_toml("study", path)
         where = str(path)
         _check_names(tables, ("study", "set", "vary", "case"), "", where)
         head = _table(tables, "study", where)

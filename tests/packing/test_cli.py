@@ -1,9 +1,6 @@
 """`porousmold pack` and `porousmold porosity` as a user meets them, and scenes on their profiles."""
 
 import csv
-import os
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -13,7 +10,7 @@ from porousmold.cli import main
 from porousmold.packing.files import read_packing
 from porousmold.porosity.profile import PorosityProfile
 
-from ..support import STUDIES, coarse_scene
+from ..support import STUDIES, coarse_scene, under_mpirun
 
 PACK = ["pack", "--container", "slab", "--gap", "50 mm", "--width", "36 mm", "--bead-diameter", "5 mm"]
 
@@ -125,22 +122,8 @@ def test_mixture_by_the_command_line(tmp_path, capsys):
 
 
 def test_serial_commands_end_alike_on_all_ranks(tmp_path):
-    # a process of its own world, not of this one's
-    outside = {name: value for name, value in os.environ.items() if not name.startswith(("OMPI_", "PMIX_"))}
-
     def on_two_ranks(*arguments):
-        command = [
-            "mpirun",
-            "--allow-run-as-root",
-            "--oversubscribe",
-            "-n",
-            "2",
-            sys.executable,
-            "-m",
-            "porousmold",
-            *PACK,
-        ]
-        return subprocess.run([*command, *arguments], capture_output=True, text=True, timeout=120, env=outside)
+        return under_mpirun(2, "-m", "porousmold", *PACK, *arguments)
 
     done = on_two_ranks("--beads", "40", "--out", str(tmp_path / "a.h5"))
     assert done.returncode == 0 and done.stdout.count("40 beads") == 1
