@@ -32,18 +32,19 @@ FREE_TO_CHANGE = {
 def fingerprint(scene, *, going_on=False):
     """Text that is the same for scenes with the same values, contents of their files and program version.
 
-    With `going_on`, keys that may change in the middle of a run do not count.
+    With `going_on`, keys that may change in the middle of a march do not count.
     """
     values = {}
     for table, keys in KEYS.items():
         for name in keys:
-            if table == "output" or (going_on and name in FREE_TO_CHANGE.get(table, ())):
+            free = FREE_TO_CHANGE.get(table, ()) if going_on else ()
+            if table == "output" or name in free:
                 continue
             value = getattr(getattr(scene, table), name)
             if isinstance(value, TimeSeries):
                 value = [value.times, value.values]
             elif isinstance(value, Path):
-                value = hashlib.sha256(value.read_bytes()).hexdigest()
+                value = scene.file_digests[f"{table}.{name}"]
             values[f"{table}.{name}"] = value
     return hashlib.sha256(json.dumps([__version__, values], sort_keys=True).encode()).hexdigest()
 
@@ -132,15 +133,15 @@ class Saved:
         simulation.recall(self.numbers, lambda name, space: orders.of(space).scatter(self.fields[name]))
 
 
-def packed(simulation, outcomes, orders):
-    """Content of a checkpoint file as bytes, on rank 0, None on the others (collective)."""
+def packed(simulation, outcomes, orders, mark):
+    """Content of a checkpoint file as bytes, on rank 0, None on the others (collective); `mark` is its run's fingerprint."""
     numbers, fields = simulation.memory()
     wholes = {name: orders.of(space).gather(array) for name, (space, array) in fields.items()}
     if simulation.problem.communicator.rank:
         return None
     memory = io.BytesIO()
     with h5py.File(memory, "w") as file:
-        file.attrs["fingerprint"] = fingerprint(simulation.scene, going_on=True)
+        file.attrs["fingerprint"] = mark
         file["numbers"] = np.frombuffer(json.dumps({"outcomes": outcomes, **numbers}).encode(), dtype=np.uint8)
         for name, whole in wholes.items():
             file[f"fields/{name}"] = whole
@@ -162,7 +163,7 @@ def read(path, communicator):
 
                 file["fields"].visititems(keep)
                 found = file.attrs["fingerprint"], Saved(numbers.pop("outcomes"), numbers, fields)
-        except (OSError, KeyError, ValueError) as error:
+        except (OSError, LookupError, ValueError, TypeError, AttributeError, RuntimeError) as error:
             problem = str(error)
     found, problem = communicator.bcast((found, problem))
     if problem is not None:

@@ -6,12 +6,13 @@ import html
 import json
 import tomllib
 from pathlib import Path
+from xml.etree.ElementTree import ParseError
 
 from . import __version__
 from .errors import InputError
 from .plots import draw
 from .scene import KEYS
-from .whole_files import whole_file
+from .whole_files import output_file
 
 _STYLE = """
 body { font: 15px/1.5 sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; color: #222; }
@@ -26,7 +27,12 @@ def write_report(folder):
     """Write report.html into the folder of a run or a study; gives its path. `InputError` if the folder holds neither."""
     folder = Path(folder)
     if (folder / "result.json").is_file():
-        title, body = _of_run(folder)
+        try:
+            title, body = _of_run(folder)
+        except (OSError, ValueError, LookupError, TypeError, AttributeError, ParseError) as error:
+            if isinstance(error, InputError):
+                raise
+            raise InputError("RUN", str(folder), f"has damaged files: {error}") from error
     elif (folder / "table.json").is_file():
         title, body = _of_study(folder)
     else:
@@ -36,7 +42,7 @@ def write_report(folder):
         f"<style>{_STYLE}</style></head><body><h1>{_text(title)}</h1>{body}"
         f"<p>porousmold {_text(__version__)}</p></body></html>\n"
     )
-    with whole_file(folder / "report.html") as temporary:
+    with output_file(folder / "report.html") as temporary:
         temporary.write_text(page, encoding="utf-8")
     return folder / "report.html"
 
@@ -63,12 +69,9 @@ def _picture(path):
 
 
 def _of_run(folder):
-    try:
-        summary = json.loads((folder / "result.json").read_text(encoding="utf-8"))
-        scene = tomllib.loads((folder / "scene.toml").read_text(encoding="utf-8"))
-        time = summary["heating_time"]
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise InputError("RUN", str(folder), f"has a damaged result.json or scene.toml: {error}") from error
+    summary = json.loads((folder / "result.json").read_text(encoding="utf-8"))
+    scene = tomllib.loads((folder / "scene.toml").read_text(encoding="utf-8"))
+    time = summary["heating_time"]
     kind = scene["geometry"]["kind"]
     parts = []
     if summary["status"] != "done":
@@ -112,8 +115,7 @@ def _or_dash(value, unit):
 
 
 def _unit(table, name):
-    kind = KEYS[table][name].kind if name in KEYS.get(table, {}) else ""
-    return {"delta_degC": "K", "choice": "", "integer": "", "flag": "", "file": ""}.get(kind, kind)
+    return KEYS[table][name].unit if name in KEYS.get(table, {}) else ""
 
 
 def _of_study(folder):

@@ -17,7 +17,7 @@ from .whole_files import held, whole_file
 
 OUTPUTS = [
     *("result.json", "history.csv", "near_wall.csv", "fields.h5", "fields.xdmf", "scene.toml"),
-    *("temperatures.png", "near_wall.png", "fields.png", NAME),
+    *("temperatures.png", "near_wall.png", "fields.png", "report.html", NAME),
 ]
 
 
@@ -36,8 +36,13 @@ class RunFolder:
             if first:
                 self.path.mkdir(parents=True, exist_ok=True)
                 self._lock = held(self.path / ".lock")
-                for name in [] if kept else OUTPUTS:
-                    (self.path / name).unlink(missing_ok=True)
+        if not kept:
+            self._clear()
+
+    def _clear(self):
+        with self._on_first_rank() as first:
+            for name in OUTPUTS if first else []:
+                (self.path / name).unlink(missing_ok=True)
 
     @contextmanager
     def _on_first_rank(self):
@@ -65,22 +70,26 @@ class RunFolder:
                 raise OSError(f"the disk has less than {size / 2**20:.0f} MiB left")
 
     def finished(self, scene):
-        """The summary of a run of this very scene that was done here, else None (collective)."""
+        """Summary, history and its units of a run of this very scene that was done here, else None (collective)."""
         summary = None
         if self._communicator.rank == 0:
-            with suppress(OSError, ValueError):
+            with suppress(OSError, ValueError, LookupError):
                 found = json.loads((self.path / "result.json").read_text(encoding="utf-8"))
-                if found.get("status") == "done" and found.get("fingerprint") == fingerprint(scene):
-                    summary = found
+                same = isinstance(found, dict) and found.get("fingerprint") == fingerprint(scene)
+                if same and found.get("status") == "done":
+                    summary = found, *read_table(self.path / "history.csv")
         return self._communicator.bcast(summary)
 
     def saved(self):
-        """(fingerprint, `Saved`) of the checkpoint here, None where there is none (collective)."""
-        return read(self.path / NAME, self._communicator)
+        """(fingerprint, `Saved`) of the checkpoint here (collective); None where there is none: the folder is then emptied."""
+        found = read(self.path / NAME, self._communicator)
+        if found is None:
+            self._clear()
+        return found
 
-    def save(self, simulation, outcomes):
+    def save(self, simulation, outcomes, mark):
         """Write the checkpoint, whole or not at all (collective)."""
-        content = packed(simulation, outcomes, self._orders)
+        content = packed(simulation, outcomes, self._orders, mark)
         with self._on_first_rank() as first:
             if first:
                 with whole_file(self.path / NAME) as temporary:

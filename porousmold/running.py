@@ -13,7 +13,7 @@ from . import __version__
 from .accuracy import scenes_to_run
 from .checkpoint import fingerprint
 from .errors import InputError, SolveError
-from .results import RunFolder, read_table
+from .results import RunFolder
 from .scene import SMALLEST_RATIO
 from .simulation import Simulation, temperature_bounds
 
@@ -59,16 +59,11 @@ def run(scene, out=None, communicator=None, progress=None, stop=lambda: False, r
     try:
         done = folder.finished(scene) if resume else None
         if done is not None:
-            return Result(done, *_history_of(folder.path, communicator))
+            summary, columns, units = done
+            return Result(summary, {name: np.array(values) for name, values in columns.items()}, units)
         return _Run(scene, folder, communicator, progress, stop, folder.saved() if resume else None).result()
     finally:
         folder.close()
-
-
-def _history_of(path, communicator):
-    columns, units = read_table(path / "history.csv")
-    communicator.barrier()  # before anyone writes there again
-    return {name: np.array(values) for name, values in columns.items()}, units
 
 
 class _Run:
@@ -84,15 +79,17 @@ class _Run:
         self._scenes = scenes_to_run(scene)
         self._outcomes: list = []
         self._heating_time_error = None
+        # the marches that an accuracy asks for must be alike
+        self._mark = fingerprint(scene, going_on=scene.solver.accuracy is None)
         first, memory = next(self._scenes), None
         if saved is not None:
             given, memory = saved
-            for outcome in memory.outcomes:
-                first = self._after(outcome)
-            if given != fingerprint(first, going_on=True):
+            if given != self._mark:
                 raise InputError(
                     "--resume", str(folder.path), "holds a checkpoint of another scene, or program version"
                 )
+            for outcome in memory.outcomes:
+                first = self._after(outcome)
         self._simulation = Simulation(first, communicator)
         if memory is not None:
             memory.restore(self._simulation)
@@ -143,7 +140,7 @@ class _Run:
 
     def _after_step(self, time, deficit):
         if self._folder is not None and self._communicator.bcast(clock.perf_counter() >= self._due):
-            self._folder.save(self._simulation, self._outcomes)
+            self._folder.save(self._simulation, self._outcomes, self._mark)
             self._due = clock.perf_counter() + self._scene.output.checkpoint_interval
         if self._progress:
             self._progress(time, deficit, self._simulation)
@@ -160,7 +157,7 @@ class _Run:
         with simulation.problem.stopwatch("output"):
             if folder is not None and simulation.history.columns:
                 if unfinished:
-                    folder.save(simulation, self._outcomes)
+                    folder.save(simulation, self._outcomes, self._mark)
                 folder.write_data(simulation)
         summary["wall_seconds"] = {"total": clock.perf_counter() - self._start} | simulation.problem.stopwatch.seconds
         if folder is not None:

@@ -7,6 +7,7 @@ line that names it.
 
 import copy
 import difflib
+import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
@@ -40,6 +41,11 @@ class Key:
     closed: bool = False
     choices: tuple[str, ...] = ()
     series: bool = False
+
+    @property
+    def unit(self):
+        """Unit of the SI value; empty where it has none."""
+        return {"delta_degC": "K", "choice": "", "integer": "", "flag": "", "file": ""}.get(self.kind, self.kind)
 
     def allowed(self):
         """The bounds in words."""
@@ -176,6 +182,7 @@ class Scene:
     """A validated scene. `scene.wall.thickness` and the like are SI values; series keys hold `TimeSeries`.
 
     `source` is the file it came from, `profile` the `PorosityProfile` that the bed names; either may be None.
+    `file_digests` tell the contents of the files that it names, as they were when it was made.
     """
 
     profile: PorosityProfile | None
@@ -201,6 +208,12 @@ class Scene:
         }
         for table, content in values.items():
             setattr(self, table, SimpleNamespace(**content))
+        self.file_digests = {
+            f"{table}.{name}": hashlib.sha256(value.read_bytes()).hexdigest()
+            for table, content in values.items()
+            for name, value in content.items()
+            if isinstance(value, Path)
+        }
         _check_together(self)
 
     @classmethod

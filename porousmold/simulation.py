@@ -80,6 +80,7 @@ class Simulation:
             with problem.stopwatch("flow"):
                 problem.guess_flow()
                 flow.solve()
+            self._check_direction()
             self._record(0.0)
             self._keep_snapshot()
         while self.time < operation.end_time * (1 - 1e-12) and not self._heated_for_good():
@@ -96,6 +97,7 @@ class Simulation:
                         problem.flow.renew(self.time, scene.solver.flow_tolerance)
                 with problem.stopwatch("energy"):
                     error = heat.step(self.time, step, after_jump=control.after_jump(self.time), bounds=self._bounds)
+                self._check_direction()
             except SolveError as failure:
                 self._restore(start, old_balance)
                 control.reject_failed(step, failure)
@@ -147,8 +149,7 @@ class Simulation:
         target = inlet(self.time)
         return target - low if inlet.values[-1] >= self.scene.operation.initial_temperature else high - target
 
-    def _record(self, step):
-        operation, balance = self.scene.operation, self.problem.heat.balance
+    def _check_direction(self):
         mass_flow = self.problem.mass_flow
         if mass_flow < -1e-3 * self.problem.estimates.mass_flow:
             raise SolveError(
@@ -157,6 +158,10 @@ class Simulation:
                 f"it runs backwards, {mass_flow:.3g} kg/s",
                 "a larger operation.pressure_drop, which must overcome operation.gravity",
             )
+
+    def _record(self, step):
+        operation, balance = self.scene.operation, self.problem.heat.balance
+        mass_flow = self.problem.mass_flow
         outlet = self.problem.value(self.problem.outlet_heat) / mass_flow if mass_flow else float("nan")
         rows = {
             "time": (self.time, "s"),
@@ -217,7 +222,7 @@ class Simulation:
         """Go on from what `memory()` gave; `array_of(name, space)` gives the local array of a name (collective)."""
         problem, flow = self.problem, self.problem.flow
         self.time, self._steps = numbers["time"], numbers["steps"]
-        self.control.step = min(numbers["next_step"], self.control.largest_step)
+        self.control.go_on_with(numbers["next_step"])
         self.control.rejected = numbers["rejected"]
         self.heating_time, self.heating_time_bed_side = numbers["heating_time"], numbers["heating_time_bed_side"]
         problem.heat.balance = type(problem.heat.balance)(**numbers["balance"])

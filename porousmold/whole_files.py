@@ -30,12 +30,17 @@ def output_file(path):
         raise InputError("--out", str(path), f"cannot be written: {error.strerror or error}") from error
 
 
-def held(path):
-    """An open file that no other process holds until it is closed, or the process ends; `OSError` if one does."""
+class InUseError(OSError):
+    """Another process holds the file."""
+
+
+def held(path, *, wait=False):
+    """An open file that no other process holds until it is closed, or the process ends; `InUseError` if one does, or with
+    `wait` when it has ended."""
     lock = path.open("w")
     try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        fcntl.flock(lock, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
     except BlockingIOError as error:
         lock.close()
-        raise OSError("another process is at work there") from error
+        raise InUseError("another process is at work there") from error
     return lock

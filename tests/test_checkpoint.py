@@ -13,7 +13,7 @@ from porousmold.checkpoint import NAME, NodeOrder, fingerprint
 from porousmold.running import RunInterrupted
 from porousmold.whole_files import held
 
-from .support import ALUMINIUM, COARSE, box, coarse_scene, under_mpirun
+from .support import ALUMINIUM, COARSE, STUDIES, box, coarse_scene, under_mpirun
 
 LAMINAR = {"model__turbulence": "none"}
 
@@ -82,6 +82,30 @@ def test_a_run_that_is_done_is_given_as_it_stands(tmp_path):
     before = (tmp_path / "result.json").stat().st_mtime_ns
     assert_same(run(scene, tmp_path, MPI.COMM_SELF, resume=True), first, 1e-15)
     assert (tmp_path / "result.json").stat().st_mtime_ns == before
+
+
+def test_another_run_s_results_do_not_stay_where_nothing_is_gone_on_from(tmp_path):
+    run(coarse_scene(operation__end_time=5.0, **LAMINAR), tmp_path, MPI.COMM_SELF)
+    other = coarse_scene(operation__end_time=6.0, output__fields=False, **LAMINAR)
+    run(other, tmp_path, MPI.COMM_SELF, resume=True)
+    assert json.loads((tmp_path / "result.json").read_text())["end_time"] == pytest.approx(6.0)
+    assert not (tmp_path / "fields.xdmf").exists()
+    for content in ("[]", "{", '{"status": "done"}'):
+        (tmp_path / "result.json").write_text(content)
+        assert run(other, tmp_path, MPI.COMM_SELF, resume=True).summary["end_time"] == pytest.approx(6.0)
+    (tmp_path / "history.csv").unlink()
+    assert run(other, tmp_path, MPI.COMM_SELF, resume=True).summary["time_steps"] > 0
+
+
+def test_a_file_that_changes_during_the_run_does_not_make_its_result_that_of_the_new_one(tmp_path):
+    profile = tmp_path / "profile.csv"
+    original = (STUDIES / "profiles" / "cylinder_ratio_20.csv").read_text()
+    profile.write_text(original)
+    scene = coarse_scene(bed__porosity_profile=str(profile), **LAMINAR)
+    before = fingerprint(scene)
+    profile.write_text(original + "\n")
+    assert fingerprint(scene) == before
+    assert fingerprint(scene.with_changes()) != before
 
 
 def test_a_longer_end_time_may_be_asked_for_but_no_other_scene(tmp_path):

@@ -40,6 +40,7 @@ def test_a_study_s_page_has_a_row_for_every_case(tmp_path):
 def test_a_folder_without_a_run_is_refused(tmp_path, capsys):
     with pytest.raises(InputError, match="not the folder of a run"):
         write_report(tmp_path)
-    (tmp_path / "result.json").write_text("{")
-    assert main(["report", str(tmp_path)]) == 2
+    for content in ("{", "[]", '{"heating_time": 1}'):
+        (tmp_path / "result.json").write_text(content)
+        assert main(["report", str(tmp_path)]) == 2
     assert "damaged" in capsys.readouterr().err

@@ -59,6 +59,11 @@ class TimeControl:
         self.step = min(self.largest_step, max(self.step, step) * min(self.growth, max(1.0, 0.9 * room)))
         return True
 
+    def go_on_with(self, step):
+        """Propose `step` next, or start small again where that was cut back so far that the solves gave up."""
+        given_up = step < self.first_step * SMALLEST_FRACTION
+        self.step = self.first_step if given_up else min(step, self.largest_step)
+
     def reject_failed(self, step, failure):
         """After a step that did not converge: a quarter of it next; raises `failure` when that gets absurdly small."""
         self.rejected += 1

@@ -81,7 +81,7 @@ def _study(options):
     signals = stop_signals.received()
     first = MPI.COMM_WORLD.rank == 0
     if options.collect:
-        if first and not out.is_dir():
+        if not MPI.COMM_WORLD.bcast(out.is_dir()):
             raise InputError("--out", str(out), "holds no study to collect")
         rows = collect(study, out)
     else:

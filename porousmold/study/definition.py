@@ -68,7 +68,7 @@ class Study:
         if not isinstance(record, list) or not record:
             raise InputError("study.record", record, "must be a list of names", where)
         for name in record:
-            if name not in RECORDS:
+            if not isinstance(name, str) or name not in RECORDS:
                 raise InputError("study.record", str(name), f"must be of {', '.join(RECORDS)}", where)
         base = path.parent / scene_path
         common = QUIET | _settings(_table(tables, "set", where), "set", where)

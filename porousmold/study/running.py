@@ -8,6 +8,7 @@ ends with its process: what a killed worker leaves behind is found missing, and 
 import csv
 import io
 import json
+import tempfile
 import time as clock
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,7 +20,7 @@ from ..errors import InputError, SolveError
 from ..running import RunInterrupted, run
 from ..scene import KEYS
 from ..series import TimeSeries
-from ..whole_files import held, whole_file
+from ..whole_files import InUseError, held, whole_file
 from .definition import RECORDS
 
 MISSING, BEGUN = "missing", "begun"
@@ -57,30 +58,48 @@ def run_study(study, out, *, group=1, part=(1, 1), progress=None, stop=lambda: F
             progress(sum(row_of(case, out, study.record).status != MISSING for case in cases))
             looked[0] = clock.monotonic()
 
+    problem = None
     for case in cases:
         if workers.bcast(bool(stop())):
             break
-        claim = _take(case, out, study.record, workers)
+        claim, problem = _take(case, out, study.record, workers)
+        if problem:
+            break
         if claim is None:
             continue
         try:
-            _run_case(case, out, workers, told, stop)
+            problem = _run_case(case, out, workers, told, stop)
         except RunInterrupted:
             break
         finally:
             claim.close()
-        if workers.rank == 0:
-            write_tables(study, out)
+        problem = problem or _on_leader(workers, write_tables, study, out)[1]
+        if problem:
+            break
         told()
-    world.barrier()
+    problems = [text for text in world.allgather(problem) if text]
+    if problems:
+        raise InputError("--out", str(out), f"cannot be written: {problems[0]}")
     return collect(study, out)
+
+
+def _on_leader(workers, action, *arguments):
+    """(what the action gives on the group's rank 0, None on the others; what an `OSError` there says, on all of them)."""
+    result = problem = None
+    if workers.rank == 0:
+        try:
+            result = action(*arguments)
+        except OSError as error:
+            problem = error.strerror or str(error)
+    return result, workers.bcast(problem)
 
 
 def collect(study, out):
     """The rows of a study as they stand in its folder, written to table.csv and table.json (collective)."""
-    world, out, rows = MPI.COMM_WORLD, Path(out), None
-    if world.rank == 0:
-        rows = write_tables(study, out)
+    world, out = MPI.COMM_WORLD, Path(out)
+    rows, problem = _on_leader(world, write_tables, study, out)
+    if problem:
+        raise InputError("--out", str(out), f"cannot be written: {problem}")
     return world.bcast(rows)
 
 
@@ -89,8 +108,8 @@ def _make_folder(out, world):
     if world.rank == 0:
         try:
             out.mkdir(parents=True, exist_ok=True)
-            (out / ".writable").touch()
-            (out / ".writable").unlink()
+            with tempfile.TemporaryFile(dir=out):
+                pass
         except OSError as error:
             problem = f"cannot be written: {error.strerror}"
     problem = world.bcast(problem)
@@ -106,43 +125,55 @@ class _NoClaim:
 
 
 def _take(case, out, record, workers):
-    """A claim on a case that is missing and not taken, else None (collective over the group)."""
-    claim = None
-    if workers.rank == 0 and row_of(case, out, record).status == MISSING:
-        try:
-            (out / case.name).mkdir(exist_ok=True)
-            claim = held(out / case.name / ".claim")
-            if row_of(case, out, record).status != MISSING:  # done by another in the meantime
-                claim.close()
-                claim = None
-        except OSError:
-            claim = None
+    """A claim on a case that is missing and not taken, else None; and what kept it from being made (collective)."""
+    claim, problem = _on_leader(workers, _claim, case, out, record)
     taken = workers.bcast(claim is not None)
-    if not taken:
+    return (claim or _NoClaim()) if taken else None, problem
+
+
+def _claim(case, out, record):
+    if row_of(case, out, record).status != MISSING:
         return None
-    return claim or _NoClaim()
+    (out / case.name).mkdir(exist_ok=True)
+    try:
+        claim = held(out / case.name / ".claim")
+    except InUseError:
+        return None
+    if row_of(case, out, record).status != MISSING:  # done by another in the meantime
+        claim.close()
+        return None
+    return claim
 
 
 def _run_case(case, out, workers, told, stop):
+    """Run a case and tell its folder; gives what kept that from being written."""
     folder, status, reason = out / case.name, "refused", case.reason
     if case.scene is not None:
-        begun = workers.rank == 0 and _told(folder).get("identity") == identity(case)
-        _tell(case, folder, workers, BEGUN, "")
-        try:
-            run(case.scene, folder, workers, progress=told, stop=stop, resume=workers.bcast(begun))
-            status, reason = "done", ""
-        except InputError as error:
-            status, reason = "refused", str(error)
-        except SolveError as error:
-            status, reason = "failed", str(error)
-    _tell(case, folder, workers, status, reason)
+        begun = workers.bcast(_told(folder).get("identity") == identity(case))
+        problem = _on_leader(workers, _tell, case, folder, BEGUN, "")[1]
+        if problem:
+            return problem
+        status, reason = _outcome(case, folder, workers, told, stop, begun)
+    return _on_leader(workers, _tell, case, folder, status, reason)[1]
 
 
-def _tell(case, folder, workers, status, reason):
-    if workers.rank == 0:
-        content = {"identity": identity(case), "status": status, "reason": reason, "settings": case.settings}
-        with whole_file(folder / "case.json") as temporary:
-            temporary.write_text(json.dumps(content, indent=2, default=str) + "\n", encoding="utf-8")
+def _outcome(case, folder, workers, told, stop, resume):
+    try:
+        run(case.scene, folder, workers, progress=told, stop=stop, resume=resume)
+        return "done", ""
+    except SolveError as error:
+        return "failed", str(error)
+    except InputError as error:
+        if error.key == "--resume":  # a damaged checkpoint is no use
+            return _outcome(case, folder, workers, told, stop, False)
+        # what has to do with the folder and not the scene may be otherwise at the next start
+        return BEGUN if error.key == "--out" else "refused", str(error)
+
+
+def _tell(case, folder, status, reason):
+    content = {"identity": identity(case), "status": status, "reason": reason, "settings": case.settings}
+    with whole_file(folder / "case.json") as temporary:
+        temporary.write_text(json.dumps(content, indent=2, default=str) + "\n", encoding="utf-8")
 
 
 def _told(folder):
@@ -161,9 +192,10 @@ def identity(case):
 
 def row_of(case, out, record):
     """The row of a case from its folder."""
-    missing = Row(case, MISSING, "", dict.fromkeys(record))
     told, values = _told(out / case.name), dict.fromkeys(record)
-    if told.get("identity") != identity(case) or told.get("status") in (None, BEGUN):
+    same = told.get("identity") == identity(case)
+    missing = Row(case, MISSING, str(told.get("reason", "")) if same else "", dict.fromkeys(record))
+    if not same or told.get("status") in (None, BEGUN):
         return missing
     try:
         if told["status"] == "done":
@@ -194,18 +226,13 @@ def setting(case, name):
 
 
 def write_tables(study, out):
-    """table.csv and table.json of all cases in their order; gives the rows. Left to another process that is at it."""
-    rows = [row_of(case, out, study.record) for case in study.cases]
-    try:
-        lock = held(out / ".table")
-    except OSError:
-        return rows
-    try:
+    """table.csv and table.json of all cases in their order; gives the rows. Waits for another process that is at it."""
+    with held(out / ".table", wait=True):
+        rows = [row_of(case, out, study.record) for case in study.cases]
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow([
-            *(f"{name} [{_unit(name)}]" for name in study.varied), "status",
-            *(f"{name} [{RECORDS[name]}]" for name in study.record), "reason", "folder",
+            *map(_head, study.varied), "status", *(f"{name} [{RECORDS[name]}]" for name in study.record), "reason", "folder",
         ])  # fmt: skip
         entries = []
         for row in rows:
@@ -220,12 +247,11 @@ def write_tables(study, out):
         ):
             with whole_file(out / name) as temporary:
                 temporary.write_text(content, encoding="utf-8")
-    finally:
-        lock.close()
     return rows
 
 
-def _unit(name):
+def _head(name):
+    """Head of the column of a key: with its unit, if it has one."""
     table, key = name.split(".")
-    kind = KEYS[table][key].kind
-    return {"delta_degC": "K", "": "1"}.get(kind, kind)
+    unit = KEYS[table][key].unit
+    return f"{name} [{unit}]" if unit else name

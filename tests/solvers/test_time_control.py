@@ -56,3 +56,11 @@ def test_gives_up_with_the_failure_itself():
             control.reject_failed(control.step, failure)
     assert caught.value is failure
     assert control.rejected < 20
+
+
+def test_going_on_after_solves_gave_up_starts_small_again():
+    control = TimeControl(1.0, 1.5, 100.0, 5.0, 1e4)
+    control.go_on_with(40.0)
+    assert control.propose(10.0) == 40.0
+    control.go_on_with(1e-9)
+    assert control.propose(10.0) == 1.0

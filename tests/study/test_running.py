@@ -5,6 +5,7 @@ import json
 
 import pytest
 
+from porousmold import InputError
 from porousmold.cli import main
 from porousmold.study.definition import Study
 from porousmold.study.running import collect, row_of, run_study
@@ -93,6 +94,8 @@ def test_parts_of_an_array_job_make_one_table(study_file, tmp_path, capsys):
     for part in ("0/3", "4/3", "x", "1"):
         assert main(["study", str(study_file), "--part", part]) == 2
     assert main(["study", str(study_file), "--out", str(tmp_path / "none"), "--collect"]) == 2
+    nowhere = ["-m", "porousmold", "study", str(study_file), "--out", str(tmp_path / "none"), "--collect"]
+    assert under_mpirun(2, *nowhere, timeout=60).returncode == 2  # every rank is told
 
 
 @pytest.mark.parametrize("group", [1, 2])
@@ -107,6 +110,26 @@ def test_workers_under_mpirun_give_the_same_table(study_file, tmp_path, group):
     for one, other in zip(collect(study, alone), collect(study, together), strict=True):
         if one.status == "done":
             assert other.values["heating_time"] == pytest.approx(one.values["heating_time"], rel=1e-6)
+
+
+def test_a_folder_in_the_way_is_told_and_what_it_kept_from_running_is_run_later(study_file, tmp_path):
+    out, study = tmp_path / "out", Study.load(study_file)
+    out.mkdir()
+    (out / study.cases[1].name).write_text("a file where a folder should be")
+    with pytest.raises(InputError, match="cannot be written"):
+        run_study(study, out)
+    (out / study.cases[1].name).unlink()
+    assert [row.status for row in run_study(study, out)] == ["done", "done", "refused"] * 2
+
+
+def test_trouble_with_a_folder_is_not_kept_as_the_case_s_answer(study_file, tmp_path):
+    out, study = tmp_path / "out", Study.load(study_file)
+    (out / study.cases[0].name).mkdir(parents=True)
+    lock = held(out / study.cases[0].name / ".lock")  # as a run of the user's own would
+    row = run_study(study, out)[0]
+    assert row.status == "missing" and "another process" in row.reason
+    lock.close()
+    assert run_study(study, out)[0].status == "done"
 
 
 def test_bad_groups_and_folders_are_refused(study_file, tmp_path, capsys):
