@@ -159,9 +159,12 @@ class EnergyEquations:
         # with one temperature the beads' heat, too, is what the advection balances
         streamline = transport.streamline
         lumped = streamline.lumped if self.two_temperatures else streamline.lumped_downstream
-        bead = (1.0 - self.bed.porosity) * lumped(
+        bead = lumped(
             volumetric_heat(beads, bead_temperature), capacity * streamline.along(bead_temperature), bead_test
         )
+        for w, (f, v) in streamline.changes_across(bead_temperature, bead_test):
+            bead += w * lumped(capacity * f, capacity * streamline.along(f), v)
+        bead *= 1.0 - self.bed.porosity
         form += weight * bead * self.dx_bed
         if self.thin_wall is not None:
             form += weight * self.thin_wall.volume * volumetric_heat(self.wall, temperature) * test * self.thin_wall.ds
@@ -204,18 +207,25 @@ class EnergyEquations:
         bed, weight, wall, streamline = self.bed, self.coordinates.weight, self.wall, transport.streamline
         bead_conductivity = bed.beads.conductivity(bead_temperature)
         fluid = ufl.dot(transport.advection, ufl.grad(temperature)) * streamline.downstream(test)
+        for w, (f, v) in streamline.changes_across(temperature, test):
+            fluid += w * ufl.dot(transport.advection, ufl.grad(f)) * streamline.downstream(v)
         fluid += transport.conduction * streamline.conducted(temperature, test)
         bead = (1.0 - bed.porosity) * bead_conductivity * ufl.dot(ufl.grad(bead_temperature), ufl.grad(bead_test))
         if self.two_temperatures:
             difference = temperature - bead_temperature
             fluid += streamline.exchanged_downstream(transport.exchange, difference, test)
             bead -= streamline.exchanged(transport.exchange, difference, bead_test)
+            for w, (f, v, u) in streamline.changes_across(difference, test, bead_test):
+                fluid += w * streamline.exchanged_downstream(transport.exchange, f, v)
+                bead -= w * streamline.exchanged(transport.exchange, f, u)
         if bed.rev_vector is not None:
             fluid_conductivity = self.effective_conductivity(temperature)
             fluid -= fluid_conductivity * ufl.dot(bed.rev_vector, ufl.grad(temperature)) * test
             bead += bead_conductivity * ufl.dot(bed.rev_vector, ufl.grad(bead_temperature)) * bead_test
         form = weight * (fluid + bead) * self.dx_bed
         form -= weight * self.enthalpy_entering(temperature) * test * self.inlet
+        for w, (f, v) in streamline.changes_across(temperature, test):
+            form += weight * w * self._laws.heat_capacity(temperature) * -self.outward_mass_flux * f * v * self.inlet
         if self.thin_wall is not None and wall is not None:
             along, test_along = (self._along_the_wall(ufl.grad(f)) for f in (temperature, test))
             conducted = self.thin_wall.volume * wall.conductivity(temperature) * ufl.dot(along, test_along)

@@ -40,9 +40,10 @@ class Streamline:
 
     `reach` is half a cell along the flow (a vector, m); D f = reach.grad f is half the change of f over a cell. `upwind`
     is chi = 2 tau |a|/h: 1 where the flow wins over conduction across the cell and over exchange, 0 where it loses.
-    Cells with `monotone` = 1, else 0, trade second order for bounds: there what is stored and exchanged is lumped along
-    the flow, the fluid's balance is that of the cell's downstream end, and `fitting` (beta) leaves to that end as much
-    of the exchange as keeps every node an average of its upstream neighbour and its beads.
+    Cells with `monotone` = 1, else 0, trade second order for bounds: there chi = 1, what is stored and exchanged is lumped
+    along the flow, the fluid's balance is that of the cell's downstream end, and `fitting` (beta) leaves to that end as
+    much of the exchange as keeps every node an average of its upstream neighbour and its beads. Where the cells lie along
+    the flow, all of it is lumped `across` the flow, too: pairs of an axis and the square of half a cell (m2).
     """
 
     reach: Any
@@ -51,6 +52,7 @@ class Streamline:
     exchange: Any
     monotone: Any
     from_middle: Any
+    across: tuple = ()
 
     @classmethod
     def of(cls, coordinates, advection, diffusion, exchange, entrance, monotone, straight):
@@ -73,10 +75,22 @@ class Streamline:
         spread = ufl.conditional(ufl.gt(entrance, 0.5), inverse**2, ufl.sqrt(ufl.inner(metric_tensor, metric_tensor)))
         reaction = (1.0 - monotone) * exchange
         upwind = carried / ufl.sqrt(carried**2 + (3.0 * diffusion * spread) ** 2 + reaction**2 + 1e-60)
-        carried_units = upwind * 2.0 * exchange  # chi r, in units of `carried`
-        fitting = 1.0 - (1.0 + upwind) * carried / (carried_units + 1e-30)
+        upwind = monotone + (1.0 - monotone) * upwind
+        fitting = 1.0 - carried / (exchange + 1e-30)
         fitting = ufl.conditional(ufl.gt(fitting, 0.0), fitting, 0.0)
-        return cls(direction / inverse, upwind, fitting, exchange, monotone, coordinates.from_middle)
+        across = tuple((axis, 1.0 / metric_tensor[axis, axis]) for axis in range(1, len(advection))) if straight else ()
+        return cls(direction / inverse, upwind, fitting, exchange, monotone, coordinates.from_middle, across)
+
+    def changes_across(self, *functions):
+        """Weights with the functions' changes across the cell: what lumps a product, added up, where monotone.
+
+        For linear f and g, the integral of f g + 2/3 (h/2)^2 f' g' is that of their product at the nodes.
+        """
+        terms = [(1.0, functions)]
+        for axis, square in self.across:
+            factor = 2.0 / 3.0 * self.monotone * square
+            terms += [(w * factor, tuple(f.dx(axis) for f in changed)) for w, changed in terms]
+        return terms[1:]
 
     def along(self, function):
         """D f."""
@@ -111,9 +125,6 @@ class Streamline:
     def exchanged_downstream(self, coefficient, value, test):
         """Exchange of `value` as the fluid has it; for a uniform test the same as `exchanged`."""
         change, test_change = self.along(value), self.along(test)
-        chi, beta = self.upwind, self.fitting
-        nodal = (value + beta * change) * test + (
-            (chi + (1.0 - chi) * beta) * value + (2.0 / 3.0 - chi + chi * beta) * change
-        ) * test_change
-        upwinded = coefficient * value * (test + chi * test_change)
+        nodal = (value + self.fitting * change) * (test + test_change) - change * test_change / 3.0
+        upwinded = coefficient * value * (test + self.upwind * test_change)
         return (1.0 - self.monotone) * upwinded + self.monotone * self.exchange * nodal

@@ -76,20 +76,21 @@ class FrozenTransport:
         along = transport.streamline
         self._cells = [
             (fem.Function(cells), fenicsx.compiled_expression(expression, cells))
-            for expression in (along.upwind, along.fitting, along.exchange)
+            for expression in (along.fitting, along.exchange)
         ]
         given = [along.reach, along.upwind, transport.advection, transport.conduction]
         given += [transport.exchange] if transport.exchange is not None else []
         self._points = [fenicsx.PointValues(domain.mesh, expression, quadrature_degree) for expression in given]
         reach, upwind, *points = (point.value for point in self._points)
-        upwind_of_cell, fitting, exchange = (function for function, _ in self._cells)
+        fitting, exchange = (function for function, _ in self._cells)
         streamline = Streamline(
             reach,
-            (1.0 - self.monotone) * upwind + self.monotone * upwind_of_cell,
+            upwind,
             fitting,
             exchange,
             self.monotone,
             equations.coordinates.from_middle,
+            along.across,
         )
         advection, conduction, *exchanged = points
         self.frozen = Transport(advection, conduction, exchanged[0] if exchanged else None, streamline)
