@@ -262,15 +262,20 @@ def box_mesh(communicator, cells):
     kind = mesh.CellType.quadrilateral if flat else mesh.CellType.hexahedron
     corners = [np.zeros(len(cells)), np.ones(len(cells))]
     domain = create(communicator, corners, list(cells), kind, ghost_mode=mesh.GhostMode.shared_facet)
-    create_connectivities(domain)
+    _complete(domain)
     return domain
 
 
-def create_connectivities(domain):
-    """Cell-cell and facet-cell connectivities, which locating and tagging entities need."""
+def _complete(domain):
+    """Cell-cell and facet-cell connectivities, which locating and tagging entities need; a coordinate element that stays."""
     dimension = domain.topology.dim
     domain.topology.create_connectivity(dimension, dimension)
     domain.topology.create_connectivity(dimension - 1, dimension)
+    if _basix_ufl is None:
+        # FFCx 0.5 changes it to this at its first compilation, and what was hashed before is not found again
+        element = domain.ufl_domain().ufl_coordinate_element()
+        nodal = ufl.FiniteElement(element.family(), element.cell(), element.degree(), variant="equispaced")
+        domain.ufl_domain()._ufl_coordinate_element = ufl.VectorElement(nodal)
 
 
 def read_gmsh(path, communicator, regions, boundaries):
@@ -303,7 +308,7 @@ def read_gmsh(path, communicator, regions, boundaries):
     domain, cell_tags, facet_tags = tuple(reader.model_to_mesh(gmsh.model, communicator, 0, gdim=2))[:3]
     if communicator.rank == 0:
         gmsh.finalize()
-    create_connectivities(domain)
+    _complete(domain)
     return domain, cell_tags, facet_tags
 
 

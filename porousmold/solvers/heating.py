@@ -166,19 +166,23 @@ class TransientHeat:
         """One step of `step` seconds from `time`; gives the estimated error (K). The heat balance is brought forward.
 
         `after_jump` takes the backward Euler method, which damps what a jump of the inlet excites and other methods let
-        swing. Where a temperature leaves `bounds` (K), the cells around it become monotone and the step is repeated.
+        swing. Where a temperature leaves `bounds` (K), the cells around it become monotone and the step is repeated, in the
+        end by the backward Euler method.
         Raises `SolveError` if a stage does not converge; the unknown and the balance are then as before.
         """
         self._release_cells()
         parts = [(step, BACKWARD_EULER)] if after_jump else [(step, STAGES)]
+        # where marking cells does not help: the fluid jumps where its equation has changed, which the backward Euler
+        # method damps; no method of higher order keeps bounds at any step
+        damped, rest = (DAMPING_PART * step, BACKWARD_EULER), (1.0 - DAMPING_PART) * step
+        safer = iter([[damped, (rest, parts[0][1])], [damped, (rest, BACKWARD_EULER)]])
         start = self.unknown.x.array.copy()
-        for _ in range(MOST_REPETITIONS):
+        for left in reversed(range(MOST_REPETITIONS)):
             flows, stored = self._take_all(time, parts)
             out, new = self._limit_cells(bounds)
-            if not out or (not new and len(parts) > 1):
+            parts = parts if new else next(safer, None)
+            if not out or parts is None or not left:
                 break
-            if not new:  # the fluid jumps where its equation has changed: damp that first
-                parts = [(DAMPING_PART * step, BACKWARD_EULER), ((1.0 - DAMPING_PART) * step, parts[-1][1])]
             self.repetitions += 1
             self.unknown.x.array[:] = start
         for name, heat in flows.items():
