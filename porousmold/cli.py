@@ -214,6 +214,8 @@ def summary_text(scene, summary, out, pictures):
         f"heat balance: {summary['heat_by_fluid'] / 1e6:.4g} MJ from the fluid, "
         f"{summary['energy_imbalance']:.1e} of it unaccounted for; "
         f"temperatures {low_high[0] - 273.15:.2f} to {low_high[1] - 273.15:.2f} °C",
+        f"spent: {summary['fluid_heat'] / 1e6:.4g} MJ to bring the fluid to the inlet temperature, "
+        f"{summary['pumping_work'] / 1e6:.4g} MJ to drive it through the bed",
         f"{summary['unknowns']['flow']} + {summary['unknowns']['energy']} unknowns (flow + energy), "
         f"{summary['time_steps']} steps, {seconds['total']:.1f} s "
         f"(flow {seconds['flow']:.1f}, energy {seconds['energy']:.1f}, compiling {seconds['compile']:.1f})",

@@ -275,6 +275,9 @@ class Discretisation:
             outflow = coordinates.weight * self.energy_equations.outward_mass_flux
             self._mass_out = fenicsx.compiled_form(outflow * ds(geometry.OUTLET))
             self._mass_in = fenicsx.compiled_form(-outflow * ds(geometry.INLET))
+            self._inlet_pressure = fenicsx.compiled_form(
+                coordinates.weight * self.flow_state.pressure / self._constant(self._inlet_area()) * ds(geometry.INLET)
+            )
             temperature = ufl.split(self.heat.unknown)[0] if self.two_temperatures else self.heat.unknown
             self.outlet_heat = fenicsx.compiled_form(outflow * temperature * ds(geometry.OUTLET))
 
@@ -456,6 +459,11 @@ class Discretisation:
     def mass_flow(self):
         """Mass flow out of the outlet, kg/s, of what is computed (per metre width where that has no width)."""
         return self.value(self._mass_out)
+
+    @property
+    def pressure_drop(self):
+        """Mean pressure over the inlet above that at the outlet, Pa."""
+        return self.value(self._inlet_pressure)
 
     @property
     def mass_imbalance(self):

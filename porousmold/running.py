@@ -12,6 +12,7 @@ from mpi4py import MPI
 from . import __version__
 from .accuracy import scenes_to_run
 from .checkpoint import fingerprint
+from .energy_use import energy_use
 from .errors import InputError, SolveError
 from .results import RunFolder
 from .scene import SMALLEST_RATIO
@@ -174,6 +175,9 @@ def summarise(simulation, heating_time_error=None, failure=None, interrupted=Fal
     recorded = bool(history.columns)
     lows, highs = (history.columns.get(name, []) for name in ("lowest_temperature", "highest_temperature"))
     bounds = [min(lows), max(highs)] if recorded else None
+    used = dict.fromkeys(("fluid_heat", "pumping_work", "energy_spent", "mean_power"))
+    if recorded:
+        used = energy_use(history, simulation.problem.fluid, scene.operation, simulation.heating_time)
     return {
         "status": "failed" if failure else "interrupted" if interrupted else "done",
         "failure": str(failure) if failure else None,
@@ -188,6 +192,7 @@ def summarise(simulation, heating_time_error=None, failure=None, interrupted=Fal
         "energy_rev_residual": balance.by_rev_terms / balance.by_fluid if balance.by_fluid else 0.0,
         "heat_by_fluid": balance.by_fluid,
         "heat_stored": balance.stored,
+        **used,
         "temperature_bounds": bounds,
         "time_steps": len(history["time"]) - 1 if recorded else 0,
         "rejected_steps": simulation.control.rejected,

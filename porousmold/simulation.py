@@ -171,6 +171,7 @@ class Simulation:
             "deficit_wall": (self._deficit("wall"), "K"),
             "deficit_bed_side": (self._deficit("bed_side"), "K"),
             "mass_flow": (mass_flow, "kg/s"),
+            "pressure_drop": (self.problem.pressure_drop, "Pa"),
             "heat_by_fluid": (balance.by_fluid, "J"),
             "heat_through_outer_wall": (balance.through_outer_wall, "J"),
             "heat_stored": (balance.stored, "J"),

@@ -67,6 +67,8 @@ _EXAMPLES = {
     "Pa*s": ("viscosity", "1 mPa*s"),
     "W/(m^2*K)": ("heat transfer coefficient", "5 W/m^2/K"),
     "W/m^2": ("heat flux", "50 W/m^2"),
+    "J": ("energy", "4 MJ"),
+    "W": ("power", "2 kW"),
     "m/s^2": ("acceleration", "9.81 m/s^2"),
     "": ("a pure number", "0.4"),
 }

@@ -40,7 +40,7 @@ LADDER = {
     "developed, laminar": {"model.flow": "developed", "model.turbulence": "none"},
     "plug": {"model.flow": "plug", "model.turbulence": "none"},
 }
-MESHES, STEPS = (0.7, 1.0, 1.5), (0.5, 1.0)
+MESHES, STEPS = (0.5, 0.7, 1.0, 1.5), (0.5, 1.0)
 REPETITIONS = 5
 
 

@@ -171,17 +171,17 @@ class TransientHeat:
         Raises `SolveError` if a stage does not converge; the unknown and the balance are then as before.
         """
         self._release_cells()
-        parts = [(step, BACKWARD_EULER)] if after_jump else [(step, STAGES)]
+        first = BACKWARD_EULER if after_jump else STAGES
         # where marking cells does not help: the fluid jumps where its equation has changed, which the backward Euler
-        # method damps; no method of higher order keeps bounds at any step
+        # method damps; and no method of higher order keeps bounds at any step
         damped, rest = (DAMPING_PART * step, BACKWARD_EULER), (1.0 - DAMPING_PART) * step
-        safer = iter([[damped, (rest, parts[0][1])], [damped, (rest, BACKWARD_EULER)]])
-        start = self.unknown.x.array.copy()
+        ways = [[(step, first)], [damped, (rest, first)], [damped, (rest, BACKWARD_EULER)]]
+        way, start = 0, self.unknown.x.array.copy()
         for left in reversed(range(MOST_REPETITIONS)):
-            flows, stored = self._take_all(time, parts)
+            flows, stored = self._take_all(time, ways[way])
             out, new = self._limit_cells(bounds)
-            parts = parts if new else next(safer, None)
-            if not out or parts is None or not left:
+            way += not new
+            if not out or way == len(ways) or not left:
                 break
             self.repetitions += 1
             self.unknown.x.array[:] = start

@@ -1,4 +1,4 @@
-"""The commands that run many cases: study, sensitivity."""
+"""The commands that run many cases: study, sensitivity, optimum."""
 
 import math
 import re
@@ -31,6 +31,11 @@ def add_commands(commands):
     sensitivity.add_argument("--step", default="0.05", help="relative change of every parameter (default 0.05)")
     sensitivity.add_argument("--quiet", action="store_true", help="no progress bar, no summary")
     sensitivity.set_defaults(command=_sensitivity)
+    optimum = commands.add_parser("optimum", help="the best parameters of a study under limits, as its [optimum] says")
+    optimum.add_argument("study", metavar="STUDY.toml")
+    optimum.add_argument("--out", metavar="DIR", help="folder to write (default: runs/NAME OF STUDY)")
+    optimum.add_argument("--quiet", action="store_true", help="no progress bar, no summary")
+    optimum.set_defaults(command=_optimum)
 
 
 def _part(text):
@@ -67,6 +72,39 @@ def _sensitivity(options):
                       else f"{entry.parameter:30s} none: {entry.reason}")  # fmt: skip
             print(f"written to {out}: elasticities.json, {picture.name}")
     return INTERRUPTED if signals else DONE
+
+
+def _optimum(options):
+    from .optimum import load, search, summary_text, write
+
+    study, aim = load(options.study)
+    out = Path(options.out) if options.out else Path("runs") / Path(options.study).stem
+    from mpi4py import MPI
+
+    signals, first = stop_signals.received(), MPI.COMM_WORLD.rank == 0
+    bars: list = []
+
+    def bar(cases):
+        if options.quiet or not first:
+            return None
+        while bars:
+            bars.pop().close()
+        bars.append(Bar(cases))
+        return bars[0]
+
+    try:
+        found = search(study, aim, out, progress=bar, stop=lambda: bool(signals))
+    finally:
+        while bars:
+            bars.pop().close()
+    if found is None:
+        return INTERRUPTED
+    if first:
+        written = write(found, study, aim, out)
+        if not options.quiet:
+            print(summary_text(found, study, aim))
+            print(f"written to {out}: {', '.join(path.name for path in written)}")
+    return DONE
 
 
 def _study(options):

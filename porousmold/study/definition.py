@@ -5,7 +5,7 @@ import hashlib
 import itertools
 import json
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,8 @@ DESIGNS = ("grid", "one-at-a-time", "cases")
 RECORDS = {
     "heating_time": "s", "heating_time_bed_side": "s", "heating_time_error": "1", "end_time": "s",
     "mass_flow_initial": "kg/s", "mass_flow_final": "kg/s", "mass_imbalance": "1", "energy_imbalance": "1",
-    "heat_by_fluid": "J", "heat_stored": "J", "time_steps": "1", "rejected_steps": "1", "bead_biot_number": "1",
+    "heat_by_fluid": "J", "heat_stored": "J",
+    "fluid_heat": "J", "pumping_work": "J", "energy_spent": "J", "mean_power": "W", "time_steps": "1", "rejected_steps": "1", "bead_biot_number": "1",
     "bead_reynolds_number": "1", "unknowns.flow": "1", "unknowns.energy": "1", "wall_seconds.total": "s",
     "wall_seconds.flow": "s", "wall_seconds.energy": "s",
 }  # fmt: skip
@@ -47,6 +48,17 @@ class Study:
     cases: list[Case]
     varied: list[str]
     record: list[str] = field(default_factory=lambda: ["heating_time"])
+    base: Path | None = None
+    common: dict[str, Any] = field(default_factory=dict)
+    """The base scene's file and the settings for all cases, of which `case` makes further ones."""
+
+    def case(self, settings):
+        """A case of this study with other settings {'table.key': value}."""
+        return _case(settings, self.base, self.common)
+
+    def with_cases(self, cases):
+        """This study with other cases."""
+        return replace(self, cases=cases)
 
     @classmethod
     def load(cls, path):
@@ -55,9 +67,9 @@ class Study:
         path = Path(path)
         tables = read_toml("study", path)
         where = str(path)
-        _check_names(tables, ("study", "set", "vary", "case"), "", where)
-        head = _table(tables, "study", where)
-        _check_names(head, ("scene", "design", "record"), "study.", where)
+        check_names(tables, ("study", "set", "vary", "case", "optimum"), "", where)
+        head = table_of(tables, "study", where)
+        check_names(head, ("scene", "design", "record"), "study.", where)
         scene_path = head.get("scene")
         if not isinstance(scene_path, str):
             raise InputError("study.scene", scene_path, "must name the base scene's file", where)
@@ -71,23 +83,25 @@ class Study:
             if not isinstance(name, str) or name not in RECORDS:
                 raise InputError("study.record", str(name), f"must be of {', '.join(RECORDS)}", where)
         base = path.parent / scene_path
-        common = QUIET | _settings(_table(tables, "set", where), "set", where)
+        common = QUIET | _settings(table_of(tables, "set", where), "set", where)
         Scene.from_file(base, common)  # a base that is no scene is refused here
         combinations = _combinations(design, tables, where)
         cases = [_case(settings, base, common) for settings in combinations]
         _make_unique(cases, where)
         varied = list(dict.fromkeys(name for settings in combinations for name in settings))
-        return cls(cases, varied, list(dict.fromkeys(record)))
+        return cls(cases, varied, list(dict.fromkeys(record)), base, common)
 
 
-def _table(tables, name, where):
+def table_of(tables, name, where):
+    """The table of a name, empty where there is none."""
     content = tables.get(name, {})
     if not isinstance(content, dict):
         raise InputError(name, str(content), "must be a table", where)
     return content
 
 
-def _check_names(table, known, prefix, where):
+def check_names(table, known, prefix, where):
+    """Refuse (`InputError`) a name that is not known."""
     for name in table:
         if name not in known:
             near = difflib.get_close_matches(name, known, n=1)
@@ -105,7 +119,7 @@ def _settings(table, place, where):
             near = difflib.get_close_matches(group, known, n=1)
             raise InputError(f"{place}.{group}", None if isinstance(content, dict) else str(content),
                              "is not a key of a scene" + (f"; did you mean {near[0]!r}?" if near else ""), where)  # fmt: skip
-        _check_names(entries, tuple(KEYS[group]), f"{place}.{group}.", where)
+        check_names(entries, tuple(KEYS[group]), f"{place}.{group}.", where)
         settings |= {f"{group}.{name}": value for name, value in entries.items()}
     return settings
 
@@ -122,7 +136,7 @@ def _combinations(design, tables, where):
         raise InputError("case", None, f"has no place with design {design!r}", where)
     varied = {
         name: _values(f"vary.{name}", name, given, where)
-        for name, given in _settings(_table(tables, "vary", where), "vary", where).items()
+        for name, given in _settings(table_of(tables, "vary", where), "vary", where).items()
     }
     if not varied:
         raise InputError("vary", None, "must name at least one key of the scene with its values", where)
@@ -134,7 +148,7 @@ def _combinations(design, tables, where):
 def _values(place, name, given, where):
     """A list of values, or a range {from, to, count, spacing} of them in SI."""
     if isinstance(given, dict):
-        _check_names(given, ("from", "to", "count", "spacing"), f"{place}.", where)
+        check_names(given, ("from", "to", "count", "spacing"), f"{place}.", where)
         table, key = name.split(".")
         kind = KEYS[table][key].kind
         if kind in ("choice", "integer", "flag", "file"):
@@ -157,8 +171,9 @@ def _values(place, name, given, where):
 
 def _case(settings, base, common):
     parts = [f"{name}={value}" for name, value in settings.items()]
-    name = re.sub(r"[^A-Za-z0-9.,=+-]+", "_", ",".join(parts)) or "base"
-    if len(name) > LONGEST_NAME:
+    text = ",".join(parts).replace(" ", "_") or "base"
+    name = re.sub(r"[^A-Za-z0-9_.,=+-]+", "_", text)
+    if name != text or len(name) > LONGEST_NAME:  # "500 µm" and "500 m" are to be two
         digest = hashlib.sha256(",".join(parts).encode()).hexdigest()[:12]
         name = f"{name[: LONGEST_NAME - 13]}-{digest}"
     try:

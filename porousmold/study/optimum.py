@@ -1,0 +1,266 @@
+r"""The best parameters within bounds, under a limit on energy or power, and the trade-off between the two.
+
+A study's grid is run first. Through the logarithms of its results goes a radial basis function (thin-plate spline with a
+linear part) of the parameters, each logarithmic where all its values are positive; on that scipy's SLSQP finds the minimum
+under the limits. The minimum is then run, and joins the grid for the next search, until what is foreseen and what is run
+agree to `AGREEMENT`. What is reported is always a run, never the interpolation. The trade-off curve is the same search under a
+row of limits, from the least that can be had to what the free minimum takes.
+"""
+
+import json
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from mpi4py import MPI
+from scipy.interpolate import RBFInterpolator
+from scipy.optimize import minimize
+
+from ..errors import InputError
+from ..tables import read_toml
+from ..units import to_si
+from ..whole_files import output_file
+from .definition import RECORDS, Study, check_names, table_of
+from .running import run_study, setting
+
+AGREEMENT = 0.003
+MOST_ROUNDS = 6
+TRADE_OFF_POINTS = 7
+TRADE_OFF_ROUNDS = 2
+DIGITS = 4
+"""Digits of the values that are tried."""
+
+
+@dataclass(frozen=True)
+class Aim:
+    """What a study's table [optimum] asks for: the record to minimise, limits (SI) by record, the other one of the trade-off."""
+
+    minimise: str
+    below: dict
+    trade_off: str | None
+
+
+@dataclass(frozen=True)
+class Optimum:
+    """The best run: its row, the best row for every limit of the trade-off, and whether the search came to agreement."""
+
+    row: object
+    trade_off: list
+    agreed: bool
+
+
+def load(path):
+    """The `Study` and `Aim` of a file. Raises `InputError` naming the key for anything impossible."""
+    path = Path(path)
+    study, where = Study.load(path), str(path)
+    head = table_of(read_toml("study", path), "optimum", where)
+    check_names(head, ("minimise", "below", "trade_off"), "optimum.", where)
+    minimise, below, trade_off = head.get("minimise", "heating_time"), head.get("below", {}), head.get("trade_off")
+    if not isinstance(below, dict):
+        raise InputError(
+            "optimum.below", str(below), "must be a table of limits, such as { fluid_heat = '3 MJ' }", where
+        )
+    for key, name in [("minimise", minimise), ("trade_off", trade_off), *(("below", name) for name in below)]:
+        if name not in study.record and not (key == "trade_off" and name is None):
+            raise InputError(f"optimum.{key}", str(name), f"must be one of study.record {study.record}", where)
+    limits = {
+        name: to_si(f"optimum.below.{name}", given, RECORDS[name].replace("1", ""), where)
+        for name, given in below.items()
+    }
+    for name, limit in limits.items():
+        if not limit > 0.0:
+            raise InputError(f"optimum.below.{name}", limit, "must be > 0", where)
+    if trade_off == minimise:
+        raise InputError("optimum.trade_off", trade_off, "must be another record than optimum.minimise", where)
+    for name in study.varied:
+        values = {setting(case, name) for case in study.cases if case.scene is not None}
+        if len(values) < 3 or not all(isinstance(value, int | float) for value in values):
+            raise InputError(f"vary.{name}", None, "must have three numbers at least to search between them", where)
+    return study, Aim(minimise, limits, trade_off)
+
+
+class _Surface:
+    """Interpolates the records of rows over the unit cube of the varied parameters."""
+
+    def __init__(self, study, rows, records):
+        self._names = study.varied
+        known = [row for row in rows if all(_positive(row.values[name]) for name in records)]
+        if len(known) < len(self._names) + 2:
+            raise InputError(
+                "study", f"{len(known)} of {len(rows)} cases reached their end", "is too few to search between"
+            )
+        places = np.array([[float(setting(row.case, name)) for name in self._names] for row in known])
+        self._logarithmic = np.all(places > 0.0, axis=0)
+        places = self._scaled(places)
+        self._low, self._high = places.min(axis=0), places.max(axis=0)
+        self.places = (places - self._low) / (self._high - self._low)
+        self._values = {name: np.log([row.values[name] for row in known]) for name in records}
+        self._fits = {name: RBFInterpolator(self.places, values) for name, values in self._values.items()}
+
+    def _scaled(self, values):
+        return np.where(self._logarithmic, np.log(np.where(self._logarithmic, values, 1.0)), values)
+
+    def __call__(self, name, place):
+        """Logarithm of a record at a place of the unit cube."""
+        return float(self._fits[name](np.clip(place, 0.0, 1.0)[None, :])[0])
+
+    def settings(self, place):
+        """Values of the parameters at a place, rounded."""
+        values = self._low + place * (self._high - self._low)
+        values = np.where(self._logarithmic, np.exp(values), values)
+        return {name: float(f"{value:.{DIGITS}g}") for name, value in zip(self._names, values, strict=True)}
+
+    def minimum(self, name, limits):
+        """Place of the least value of a record under limits {record: SI}; the least excess where they cannot be met."""
+        constraints = [
+            {"type": "ineq", "fun": lambda x, n=n, limit=limit: math.log(limit) - self(n, x)}
+            for n, limit in limits.items()
+        ]
+
+        def excess(x):
+            return sum(max(0.0, self(n, x) - math.log(limit)) for n, limit in limits.items())
+
+        starts = sorted(self.places, key=lambda x: (round(excess(x), 3), self(name, x)))[:5]
+        ends = [
+            np.clip(minimize(lambda x: self(name, x), x, method="SLSQP", bounds=[(0.0, 1.0)] * len(x),
+                             constraints=constraints).x, 0.0, 1.0) for x in starts
+        ]  # fmt: skip
+        return min([*starts, *ends], key=lambda x: (round(excess(x), 4), self(name, x)))
+
+
+def _positive(value):
+    return isinstance(value, int | float) and math.isfinite(value) and value > 0.0
+
+
+def search(study, aim, out, *, progress=lambda cases: None, stop=lambda: False):
+    """Run what is missing in `out`, search, and give the `Optimum` (collective); None if it was stopped.
+
+    progress: called as progress(number of cases) before each batch of runs; gives what `run_study` takes as progress, or
+    None. Raises `InputError` if too few cases reach their end.
+    """
+    rows = run_study(study, out, progress=progress(len(study.cases)), stop=stop)
+    records = list(dict.fromkeys([aim.minimise, *aim.below, *([aim.trade_off] if aim.trade_off else [])]))
+
+    def run_at(wanted):
+        """Run the minima under the given limits; the largest difference of what was foreseen from what was found."""
+        nonlocal study, rows
+        surface = _Surface(study, rows, records)
+        places = MPI.COMM_WORLD.bcast([surface.minimum(name, limits) for name, limits in wanted])
+        known = {case.name for case in study.cases}
+        cases = [study.case(surface.settings(place)) for place in places]
+        more = {case.name: case for case in cases if case.name not in known}
+        study = study.with_cases([*study.cases, *more.values()])
+        rows = run_study(study, out, progress=progress(len(study.cases)), stop=stop)
+        found = {row.case.name: row for row in rows}
+        differences = [0.0]
+        for case, place in zip(cases, places, strict=True):
+            for name in records:
+                value = found[case.name].values[name]
+                differences.append(abs(math.log(value) - surface(name, place)) if _positive(value) else math.inf)
+        return max(differences)
+
+    agreed = False
+    for _ in range(MOST_ROUNDS):
+        if any(row.status == "missing" for row in rows):
+            return None
+        agreed = run_at([(aim.minimise, aim.below)]) < AGREEMENT
+        if agreed:
+            break
+    curve = []
+    if aim.trade_off:
+        for _ in range(TRADE_OFF_ROUNDS):
+            run_at([(aim.minimise, {}), (aim.trade_off, {})])
+            values = [best(rows, name, {}).values[aim.trade_off] for name in (aim.trade_off, aim.minimise)]
+            limits = np.geomspace(values[0], values[1], TRADE_OFF_POINTS)
+            run_at([(aim.minimise, {aim.trade_off: limit}) for limit in limits])
+        if any(row.status == "missing" for row in rows):
+            return None
+        curve = front(rows, aim)
+    return Optimum(best(rows, aim.minimise, aim.below), curve, agreed)
+
+
+def best(rows, name, limits):
+    """The row with the least of a record among those within the limits (to `AGREEMENT`); None if there is none."""
+    within = [
+        row for row in rows
+        if _positive(row.values[name])
+        and all(_positive(row.values[n]) and row.values[n] <= limit * (1.0 + AGREEMENT) for n, limit in limits.items())
+    ]  # fmt: skip
+    return min(within, key=lambda row: row.values[name], default=None)
+
+
+def front(rows, aim):
+    """Rows that no other row beats in both records of the trade-off, in the order of the second."""
+    known = [row for row in rows if _positive(row.values[aim.minimise]) and _positive(row.values[aim.trade_off])]
+    known.sort(key=lambda row: (row.values[aim.trade_off], row.values[aim.minimise]))
+    least, kept = math.inf, []
+    for row in known:
+        if row.values[aim.minimise] < least:
+            least = row.values[aim.minimise]
+            kept.append(row)
+    return kept
+
+
+def write(found, study, aim, out):
+    """optimum.json, and with a trade-off its picture trade_off.png; gives the written paths."""
+
+    def entry(row):
+        return None if row is None else {n: setting(row.case, n) for n in study.varied} | row.values
+
+    content = {
+        "minimise": aim.minimise,
+        "below": aim.below,
+        "agreed": found.agreed,
+        "optimum": entry(found.row),
+        "trade_off": [entry(row) for row in found.trade_off],
+    }
+    with output_file(out / "optimum.json") as temporary:
+        temporary.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+    if not found.trade_off:
+        return [out / "optimum.json"]
+    from ..figures import STYLE, plt, save
+
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(1, 2, figsize=(10.0, 4.2))
+        along = np.array([row.values[aim.trade_off] for row in found.trade_off])
+        axes[0].plot(along, [row.values[aim.minimise] for row in found.trade_off], "o-")
+        if found.row is not None and aim.trade_off in aim.below:
+            axes[0].axvline(aim.below[aim.trade_off], color="0.6", linestyle="--", label="limit asked for")
+            axes[0].legend()
+        axes[0].set_ylabel(_labelled(aim.minimise))
+        for name in study.varied:
+            values = np.array([float(setting(row.case, name)) for row in found.trade_off])
+            axes[1].plot(along, values / values.max(), "o-", label=f"{name} / {values.max():.4g}")
+        axes[1].set_ylabel("parameters on the curve (SI), of their largest")
+        axes[1].set_ylim(bottom=0.0)
+        axes[1].legend()
+        for each in axes:
+            each.set_xlabel(_labelled(aim.trade_off))
+        return [out / "optimum.json", save(figure, out / "trade_off.png")]
+
+
+def _labelled(name):
+    return f"{name.replace('_', ' ')}, {RECORDS[name]}"
+
+
+def summary_text(found, study, aim):
+    """The short readable end of a search."""
+    limits = ", ".join(f"{name} below {limit:.6g} {RECORDS[name]}" for name, limit in aim.below.items())
+    under = f" with {limits}" if limits else ""
+    if found.row is None:
+        return f"no run{under}: widen the bounds or the limit"
+    lines = [f"least {aim.minimise}{under}: {found.row.values[aim.minimise]:.6g} {RECORDS[aim.minimise]}"]
+    lines += [
+        f"  {name} {value:.6g} {RECORDS[name]}" for name, value in found.row.values.items() if name != aim.minimise
+    ]
+    for name in study.varied:
+        tried = [setting(case, name) for case in study.cases if case.scene is not None]
+        value = setting(found.row.case, name)
+        edge = "" if min(tried) < value < max(tried) else ", at its bound"
+        lines.append(f"  at {name} = {value:.6g}{edge}")
+    if not found.agreed:
+        lines.append(
+            "warning: the last search and its run still differ by more than 0.3 %; more points of the grid help"
+        )
+    return "\n".join(lines)
