@@ -21,9 +21,9 @@ RECORDS = {
     "heating_time": "s", "heating_time_bed_side": "s", "heating_time_error": "1", "end_time": "s",
     "mass_flow_initial": "kg/s", "mass_flow_final": "kg/s", "mass_imbalance": "1", "energy_imbalance": "1",
     "heat_by_fluid": "J", "heat_stored": "J",
-    "fluid_heat": "J", "pumping_work": "J", "energy_spent": "J", "mean_power": "W", "time_steps": "1", "rejected_steps": "1", "bead_biot_number": "1",
-    "bead_reynolds_number": "1", "unknowns.flow": "1", "unknowns.energy": "1", "wall_seconds.total": "s",
-    "wall_seconds.flow": "s", "wall_seconds.energy": "s",
+    "fluid_heat": "J", "pumping_work": "J", "energy_spent": "J", "mean_power": "W",
+    "time_steps": "1", "rejected_steps": "1", "bead_biot_number": "1", "bead_reynolds_number": "1",
+    "unknowns.flow": "1", "unknowns.energy": "1", "wall_seconds.total": "s", "wall_seconds.flow": "s", "wall_seconds.energy": "s",
 }  # fmt: skip
 """What can be recorded of a run (entries of result.json) and in which unit."""
 LONGEST_NAME = 120

@@ -1,0 +1,105 @@
+"""The search for the best parameters, on surfaces whose minima are known and on the mold."""
+
+import json
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from porousmold import InputError
+from porousmold.cli import main
+from porousmold.study.definition import Case, Study
+from porousmold.study.optimum import Aim, _Surface, best, front, load
+from porousmold.study.running import Row
+
+from ..support import ALUMINIUM
+
+TEXT = f"""
+[study]
+scene = "{ALUMINIUM}"
+record = ["heating_time", "mean_power", "energy_spent"]
+[set]
+model.turbulence = "none"
+model.flow = "plug"
+solver.axial_cells = 4
+operation.heating_margin = "30 K"
+[vary]
+operation.pressure_drop = {{ from = "2 kPa", to = "16 kPa", count = 4, spacing = "geometric" }}
+[optimum]
+below = {{ mean_power = "3 kW" }}
+trade_off = "energy_spent"
+"""
+
+
+def analytic_rows():
+    """time = 1/(p^0.7 d^0.5), power = p d^2, on a grid of p in 1 to 16 and d in 1 to 4."""
+    rows = []
+    for p in np.geomspace(1.0, 16.0, 5):
+        for d in np.geomspace(1.0, 4.0, 4):
+            case = Case(f"{p},{d}", {"operation.pressure_drop": p, "bed.bead_diameter": d}, None)
+            rows.append(Row(case, "done", "", {"heating_time": p**-0.7 * d**-0.5, "mean_power": p * d**2}))
+    return rows
+
+
+def test_power_laws_are_met_exactly_and_so_is_their_minimum_under_a_limit():
+    """On the limit p d^2 = 8 the time is 8^-0.7 d^0.9: the least d, 1, is best, with p = 8."""
+    rows = analytic_rows()
+    study = Study([row.case for row in rows], ["operation.pressure_drop", "bed.bead_diameter"])
+    surface = _Surface(study, rows, ["heating_time", "mean_power"])
+    place = surface.minimum("heating_time", {"mean_power": 8.0})
+    found = surface.settings(place)
+    assert found["operation.pressure_drop"] == pytest.approx(8.0, rel=2e-3)
+    assert found["bed.bead_diameter"] == pytest.approx(1.0, rel=2e-3)
+    assert surface("heating_time", place) == pytest.approx(-0.7 * math.log(8.0), abs=2e-3)
+    free = surface.settings(surface.minimum("heating_time", {}))
+    assert free == pytest.approx({"operation.pressure_drop": 16.0, "bed.bead_diameter": 4.0})
+
+
+def test_best_and_front_are_rows_that_nothing_beats():
+    rows = analytic_rows()
+    assert best(rows, "heating_time", {"mean_power": 0.5}) is None
+    least = best(rows, "heating_time", {"mean_power": 4.0})
+    assert least.values["mean_power"] <= 4.0 * 1.003
+    kept = front(rows, Aim("heating_time", {}, "mean_power"))
+    assert all(a.values["heating_time"] > b.values["heating_time"] for a, b in pairwise(kept))
+    for row in kept:
+        assert not [
+            other for other in rows
+            if other.values["heating_time"] < row.values["heating_time"] and other.values["mean_power"] < row.values["mean_power"]
+        ]  # fmt: skip
+
+
+def test_the_mold_heats_fastest_at_the_power_there_is(tmp_path, capsys):
+    """More pressure heats faster and takes more power: the optimum lies on the limit."""
+    path, out = tmp_path / "search.toml", tmp_path / "out"
+    path.write_text(TEXT)
+    assert main(["optimum", str(path), "--out", str(out)]) == 0
+    assert "least heating_time with mean_power below 3000 W" in capsys.readouterr().out
+    content = json.loads((out / "optimum.json").read_text())
+    assert content["agreed"]
+    assert content["optimum"]["mean_power"] == pytest.approx(3e3, rel=0.005)
+    times = [entry["heating_time"] for entry in content["trade_off"]]
+    assert len(times) >= 5 and times == sorted(times, reverse=True)
+    assert (out / "trade_off.png").is_file()
+    before = (out / "table.csv").read_bytes()
+    assert main(["optimum", str(path), "--out", str(out), "--quiet"]) == 0  # nothing is run again
+    assert (out / "table.csv").read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key"),
+    [
+        ('mean_power = "3 kW"', 'mean_power = "3 km"', "optimum.below.mean_power"),
+        ('mean_power = "3 kW"', "time_steps = 5", "optimum.below"),
+        ('mean_power = "3 kW"', "mean_power = -1", "optimum.below.mean_power"),
+        ('"energy_spent"\n', '"heating_time"\n', "optimum.trade_off"),
+        ("count = 4", "count = 2", "vary.operation.pressure_drop"),
+        ("trade_off", "tradeoff", "optimum.tradeoff"),
+    ],
+)
+def test_impossible_aims_are_refused_with_their_key(tmp_path, old, new, key):
+    path = tmp_path / "search.toml"
+    path.write_text(TEXT.replace(old, new))
+    with pytest.raises(InputError, match=key.replace(".", r"\.")):
+        load(path)
