@@ -5,7 +5,7 @@ export OMP_NUM_THREADS := 1
 MPIRUN := mpirun --oversubscribe $(if $(filter 0,$(shell id -u)),--allow-run-as-root)
 PARTS := 2
 
-.PHONY: heat test test-fast test-mpi check install tables packing speed-against-error hard-cases growth figures kill-test test-debian13 clean
+.PHONY: heat test test-fast test-mpi check install tables packing speed-against-error hard-cases growth figures kill-test fuzz-test test-debian13 clean
 
 heat: .venv/installed  ## heat the aluminium mold: summary and pictures in runs/aluminium
 	$(PYTHON) -m porousmold run studies/mold/aluminium.toml --out runs/aluminium
@@ -43,6 +43,9 @@ figures: .venv/installed  ## the thesis's parametric curves: docs/parametric.md
 
 kill-test: .venv/installed  ## 200 kills at random moments, resumed: the same answers
 	$(PYTHON) studies/kill_test.py
+
+fuzz-test: .venv/installed  ## 500 mutated scene and study files: a run or one line of refusal
+	$(PYTHON) studies/fuzz.py
 
 test-debian13: .venv/installed  ## the fast tests on Debian 13 (dolfinx 0.9), in a root of its own outside the tree
 	tools/test-debian13

@@ -97,7 +97,7 @@ def _of_run(folder):
         ["time steps", str(summary["time_steps"]), ""],
         ["unknowns (flow, energy)", f"{summary['unknowns']['flow']}, {summary['unknowns']['energy']}", ""],
     ]))  # fmt: skip
-    pictures = draw(folder)
+    pictures = draw(folder) if (folder / "history.csv").is_file() else []  # it failed at the start
     parts.append("<h2>Pictures</h2>" + "".join(map(_picture, pictures)))
     parts.append("<h2>Scene</h2>")
     rows = [

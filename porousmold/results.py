@@ -5,6 +5,7 @@ import json
 import shutil
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 import tomli_w
 from dolfinx import io
@@ -19,6 +20,8 @@ OUTPUTS = [
     *("result.json", "history.csv", "near_wall.csv", "fields.h5", "fields.xdmf", "scene.toml"),
     *("temperatures.png", "near_wall.png", "fields.png", "report.html", NAME),
 ]
+FIELDS_PART = ".fields.part"
+"""Folder in which the two files of the fields are written, to take their places together."""
 
 
 class RunFolder:
@@ -30,7 +33,7 @@ class RunFolder:
 
     def __init__(self, path, communicator, *, kept=False):
         self.path, self._communicator = Path(path), communicator
-        self._orders = NodeOrders()
+        self._orders: Any = None
         self._lock = None
         with self._on_first_rank() as first:
             if first:
@@ -41,8 +44,10 @@ class RunFolder:
 
     def _clear(self):
         with self._on_first_rank() as first:
-            for name in OUTPUTS if first else []:
-                (self.path / name).unlink(missing_ok=True)
+            if first:
+                shutil.rmtree(self.path / FIELDS_PART, ignore_errors=True)
+                for name in OUTPUTS:
+                    (self.path / name).unlink(missing_ok=True)
 
     @contextmanager
     def _on_first_rank(self):
@@ -89,7 +94,9 @@ class RunFolder:
 
     def save(self, simulation, outcomes, mark):
         """Write the checkpoint, whole or not at all (collective)."""
-        content = packed(simulation, outcomes, self._orders, mark)
+        if self._orders is None or self._orders[0] is not simulation:
+            self._orders = simulation, NodeOrders()
+        content = packed(simulation, outcomes, self._orders[1], mark)
         with self._on_first_rank() as first:
             if first:
                 with whole_file(self.path / NAME) as temporary:
@@ -101,11 +108,10 @@ class RunFolder:
             (self.path / NAME).unlink(missing_ok=True)
 
     def write_data(self, simulation):
-        """Everything but the summary (collective)."""
+        """Tables and fields (collective)."""
         profile = profile_near_wall(simulation.problem)
         with self._on_first_rank() as first:
             if first:
-                self._replace("scene.toml", tomli_w.dumps(simulation.scene.as_tables()))
                 history = simulation.history
                 self._write_table("history.csv", history.columns, history.units)
                 if profile is not None:
@@ -113,10 +119,11 @@ class RunFolder:
         if simulation.scene.output.fields:
             self._write_fields(simulation)
 
-    def write_summary(self, summary):
-        """result.json (rank 0 writes)."""
+    def write_summary(self, summary, scene):
+        """scene.toml and, when all else is there, result.json (rank 0 writes)."""
         with self._on_first_rank() as first:
             if first:
+                self._replace("scene.toml", tomli_w.dumps(scene.as_tables()))
                 self._replace("result.json", json.dumps(summary, indent=2) + "\n")
 
     def _write_table(self, name, columns, units):
@@ -130,11 +137,21 @@ class RunFolder:
             temporary.write_text(text, encoding="utf-8")
 
     def _write_fields(self, simulation):
-        with io.XDMFFile(simulation.problem.domain.communicator, str(self.path / "fields.xdmf"), "w") as file:
+        part = self.path / FIELDS_PART
+        with self._on_first_rank() as first:
+            if first:
+                shutil.rmtree(part, ignore_errors=True)
+                part.mkdir()
+        with io.XDMFFile(simulation.problem.domain.communicator, str(part / "fields.xdmf"), "w") as file:
             fenicsx.write_mesh(file, simulation.problem.domain.mesh)
             for time, functions in field_snapshots(simulation.problem, simulation.snapshots, simulation.time):
                 for function in functions:
                     file.write_function(function, time)
+        with self._on_first_rank() as first:
+            if first:  # fields.xdmf names fields.h5, which is to be there before it
+                for name in ("fields.h5", "fields.xdmf"):
+                    (part / name).replace(self.path / name)
+                part.rmdir()
 
 
 def read_table(path):

@@ -162,7 +162,7 @@ class _Run:
                 folder.write_data(simulation)
         summary["wall_seconds"] = {"total": clock.perf_counter() - self._start} | simulation.problem.stopwatch.seconds
         if folder is not None:
-            folder.write_summary(summary)
+            folder.write_summary(summary, simulation.scene)
             if not unfinished:
                 folder.forget_checkpoint()
         return summary

@@ -135,22 +135,24 @@ def _study(options):
 
 
 class Bar:
-    """Progress bar over cases."""
+    """Progress bar over cases, shown once the first is told."""
 
     def __init__(self, cases):
-        from tqdm import tqdm
-
-        self._bar = tqdm(
-            total=cases, unit="case", desc="cases", bar_format="{desc} |{bar}| {n}/{total}, {remaining} left"
-        )
+        self._cases, self._bar = cases, None
 
     def __call__(self, ended):
+        from tqdm import tqdm
+
+        if self._bar is None:
+            shape = "{desc} |{bar}| {n}/{total}, {remaining} left"
+            self._bar = tqdm(total=self._cases, initial=ended, unit="case", desc="cases", bar_format=shape)
         self._bar.update(ended - self._bar.n)
         self._bar.refresh()
 
     def close(self):
         """Leave the bar as it stands."""
-        self._bar.close()
+        if self._bar is not None:
+            self._bar.close()
 
 
 def summary_text(study, rows, out):

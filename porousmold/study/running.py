@@ -53,10 +53,14 @@ def run_study(study, out, *, group=1, part=(1, 1), progress=None, stop=lambda: F
 
     looked = [0.0]
 
-    def told(*_):
-        if progress and world.rank == 0 and clock.monotonic() > looked[0] + SECONDS_BETWEEN_LOOKS:
+    def tell():
+        if progress and world.rank == 0:
             progress(sum(row_of(case, out, study.record).status != MISSING for case in cases))
             looked[0] = clock.monotonic()
+
+    def told(*_):
+        if clock.monotonic() > looked[0] + SECONDS_BETWEEN_LOOKS:
+            tell()
 
     problem = None
     for case in cases:
@@ -80,6 +84,7 @@ def run_study(study, out, *, group=1, part=(1, 1), progress=None, stop=lambda: F
     problems = [text for text in world.allgather(problem) if text]
     if problems:
         raise InputError("--out", str(out), f"cannot be written: {problems[0]}")
+    tell()
     return collect(study, out)
 
 
