@@ -1,61 +1,22 @@
 """A scene: what the user writes in TOML, validated before anything is computed.
 
-`KEYS` is the whole language: every key with its unit, default, bounds and meaning (`docs/scene.md` lists them). Values
-are SI numbers or texts with a unit. A key that is unknown, of the wrong dimension or out of bounds is refused by one
-line that names it.
+`KEYS` is the whole language (`docs/scene.md` lists it); `keys` checks a file by it.
 """
 
 import copy
-import difflib
 import hashlib
-from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 from .closures.drag import DRAG_LAWS
 from .closures.nusselt import NUSSELT_CORRELATIONS
 from .errors import InputError
+from .keys import Key, checked_names, checked_values, full_names, unknown
 from .materials import FLUIDS, SOLIDS
 from .porosity.models import POROSITY_MODELS
 from .porosity.profile import PorosityProfile
 from .series import TimeSeries
 from .tables import read_toml
-from .units import to_si
-
-INFINITY = float("inf")
-
-
-@dataclass(frozen=True)
-class Key:
-    """One key: `kind` is a unit of `units.to_si`, or 'choice', 'integer', 'flag', 'file'.
-
-    Numbers lie strictly between `low` and `high` (or at them, if `closed`). `series` keys also take a CSV file.
-    """
-
-    kind: str
-    meaning: str
-    default: Any = None
-    low: float = -INFINITY
-    high: float = INFINITY
-    closed: bool = False
-    choices: tuple[str, ...] = ()
-    series: bool = False
-
-    @property
-    def unit(self):
-        """Unit of the SI value; empty where it has none."""
-        return {"delta_degC": "K", "choice": "", "integer": "", "flag": "", "file": ""}.get(self.kind, self.kind)
-
-    def allowed(self):
-        """The bounds in words."""
-        unit = {"delta_degC": "K"}.get(self.kind, self.kind)
-        if self.low == -INFINITY and self.high == INFINITY:
-            return f"must be a number in {unit}"
-        less, more = ("<=", ">=") if self.closed else ("<", ">")
-        bounds = [f"{more} {self.low:g}"] if self.low > -INFINITY else []
-        bounds += [f"{less} {self.high:g}"] if self.high < INFINITY else []
-        return f"must be {' and '.join(bounds)} {unit}".rstrip()
 
 
 def _length(meaning, default=None):
@@ -198,14 +159,12 @@ class Scene:
     def __init__(self, tables, source=None):
         self.source = str(source) if source else None
         base = Path(source).parent if source else Path()
-        self._given = _checked_names(tables, self.source)
-        values = {
-            table: {
-                name: _checked_value(f"{table}.{name}", key, self._given.get(table, {}).get(name), base, self.source)
-                for name, key in keys.items()
-            }
-            for table, keys in KEYS.items()
-        }
+        if not tables:
+            raise InputError(
+                "scene", None, "is empty: it needs at least [geometry], [bed] and [operation]", self.source
+            )
+        self._given = checked_names(tables, KEYS, self.source)
+        values = checked_values(tables, KEYS, base, self.source)
         for table, content in values.items():
             setattr(self, table, SimpleNamespace(**content))
         self.file_digests = {
@@ -229,7 +188,7 @@ class Scene:
         for name, value in (settings or {}).items():
             table, dot, key = name.partition(".")
             if not dot or table not in KEYS:
-                raise InputError(name, value, _unknown(name, _full_names()), "--set")
+                raise InputError(name, value, unknown(name, full_names(KEYS)), "--set")
             if not isinstance(tables.setdefault(table, {}), dict):
                 raise InputError(table, tables[table], "must be a table", str(path))
             tables[table][key] = value
@@ -260,72 +219,6 @@ class Scene:
                     content[name] = str(value) if isinstance(value, Path) else value
             tables[table] = content
         return tables
-
-
-def _full_names():
-    return [f"{table}.{name}" for table, keys in KEYS.items() for name in keys]
-
-
-def _unknown(name, known):
-    near = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
-    return "is not a known key" + (f"; did you mean {near[0]!r}?" if near else "")
-
-
-def _checked_names(tables, where):
-    if not tables:
-        raise InputError("scene", None, "is empty: it needs at least [geometry], [bed] and [operation]", where)
-    for table, content in tables.items():
-        if table not in KEYS:
-            raise InputError(table, None, _unknown(table, list(KEYS)), where)
-        if not isinstance(content, dict):
-            raise InputError(table, content, "must be a table", where)
-        for name in content:
-            if name not in KEYS[table]:
-                raise InputError(f"{table}.{name}", content[name], _unknown(f"{table}.{name}", _full_names()), where)
-    return copy.deepcopy(tables)
-
-
-def _checked_value(name, key, value, base, where):
-    if value is None:
-        value = key.default
-        if value is None:
-            return None
-        return TimeSeries.constant(value) if key.series else value
-    if key.kind == "choice":
-        if not isinstance(value, str) or value not in key.choices:
-            raise InputError(name, value, f"must be one of {', '.join(map(repr, key.choices))}", where)
-        return value
-    if key.kind == "flag":
-        flags = {"true": True, "false": False}
-        value = flags.get(value, value) if isinstance(value, str) else value
-        if not isinstance(value, bool):
-            raise InputError(name, value, "must be true or false", where)
-        return value
-    if key.kind == "file":
-        path = (base / value).resolve() if isinstance(value, str) and value else None
-        if path is None or not path.is_file():
-            raise InputError(name, value, "must name an existing file", where)
-        return path
-    if key.kind == "integer":
-        if isinstance(value, str) and value.strip().isdecimal():
-            value = int(value)
-        if isinstance(value, bool) or not isinstance(value, int) or not key.low <= value <= key.high:
-            raise InputError(name, value, f"must be a whole number from {key.low:g} to {key.high:g}", where)
-        return value
-    if key.series and isinstance(value, str) and value.lower().endswith(".csv"):
-        series = TimeSeries.read(name, (base / value).resolve(), key.kind)
-        for number in series.values:
-            _check_bounds(name, number, key, series.source)
-        return series
-    number = to_si(name, value, key.kind, where)
-    _check_bounds(name, number, key, where)
-    return TimeSeries.constant(number) if key.series else number
-
-
-def _check_bounds(name, number, key, where):
-    inside = key.low <= number <= key.high if key.closed else key.low < number < key.high
-    if not inside:
-        raise InputError(name, number, key.allowed(), where)
 
 
 _NEEDED = {"mold": ("length", "cavity_height"), "pipe": ("length", "diameter"), "mesh": ("mesh",)}

@@ -177,20 +177,25 @@ def test_the_order_of_nodes_does_not_depend_on_the_partition():
 
 
 def test_on_another_number_of_ranks_after_kills(tmp_path):
-    """1, then 2, then 3 ranks, each killed in the middle: the answer of an uninterrupted run on one rank."""
-    changes = COARSE | {"operation.heating_margin": "50 K", "output.checkpoint_interval": 0, "output.pictures": False}
+    """1, then 2, then 3 ranks, each killed in the middle, with an inlet that changes and steps that adapt to it: the answer of
+    an uninterrupted run on one rank."""
+    inlet = tmp_path / "inlet.csv"
+    inlet.write_text("time [s], temperature [degC]\n0, 25\n60, 90\n300, 60\n360, 90\n")
+    changes = COARSE | {"operation.heating_margin": "40 K", "output.checkpoint_interval": 0, "output.pictures": False,
+                        "operation.inlet_temperature": str(inlet), "solver.step_tolerance": 0.05}  # fmt: skip
     scene = Scene.from_file(ALUMINIUM, changes)
     whole = run(scene, communicator=MPI.COMM_SELF)
+    assert whole.summary["rejected_steps"] > 0
     code = (
         "import os, sys\nfrom porousmold import Scene, run\nimport porousmold.scene\n"
         "steps = int(sys.argv[1])\ncount = 0\n"
         "def progress(*_):\n    global count\n    count += 1\n    if count == steps:\n        os._exit(1)\n"
-        f"run(Scene.from_file({str(ALUMINIUM)!r}, {changes!r}), {str(tmp_path)!r}, progress=progress, resume=True)\n"
+        f"run(Scene.from_file({str(ALUMINIUM)!r}, {changes!r}), {str(tmp_path / 'run')!r}, progress=progress, resume=True)\n"
     )
-    for ranks, steps in ((1, 4), (2, 3), (3, 4), (1, 1000)):
+    for ranks, steps in ((1, 6), (2, 7), (3, 8), (1, 1000)):
         ended = under_mpirun(ranks, "-c", code, str(steps))
         assert (ended.returncode == 0) == (steps == 1000), ended.stderr
-    found = json.loads((tmp_path / "result.json").read_text())
+    found = json.loads((tmp_path / "run" / "result.json").read_text())
     assert found["heating_time"] == pytest.approx(whole.heating_time, rel=1e-8)
     assert found["energy_imbalance"] == pytest.approx(whole.summary["energy_imbalance"], abs=1e-8)
     assert found["time_steps"] == whole.summary["time_steps"]

@@ -1,0 +1,132 @@
+"""The language of the files that a user writes: keys with their unit, default, bounds and meaning, and how a file is checked.
+
+A language is {table: {name: `Key`}}. Values are SI numbers or texts with a unit. A key that is unknown, of the wrong dimension
+or out of bounds is refused by one line that names it.
+"""
+
+import copy
+import difflib
+from dataclasses import dataclass
+from typing import Any
+
+from .errors import InputError
+from .series import TimeSeries
+from .units import to_si
+
+INFINITY = float("inf")
+
+
+@dataclass(frozen=True)
+class Key:
+    """One key: `kind` is a unit of `units.to_si`, or 'choice', 'integer', 'flag', 'file'.
+
+    Numbers lie strictly between `low` and `high` (or at them, if `closed`). `series` keys also take a CSV file.
+    """
+
+    kind: str
+    meaning: str
+    default: Any = None
+    low: float = -INFINITY
+    high: float = INFINITY
+    closed: bool = False
+    choices: tuple[str, ...] = ()
+    series: bool = False
+
+    @property
+    def unit(self):
+        """Unit of the SI value; empty where it has none."""
+        return {"delta_degC": "K", "choice": "", "integer": "", "flag": "", "file": ""}.get(self.kind, self.kind)
+
+    def allowed(self):
+        """The bounds in words."""
+        unit = {"delta_degC": "K"}.get(self.kind, self.kind)
+        if self.low == -INFINITY and self.high == INFINITY:
+            return f"must be a number in {unit}"
+        less, more = ("<=", ">=") if self.closed else ("<", ">")
+        bounds = [f"{more} {self.low:g}"] if self.low > -INFINITY else []
+        bounds += [f"{less} {self.high:g}"] if self.high < INFINITY else []
+        return f"must be {' and '.join(bounds)} {unit}".rstrip()
+
+
+def full_names(language):
+    """table.name of every key."""
+    return [f"{table}.{name}" for table, keys in language.items() for name in keys]
+
+
+def unknown(name, known):
+    """What is said of a name that is none of the known: the nearest one, if there is one."""
+    near = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
+    return "is not a known key" + (f"; did you mean {near[0]!r}?" if near else "")
+
+
+def checked_values(tables, language, base, where):
+    """{table: {name: value}} of all keys, defaults where nothing is given. `base` is the folder that files are relative to.
+
+    Raises `InputError` for an unknown name or an impossible value.
+    """
+    given = checked_names(tables, language, where)
+    return {
+        table: {
+            name: _checked_value(f"{table}.{name}", key, given.get(table, {}).get(name), base, where)
+            for name, key in keys.items()
+        }
+        for table, keys in language.items()
+    }
+
+
+def checked_names(tables, language, where):
+    """A copy of the tables, all of whose names are known (else `InputError`)."""
+    for table, content in tables.items():
+        if table not in language:
+            raise InputError(table, None, unknown(table, list(language)), where)
+        if not isinstance(content, dict):
+            raise InputError(table, content, "must be a table", where)
+        for name in content:
+            if name not in language[table]:
+                raise InputError(
+                    f"{table}.{name}", content[name], unknown(f"{table}.{name}", full_names(language)), where
+                )
+    return copy.deepcopy(tables)
+
+
+def _checked_value(name, key, value, base, where):
+    if value is None:
+        value = key.default
+        if value is None:
+            return None
+        return TimeSeries.constant(value) if key.series else value
+    if key.kind == "choice":
+        if not isinstance(value, str) or value not in key.choices:
+            raise InputError(name, value, f"must be one of {', '.join(map(repr, key.choices))}", where)
+        return value
+    if key.kind == "flag":
+        flags = {"true": True, "false": False}
+        value = flags.get(value, value) if isinstance(value, str) else value
+        if not isinstance(value, bool):
+            raise InputError(name, value, "must be true or false", where)
+        return value
+    if key.kind == "file":
+        path = (base / value).resolve() if isinstance(value, str) and value else None
+        if path is None or not path.is_file():
+            raise InputError(name, value, "must name an existing file", where)
+        return path
+    if key.kind == "integer":
+        if isinstance(value, str) and value.strip().isdecimal():
+            value = int(value)
+        if isinstance(value, bool) or not isinstance(value, int) or not key.low <= value <= key.high:
+            raise InputError(name, value, f"must be a whole number from {key.low:g} to {key.high:g}", where)
+        return value
+    if key.series and isinstance(value, str) and value.lower().endswith(".csv"):
+        series = TimeSeries.read(name, (base / value).resolve(), key.kind)
+        for number in series.values:
+            _check_bounds(name, number, key, series.source)
+        return series
+    number = to_si(name, value, key.kind, where)
+    _check_bounds(name, number, key, where)
+    return TimeSeries.constant(number) if key.series else number
+
+
+def _check_bounds(name, number, key, where):
+    inside = key.low <= number <= key.high if key.closed else key.low < number < key.high
+    if not inside:
+        raise InputError(name, number, key.allowed(), where)
