@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from .errors import InputError
-from .tables import read_rows
-from .units import to_si
+from .tables import read_columns
 
 
 @dataclass(frozen=True)
@@ -30,21 +29,10 @@ class TimeSeries:
         Raises `InputError` that names the key, the file and the line.
         """
         path = Path(path)
-        rows = read_rows(key, path)
-        if len(rows) < 2 or any(len(row) != 2 for row in rows):
-            raise InputError(key, str(path), "must have a head and rows of two columns: time [s], value [unit]")
-        units = [head[head.find("[") + 1 : head.find("]")] if "[" in head and "]" in head else None for head in rows[0]]
-        if None in units:
-            raise InputError(key, str(path), "needs units in its head, like 'time [s], temperature [degC]'")
-        columns: list[list[float]] = [[], []]
-        for number, row in enumerate(rows[1:], start=2):
-            for column, cell, given, wanted in zip(columns, row, units, ("s", unit), strict=True):
-                column.append(to_si(key, f"{cell.strip()} {given}", wanted, f"{path}, row {number}"))
-        times, values = columns
-        if np.any(np.diff(times) <= 0.0):
-            row_number = int(np.argmax(np.diff(times) <= 0.0)) + 3
-            raise InputError(key, str(path), f"must have increasing times; row {row_number} does not increase")
-        return cls(tuple(times), tuple(values), str(path))
+        columns = read_columns(key, path)
+        if len(columns.names) != 2:
+            raise InputError(key, str(path), "must have two columns: time [s], value [unit]")
+        return cls(tuple(columns.times().tolist()), tuple(columns.in_si(1, unit).tolist()), str(path))
 
     def __call__(self, time):
         """Value at the time (s)."""

@@ -22,6 +22,11 @@ def test_interpolates_holds_its_ends_and_converts_units(tmp_path):
     assert series.range == pytest.approx((293.15, 353.15))
 
 
+@pytest.mark.parametrize("text", ["time [s]; T [K]\n0; 300,5\n1; 301\n", "time [s]\tT [K]\n0\t300.5\n1\t301\n"])
+def test_semicolons_with_decimal_commas_and_tabs_are_read(tmp_path, text):
+    assert TimeSeries.read(KEY, write(tmp_path, text), "K").values == (300.5, 301.0)
+
+
 def test_constant_has_no_kinks():
     series = TimeSeries.constant(5.0)
     assert series(123.0) == 5.0 and series.kinks == ()
@@ -38,7 +43,9 @@ def test_constant_has_no_kinks():
         ("time [s], T [K]\n0, abc\n", "row 2"),
         ("time [s], T [m]\n0, 300\n", "temperature"),
         ("time [s], T [K], x [m]\n0, 300, 1\n", "two columns"),
-        ("time [s], T [K]\n0; 300\n", "two columns"),
+        ("time [s], T [K]\n0; 300\n", "row 2"),
+        ("time [s], T [K]\n# a comment\n\n0, 300\n0, 310\n", "row 5"),
+        ("time [s]; T [K]\n0; 300\n1, 300\n", "row 3"),
         ("time [s], T [K]\n0, nan\n", "row 2"),
     ],
 )
