@@ -8,6 +8,7 @@ from pathlib import Path
 from . import stop_signals
 from .errors import InputError, SolveError
 from .packing.cli import add_commands as add_packing_commands
+from .permeability.cli import add_commands as add_permeability_commands
 from .study.cli import add_commands as add_study_commands
 
 DONE, BAD_INPUT, SOLVE_FAILED, INTERRUPTED = 0, 2, 3, 130
@@ -79,6 +80,7 @@ def _parser():
     run.add_argument("--quiet", action="store_true", help="no progress bar, no summary")
     run.set_defaults(command=_run)
     add_packing_commands(commands)
+    add_permeability_commands(commands)
     add_study_commands(commands)
     keys = commands.add_parser("keys", help="list every key of a scene with its unit, default and meaning")
     keys.set_defaults(command=_keys)

@@ -26,10 +26,11 @@ the same exponential gives c0 from its rate and c1 from where it tends to: so th
 Eq. 4.16 prints the set-up's pressure as neglected, so Q does not enter there either.
 """
 
+import warnings
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import curve_fit
+from scipy.optimize import OptimizeWarning, curve_fit
 
 GRAVITY = 9.81
 """m/s2."""
@@ -162,10 +163,15 @@ def globally(setup, levels, approach="complete"):
 
     def fitted(level):
         """(ln k, its variance)"""
-        found, covariance = curve_fit(
-            lambda time, logarithm: setup.level(time, np.exp(logarithm), approach),
-            levels.time, level, p0=[start], xtol=1e-12, ftol=1e-12,
-        )  # fmt: skip
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", OptimizeWarning)  # no covariance: the level does not tell the permeability
+            try:
+                found, covariance = curve_fit(
+                    lambda time, logarithm: setup.level(time, np.exp(logarithm), approach),
+                    levels.time, level, p0=[start], xtol=1e-12, ftol=1e-12,
+                )  # fmt: skip
+            except OptimizeWarning as error:
+                raise RuntimeError("no permeability fits the fall of the level") from error
         return float(found[0]), float(covariance[0, 0])
 
     logarithm, variance = fitted(levels.level)
@@ -173,6 +179,8 @@ def globally(setup, levels, approach="complete"):
     residual = levels.level - setup.level(levels.time, best, approach)
     shifted, _ = fitted(levels.level + np.std(residual))
     error = float(np.hypot(np.sqrt(variance), shifted - logarithm))
+    if error > np.log(1e3):
+        raise RuntimeError("the fall of the level does not tell the permeability")
     spread = levels.level - levels.level.mean()
     return Estimate(
         best,

@@ -222,7 +222,8 @@ def write(found, study, aim, out):
     from ..figures import STYLE, plt, save
 
     with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(1, 2, figsize=(10.0, 4.2))
+        figure, axes = plt.subplots(1, 2, figsize=(11.0, 4.4))
+        figure.subplots_adjust(left=0.075, right=0.985, bottom=0.13, top=0.95, wspace=0.18)
         along = np.array([row.values[aim.trade_off] for row in found.trade_off])
         axes[0].plot(along, [row.values[aim.minimise] for row in found.trade_off], "o-")
         if found.row is not None and aim.trade_off in aim.below:
@@ -232,7 +233,7 @@ def write(found, study, aim, out):
         for name in study.varied:
             values = np.array([float(setting(row.case, name)) for row in found.trade_off])
             axes[1].plot(along, values / values.max(), "o-", label=f"{name} / {values.max():.4g}")
-        axes[1].set_ylabel("parameters on the curve (SI), of their largest")
+        axes[1].set_ylabel("parameter / its largest on the curve")
         axes[1].set_ylim(bottom=0.0)
         axes[1].legend()
         for each in axes:

@@ -1,0 +1,163 @@
+"""The commands `porousmold permeability` and `porousmold test-range`."""
+
+import csv
+import io
+import json
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError
+from ..units import to_si
+from ..whole_files import output_file
+
+LEAST, GREATEST, GRID = 1e-12, 1e-5, 22
+SECONDS_A_DAY = 86400.0
+
+
+def add_commands(commands):
+    """Add both to the subparsers of the command line."""
+    measured = commands.add_parser("permeability", help="permeability of a bed from a falling-head test")
+    measured.add_argument(
+        "data", metavar="DATA.csv", help="'time [s], mass [g]' of the scale, or 'time [s], level [mm]'"
+    )
+    measured.add_argument("--setup", required=True, metavar="SETUP.toml", help="set-up, liquid and bed")
+    measured.add_argument("--out", metavar="DIR", help="folder to write (default: runs/NAME OF DATA)")
+    measured.add_argument("--quiet", action="store_true", help="no summary, no picture")
+    measured.set_defaults(serial=_permeability)
+    span = commands.add_parser(
+        "test-range", help="which permeabilities a falling-head set-up can measure, and how well"
+    )
+    span.add_argument("setup", metavar="SETUP.toml")
+    span.add_argument("--error", default="0.05", help="largest relative error of 95 %% of the tests (default 0.05)")
+    span.add_argument("--longest", default="1 day", help="longest test (default 1 day)")
+    span.add_argument("--head-error", default="0.5 mm", help="reading of h0, half width (default 0.5 mm)")
+    span.add_argument("--scale-resolution", default="1 g", help="(default 1 g)")
+    span.add_argument(
+        "--temperature-error", default="1 K", help="standard deviation; 2 %% of viscosity per K (default 1 K)"
+    )
+    span.add_argument("--time-error", default="0.1 s", help="of time stamps, standard deviation (default 0.1 s)")
+    span.add_argument("--samples", default="100", metavar="N", help="virtual tests per permeability (default 100)")
+    span.add_argument("--out", metavar="DIR", help="folder to write (default: runs/NAME OF SETUP-range)")
+    span.add_argument("--quiet", action="store_true", help="no summary, no picture")
+    span.set_defaults(serial=_test_range)
+
+
+def _folder(out, default):
+    folder = Path(out) if out else Path("runs") / default
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError("--out", str(folder), f"cannot be written: {error.strerror}") from error
+    return folder
+
+
+def _permeability(options):
+    from .falling_head import instantaneous
+    from .measurement import evaluate, read_levels, read_setup
+
+    test = read_setup(options.setup)
+    levels, warnings = read_levels(options.data, test.setup, test.averaging_time)
+    found = evaluate(test, levels)
+    found["warnings"] = [*warnings, *found["warnings"]]
+    folder = _folder(options.out, Path(options.data).stem)
+    content = {
+        "setup": asdict(test.setup),
+        "approaches": {
+            name: {method: None if estimate is None else asdict(estimate) for method, estimate in methods.items()}
+            for name, methods in found["approaches"].items()
+        },
+        **{name: found[name] for name in ("predictions", "reynolds_number", "warnings")},
+    }
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["time [s]", "level [m]", "flow_rate [m^3/s]", "permeability [m^2]"])
+    middle = [0.5 * (values[1:] + values[:-1]) for values in (levels.time, levels.level)]
+    writer.writerows(zip(*middle, levels.flow_rate, instantaneous(test.setup, levels), strict=True))
+    for name, written in (
+        ("permeability.json", json.dumps(content, indent=2) + "\n"),
+        ("permeability.csv", text.getvalue()),
+    ):
+        with output_file(folder / name) as temporary:
+            temporary.write_text(written, encoding="utf-8")
+    if options.quiet:
+        return ""
+    from .pictures import draw_test
+
+    picture = draw_test(folder / "permeability.png", test, levels, found)
+    return f"{_summary(test, levels, found)}\nwritten to {folder}: permeability.json, permeability.csv, {picture.name}"
+
+
+def _summary(test, levels, found):
+    setup = test.setup
+    lines = [
+        f"{len(levels.flow_rate)} intervals over {levels.time[-1]:.6g} s; set-up c0 = {setup.outlet_resistance:.4g} Pa s/m3, "
+        f"c1 = {setup.outlet_pressure:.5g} Pa"
+    ]
+    for name, methods in found["approaches"].items():
+        for method, estimate in methods.items():
+            if estimate is not None:
+                fit = f", R2 = {estimate.determination:.5f}" if estimate.determination is not None else ""
+                lines.append(
+                    f"{name:9s} {method:14s} k = {estimate.permeability:.4g} m2, standard deviation "
+                    f"{estimate.standard_deviation / estimate.permeability:.2%}, 95 % within "
+                    f"{estimate.interval[0]:.4g} to {estimate.interval[1]:.4g}{fit}"
+                )
+    best = found["approaches"]["complete"]["global"]
+    for name, value in found["predictions"].items():
+        beside = f", {value / best.permeability - 1.0:+.1%}" if best is not None else ""
+        lines.append(f"{name} predicts {value:.4g} m2{beside}")
+    if found["reynolds_number"] is not None:
+        lines.append(f"particle Reynolds number up to {found['reynolds_number']:.3g}")
+    return "\n".join([*lines, *(f"warning: {text}" for text in found["warnings"])])
+
+
+def _test_range(options):
+    from .measurement import LIQUIDS, read_setup
+    from .virtual import ReadingErrors, accuracy, measurable_range
+
+    test = read_setup(options.setup)
+    error, longest = to_si("--error", options.error, ""), to_si("--longest", options.longest, "s")
+    samples = int(options.samples) if options.samples.isdecimal() else 0
+    if not 20 <= samples <= 100_000:
+        raise InputError("--samples", options.samples, "must be a whole number from 20 to 100000")
+    reading = ReadingErrors(
+        to_si("--head-error", options.head_error, "m"),
+        to_si("--scale-resolution", options.scale_resolution, "kg"),
+        0.0,
+        0.02 * to_si("--temperature-error", options.temperature_error, "delta_degC"),
+        to_si("--time-error", options.time_error, "s"),
+    )
+    if not error > 0.0 or not longest > 0.0 or min(vars(reading).values()) < 0.0:
+        raise InputError("--error", options.error, "and --longest must be > 0, the errors >= 0")
+    folder = _folder(options.out, f"{Path(options.setup).stem}-range")
+    liquids = {name: replace(test.setup, density=rho, viscosity=mu) for name, (rho, mu, _) in LIQUIDS.items()}
+    if test.setup not in liquids.values():
+        liquids["this liquid"] = test.setup
+    permeabilities = np.geomspace(LEAST, GREATEST, GRID)
+    from tqdm import tqdm
+
+    with tqdm(total=len(liquids) * GRID, unit="permeability", disable=options.quiet) as bar:
+
+        def told(setup, permeability):
+            bar.update()
+            return accuracy(setup, permeability, reading, samples=samples)
+
+        found = {name: [told(setup, k) for k in permeabilities] for name, setup in liquids.items()}
+    ranges = {name: measurable_range(row, error, longest) for name, row in found.items()}
+    with output_file(folder / "test-range.json") as temporary:
+        content = {name: {"range": ranges[name], "accuracies": [asdict(a) for a in row]} for name, row in found.items()}
+        temporary.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+    if options.quiet:
+        return ""
+    from .pictures import draw_accuracies
+
+    lines = [f"permeability within {error:.3g} in 95 % of the tests, none longer than {longest:.6g} s:"]
+    for name, span in ranges.items():
+        lines.append(f"{name:14s} {f'{span[0]:.2g} to {span[1]:.2g} m2' if span else 'none'}")
+    widest = max(ranges, key=lambda name: np.log(ranges[name][1] / ranges[name][0]) if ranges[name] else -1.0)
+    if ranges[widest]:
+        lines.append(f"widest with {widest}")
+    picture = draw_accuracies(folder / "test-range.png", found, error)
+    return "\n".join([*lines, f"written to {folder}: test-range.json, {picture.name}"])
