@@ -40,6 +40,10 @@ LADDER = {
     "developed, laminar": {"model.flow": "developed", "model.turbulence": "none"},
     "plug": {"model.flow": "plug", "model.turbulence": "none"},
 }
+CHEAP = {"solver.mesh_refinement": 0.5, "solver.step_refinement": 0.5}
+REPEATED = {"full": {}, "full, mesh x 0.5, steps x 0.5": CHEAP, "developed": LADDER["developed"],
+            "developed, mesh x 0.5, steps x 0.5": LADDER["developed"] | CHEAP}  # fmt: skip
+LAST_SECTION = "## Five times the same, whole process"
 MESHES, STEPS = (0.5, 0.7, 1.0, 1.5), (0.5, 1.0)
 REPETITIONS = 5
 
@@ -119,18 +123,20 @@ def scene_tables(name, path, points):
 
 def repeated():
     """Five runs of the whole process, pictures included: lines with medians and spread."""
-    lines = ["", "## Five times the same, whole process", ""]
+    lines = ["", LAST_SECTION, ""]
     lines += ["| aluminium mold | solver, Y | whole process, Y |", "|---|---|---|"]
-    for choice in ("full", "developed"):
+    for choice, settings in REPEATED.items():
         solver, whole = [], []
         for _ in range(REPETITIONS):
             unit = yardstick()
             start = time.perf_counter()
             command = [sys.executable, "-m", "porousmold", "run", str(SCENES["aluminium mold"]), "--quiet"]
-            command += ["--out", "runs/speed-against-error", "--set", f"model.flow={choice}"]
+            command += ["--out", "runs/speed-against-error"]
+            for name, value in settings.items():
+                command += ["--set", f"{name}={value}"]
             subprocess.run(command, check=True, capture_output=True)
             whole.append((time.perf_counter() - start) / unit)
-            result = marched(SCENES["aluminium mold"], LADDER[choice])
+            result = marched(SCENES["aluminium mold"], settings)
             solver.append(result[1] / unit)
         text = [f"{statistics.median(v):.2f} ({min(v):.2f}-{max(v):.2f})" for v in (solver, whole)]
         lines.append(f"| {choice} | {text[0]} | {text[1]} |")
@@ -169,8 +175,14 @@ def main():
     """Compute and write."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=HERE.parent / "docs" / "speed-against-error.md")
-    out = parser.parse_args().out
-    start, points = time.perf_counter(), []
+    parser.add_argument("--repeated", action="store_true", help="renew the last section only")
+    options = parser.parse_args()
+    out, start = options.out, time.perf_counter()
+    points: list = []
+    if options.repeated:
+        kept = out.read_text(encoding="utf-8").split(f"\n{LAST_SECTION}")[0]
+        out.write_text("\n".join([kept.rstrip("\n"), *repeated(), ""]), encoding="utf-8")
+        return
     lines = [
         "# Speed against error",
         "",
@@ -186,7 +198,8 @@ def main():
         lines += scene_tables(name, path, points)
         out.write_text("\n".join(lines) + "\n", encoding="utf-8")
     lines += repeated()
-    lines += ["", f"All of this took {time.perf_counter() - start:.0f} s.", ""]
+    print(f"{time.perf_counter() - start:.0f} s")
+    lines.append("")
     out.write_text("\n".join(lines), encoding="utf-8")
     picture(points, out.with_suffix(".png"))
 
