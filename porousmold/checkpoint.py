@@ -42,7 +42,7 @@ def fingerprint(scene, *, going_on=False):
                 continue
             value = getattr(getattr(scene, table), name)
             if isinstance(value, TimeSeries):
-                value = [value.times, value.values]
+                value = value.content
             elif isinstance(value, Path):
                 value = scene.file_digests[f"{table}.{name}"]
             values[f"{table}.{name}"] = value

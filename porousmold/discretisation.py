@@ -6,6 +6,7 @@ The only place that knows scene, closures, equations and solvers alike; `simulat
 import contextlib
 import time as clock
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,7 @@ from .estimates import bed_size, estimate
 from .materials import FLUIDS, SOLIDS, ConstantDensity, constant
 from .porosity.models import POROSITY_MODELS
 from .probe import PointProbe
+from .series import ProfileSeries
 from .solvers.coupled import CoupledTransient
 from .solvers.developed import DevelopedFlow, PlugFlow
 from .solvers.flow import SteadyFlow
@@ -64,6 +66,15 @@ def solid_of(material, density, heat_capacity, conductivity):
     given = {"density": density, "heat_capacity": heat_capacity, "conductivity": conductivity}
     changes = {name: constant(value, "", "scene") for name, value in given.items() if value is not None}
     return replace(SOLIDS[material], **changes)
+
+
+def _between(positions, values, place):
+    """UFL expression of `place` that is linear between values at positions and constant beyond them."""
+    result = values[0]
+    for number, (first, last) in enumerate(pairwise(positions)):
+        part = ufl.min_value(ufl.max_value((place - first) / (last - first), 0.0), 1.0)
+        result += part * (values[number + 1] - values[number])
+    return result
 
 
 class Stopwatch:
@@ -389,7 +400,11 @@ class Discretisation:
                 "needs a physical curve 'outer' for the outer wall's heat",
             )
         terms = {}
-        if flux is not None:
+        if isinstance(flux, ProfileSeries):
+            sensors = fem.Constant(self.domain.mesh, flux(0.0))
+            terms["heat_flux"] = _between(flux.positions, sensors, ufl.SpatialCoordinate(self.domain.mesh)[0])
+            self._outer_values.append((sensors, flux))
+        elif flux is not None:
             terms["heat_flux"] = self._constant(flux(0.0))
             self._outer_values.append((terms["heat_flux"], flux))
         if coefficient is not None:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from .errors import InputError
-from .series import TimeSeries
+from .series import TimeSeries, read_series
 from .units import to_si
 
 INFINITY = float("inf")
@@ -20,7 +20,8 @@ INFINITY = float("inf")
 class Key:
     """One key: `kind` is a unit of `units.to_si`, or 'choice', 'integer', 'flag', 'file'.
 
-    Numbers lie strictly between `low` and `high` (or at them, if `closed`). `series` keys also take a CSV file.
+    Numbers lie strictly between `low` and `high` (or at them, if `closed`). `series` keys also take a CSV file, with `along` one
+    of columns along the flow.
     """
 
     kind: str
@@ -31,6 +32,7 @@ class Key:
     closed: bool = False
     choices: tuple[str, ...] = ()
     series: bool = False
+    along: bool = False
 
     @property
     def unit(self):
@@ -117,8 +119,8 @@ def _checked_value(name, key, value, base, where):
             raise InputError(name, value, f"must be a whole number from {key.low:g} to {key.high:g}", where)
         return value
     if key.series and isinstance(value, str) and value.lower().endswith(".csv"):
-        series = TimeSeries.read(name, (base / value).resolve(), key.kind)
-        for number in series.values:
+        series = read_series(name, (base / value).resolve(), key.kind, along=key.along)
+        for number in series.range:
             _check_bounds(name, number, key, series.source)
         return series
     number = to_si(name, value, key.kind, where)

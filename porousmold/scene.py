@@ -82,7 +82,8 @@ KEYS: dict[str, dict[str, Key]] = {
                          low=0.0, high=1e6, series=True),
         "outlet_pressure": Key("Pa", "absolute static pressure at the outlet", 101325.0, low=0.0, high=1e9),
         "gravity": Key("m/s^2", "acceleration along the flow (negative: against it)", 0.0, low=-1e3, high=1e3),
-        "outer_heat_flux": Key("W/m^2", "heat into the outer wall (negative: loss)", low=-1e7, high=1e7, series=True),
+        "outer_heat_flux": Key("W/m^2", "heat into the outer wall (negative: loss); a file may have columns `0.1 m [W/m^2]`, ... "
+                               "along the flow", low=-1e7, high=1e7, series=True, along=True),
         "outer_coefficient": Key("W/(m^2*K)", "heat transfer coefficient of the outer wall", low=0.0, high=1e6),
         "ambient_temperature": Key("K", "outside the outer wall", low=0.0, high=5000.0, series=True),
         "wall_temperature": Key("K", "of the bed's wall, for model.wall 'fixed-temperature'", low=0.0, high=5000.0,

@@ -180,6 +180,21 @@ def test_velocity_and_mass_flow_inlets_meet_their_value(drive):
         assert 101325.0 + 4e3 < density * 287.055 * 363.15 < 101325.0 + 12e3
 
 
+def test_heat_lost_along_the_pipe_is_the_integral_of_what_the_sensors_tell(tmp_path):
+    """q(t, z) linear between sensors and constant beyond: two pi R int int q dz dt over the acrylic's outer surface."""
+    sensors = tmp_path / "loss.csv"
+    sensors.write_text("time [s], 0.1 m [W/m^2], 0.5 m [W/m^2]\n0, 0, 0\n100, -20, -60\n200, -20, -60\n")
+    scene = coarse_scene(
+        PIPE, model__turbulence="none", model__flow="plug", operation__outer_heat_flux=str(sensors),
+        operation__end_time=200.0, solver__largest_step=25.0, geometry__length=0.6, solver__axial_cells=18,
+    )  # fmt: skip
+    result = run(scene, communicator=MPI.COMM_SELF)
+    along = 0.1 * 20.0 + 0.4 * 40.0 + 0.1 * 60.0  # int q dz at the end, W/m
+    lost = 2.0 * np.pi * (0.0508 + 0.00635) * along * (0.5 * 100.0 + 100.0)
+    assert result.history["heat_through_outer_wall"][-1] == pytest.approx(-lost, rel=0.01)
+    assert abs(result.summary["energy_imbalance"]) < 1e-4
+
+
 def test_outer_flux_and_ambient_enter_the_balance():
     """Heat loss lengthens the heating; a given flux brings its own heat, and the balance closes with both."""
     insulated = heated(coarse_scene())

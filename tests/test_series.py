@@ -3,7 +3,7 @@
 import pytest
 
 from porousmold.errors import InputError
-from porousmold.series import TimeSeries
+from porousmold.series import TimeSeries, read_series
 
 KEY = "operation.inlet_temperature"
 
@@ -15,7 +15,7 @@ def write(tmp_path, text):
 
 
 def test_interpolates_holds_its_ends_and_converts_units(tmp_path):
-    series = TimeSeries.read(KEY, write(tmp_path, "time [min], T [degC]\n# comment\n0, 20\n1, 80\n"), "K")
+    series = read_series(KEY, write(tmp_path, "time [min], T [degC]\n# comment\n0, 20\n1, 80\n"), "K")
     assert series(30.0) == pytest.approx(273.15 + 50.0)
     assert series(-5.0) == pytest.approx(293.15) and series(1e9) == pytest.approx(353.15)
     assert series.kinks == (0.0, 60.0)
@@ -24,7 +24,7 @@ def test_interpolates_holds_its_ends_and_converts_units(tmp_path):
 
 @pytest.mark.parametrize("text", ["time [s]; T [K]\n0; 300,5\n1; 301\n", "time [s]\tT [K]\n0\t300.5\n1\t301\n"])
 def test_semicolons_with_decimal_commas_and_tabs_are_read(tmp_path, text):
-    assert TimeSeries.read(KEY, write(tmp_path, text), "K").values == (300.5, 301.0)
+    assert read_series(KEY, write(tmp_path, text), "K").values == (300.5, 301.0)
 
 
 def test_constant_has_no_kinks():
@@ -51,5 +51,22 @@ def test_constant_has_no_kinks():
 )
 def test_broken_files_get_one_line(tmp_path, text, word):
     with pytest.raises(InputError) as caught:
-        TimeSeries.read(KEY, write(tmp_path, text), "K")
+        read_series(KEY, write(tmp_path, text), "K")
     assert word in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_columns_along_the_flow_are_interpolated_in_time_and_give_their_places(tmp_path):
+    series = read_series(
+        "q", write(tmp_path, "time [s], 100 mm [W/m^2], 0.3 m [W/m^2]\n0, -1, -3\n10, -2, -9\n"), "W/m^2", along=True
+    )
+    assert series.positions == pytest.approx((0.1, 0.3))
+    assert series(5.0) == pytest.approx([-1.5, -6.0]) and series(99.0) == pytest.approx([-2.0, -9.0])
+    assert series.range == (-9.0, -1.0) and series.kinks == (0.0, 10.0)
+
+
+@pytest.mark.parametrize(
+    "head", ["0.3 m [W/m^2], 0.1 m [W/m^2]", "here [W/m^2], there [W/m^2]", "1 kg [W/m^2], 2 kg [W/m^2]"]
+)
+def test_columns_at_no_places_are_refused(tmp_path, head):
+    with pytest.raises(InputError, match=r"positions|head|length"):
+        read_series("q", write(tmp_path, f"time [s], {head}\n0, -1, -3\n10, -2, -9\n"), "W/m^2", along=True)
