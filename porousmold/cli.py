@@ -7,6 +7,7 @@ from pathlib import Path
 
 from . import stop_signals
 from .errors import InputError, SolveError
+from .experiment.cli import add_commands as add_experiment_commands
 from .packing.cli import add_commands as add_packing_commands
 from .permeability.cli import add_commands as add_permeability_commands
 from .study.cli import add_commands as add_study_commands
@@ -81,6 +82,7 @@ def _parser():
     run.set_defaults(command=_run)
     add_packing_commands(commands)
     add_permeability_commands(commands)
+    add_experiment_commands(commands)
     add_study_commands(commands)
     keys = commands.add_parser("keys", help="list every key of a scene with its unit, default and meaning")
     keys.set_defaults(command=_keys)

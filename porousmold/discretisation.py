@@ -28,6 +28,7 @@ from .estimates import bed_size, estimate
 from .materials import FLUIDS, SOLIDS, ConstantDensity, constant
 from .porosity.models import POROSITY_MODELS
 from .probe import PointProbe
+from .sensors import read_sensors
 from .series import ProfileSeries
 from .solvers.coupled import CoupledTransient
 from .solvers.developed import DevelopedFlow, PlugFlow
@@ -430,6 +431,11 @@ class Discretisation:
         }
         self.station_names = list(named)
         self.stations = PointProbe(self.domain, list(named.values()))
+        self.sensor_names, places = read_sensors(self.scene.geometry.sensors, self.domain.mesh.geometry.dim)
+        try:
+            self.sensors = PointProbe(self.domain, places)
+        except ValueError as error:
+            raise InputError("geometry.sensors", str(self.scene.geometry.sensors), str(error)) from error
         space = self.heat.space.sub(0) if self.two_temperatures else self.heat.space
         dimension = self.domain.mesh.topology.dim
         where = {

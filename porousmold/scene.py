@@ -48,6 +48,8 @@ KEYS: dict[str, dict[str, Key]] = {
         "sides": _choice("what is beside a cavity of given width: the wall, or more of the cavity", ("wall", "symmetry"),
                          "wall"),
         "diameter": _length("inner diameter of a pipe"),
+        "sensors": Key("file", "CSV file `name, x [mm], y [mm]` of places whose temperature is recorded: x along the flow, y "
+                               "from the middle"),
         "mesh": Key("file", "gmsh file (.geo, .msh) with named physical groups, for kind 'mesh'"),
         "symmetry": _choice("of a mesh: planar, or about the axis x[1] = 0", ("planar", "axisymmetric"), "planar"),
     },

@@ -179,8 +179,12 @@ class Simulation:
         }
         bed, wall = self.problem.extremes("bed"), self.problem.extremes("wall")
         rows |= {"lowest_temperature": (min(bed[0], wall[0]), "K"), "highest_temperature": (max(bed[1], wall[1]), "K")}
-        stations = self.problem.stations(self.problem.temperature)[:, 0]
-        rows |= {f"temperature_{name}": (v, "K") for name, v in zip(self.problem.station_names, stations, strict=True)}
+        temperature = self.problem.temperature
+        for kind, probe, names in (
+            ("temperature", self.problem.stations, self.problem.station_names),
+            ("sensor", self.problem.sensors, self.problem.sensor_names),
+        ):
+            rows |= {f"{kind}_{name}": (v, "K") for name, v in zip(names, probe(temperature)[:, 0], strict=True)}
         self.history.add(**rows)
         if self.scene.model.wall == "fixed-temperature":
             return  # the wall's temperature is given: nothing to wait for

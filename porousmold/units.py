@@ -67,6 +67,7 @@ _EXAMPLES = {
     "Pa*s": ("viscosity", "1 mPa*s"),
     "W/(m^2*K)": ("heat transfer coefficient", "5 W/m^2/K"),
     "W/m^2": ("heat flux", "50 W/m^2"),
+    "m^3/s": ("volume flow", "9 ft^3/min"),
     "m^2": ("area", "81 cm^2"),
     "kg": ("mass", "150 g"),
     "Pa*s/m^3": ("hydraulic resistance", "5.9e8 Pa*s/m^3"),

@@ -1,0 +1,81 @@
+"""The commands `porousmold rotameter` and `porousmold compare`."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError
+from ..units import to_si
+from ..whole_files import output_file
+
+
+def add_commands(commands):
+    """Add both to the subparsers of the command line."""
+    rotameter = commands.add_parser(
+        "rotameter", help="inlet velocity and temperature of a scene from a logger's readings"
+    )
+    rotameter.add_argument(
+        "log", metavar="LOG.csv", help="time, flow, rotameter_ and inlet_ pressure and temperature, with units"
+    )
+    rotameter.add_argument("--diameter", required=True, metavar="LENGTH", help="inner diameter of the bed's pipe")
+    rotameter.add_argument(
+        "--reference-temperature", required=True, metavar="T", help="of the rotameter, such as '21 degC'"
+    )
+    rotameter.add_argument(
+        "--interval", default="10 s", metavar="TIME", help="readings are averaged over it (default 10 s)"
+    )
+    rotameter.add_argument("--out", default=".", metavar="DIR", help="for inlet_velocity.csv and inlet_temperature.csv")
+    rotameter.set_defaults(serial=_rotameter)
+    compare = commands.add_parser("compare", help="a run beside a measurement at its sensors")
+    compare.add_argument("run", metavar="RUN", help="folder of a run of a scene with geometry.sensors")
+    compare.add_argument(
+        "measured", metavar="MEASURED.csv", help="'time [s], NAME [degC], ...' with the sensors' names"
+    )
+    compare.set_defaults(serial=_compare)
+
+
+def _rotameter(options):
+    from .rotameter import averaged, inlet_velocity, read_log
+
+    diameter = to_si("--diameter", options.diameter, "m")
+    reference = to_si("--reference-temperature", options.reference_temperature, "K")
+    interval = to_si("--interval", options.interval, "s")
+    if min(diameter, reference, interval) <= 0.0:
+        raise InputError("--diameter", options.diameter, "and the other values must be > 0")
+    time, log = read_log(Path(options.log))
+    velocity = inlet_velocity(**log, area=0.25 * np.pi * diameter**2, reference_temperature=reference)
+    folder = Path(options.out)
+    if not folder.is_dir():
+        raise InputError("--out", str(folder), "must be an existing folder")
+    for name, unit, values in (("velocity", "m/s", velocity), ("temperature", "K", log["inlet_temperature"])):
+        rows = "".join(f"{t:.6g}, {v:.8g}\n" for t, v in zip(*averaged(time, values, interval), strict=True))
+        with output_file(folder / f"inlet_{name}.csv") as temporary:
+            temporary.write_text(f"time [s], {name} [{unit}]\n{rows}", encoding="utf-8")
+    return (
+        f"superficial velocity {velocity.min():.4g} to {velocity.max():.4g} m/s\n"
+        f"written to {folder}: inlet_velocity.csv, inlet_temperature.csv"
+    )
+
+
+def _compare(options):
+    from .comparison import SENSOR_ERROR, average_deviation, compare
+    from .pictures import draw_comparison
+
+    folder = Path(options.run)
+    found = compare(folder, Path(options.measured))
+    content = {
+        "average_deviation": average_deviation(found),
+        "sensors": {d.name: {"average": d.average, "bias": d.bias, "largest": d.largest} for d in found},
+    }
+    with output_file(folder / "comparison.json") as temporary:
+        temporary.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+    picture = draw_comparison(folder / "comparison.png", found)
+    within = sum(int(np.sum(np.abs(d.measured - d.simulated) <= SENSOR_ERROR)) for d in found)
+    points = sum(len(d.time) for d in found)
+    lines = [f"S_ave = {content['average_deviation']:.3f} K over {points} points of {len(found)} sensors; "
+             f"{within / points:.0%} within the sensors' {SENSOR_ERROR:g} K"]  # fmt: skip
+    lines += [
+        f"{d.name}: on average {d.average:.3f} K apart, bias {d.bias:+.3f} K, at most {d.largest:.3f} K" for d in found
+    ]
+    return "\n".join([*lines, f"written to {folder}: comparison.json, {picture.name}"])

@@ -1,0 +1,22 @@
+"""The picture of a comparison, like figures 6.7 and 7.8 of the thesis."""
+
+from ..figures import STYLE, plt, save
+from .comparison import SENSOR_ERROR
+
+
+def draw_comparison(path, deviations):
+    """Measured points with the sensors' error as a band, and the run as lines, by sensor. Gives the path."""
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(figsize=(8.5, 5.2))
+        figure.subplots_adjust(left=0.09, right=0.98, bottom=0.11, top=0.97)
+        for number, each in enumerate(deviations):
+            colour, minutes, celsius = f"C{number % 10}", each.time / 60.0, each.measured - 273.15
+            axes.fill_between(
+                minutes, celsius - SENSOR_ERROR, celsius + SENSOR_ERROR, color=colour, alpha=0.15, linewidth=0.0
+            )
+            axes.plot(minutes, celsius, ".", color=colour, markersize=3)
+            label = f"{each.name}: {each.average:.2f} K apart"
+            axes.plot(minutes, each.simulated - 273.15, "-", color=colour, linewidth=1.2, label=label)
+        axes.set(xlabel="time, min", ylabel=f"temperature, °C (points measured, band ±{SENSOR_ERROR:g} K; lines: run)")
+        axes.legend(fontsize=8)
+        return save(figure, path)

@@ -1,0 +1,71 @@
+r"""Inlet velocity from a rotameter's reading.
+
+A rotameter tells the volume flow Q_ro that its float would show at reference pressure and temperature. At T_ro and P_ro its float
+stands at the same place for Q_ro (rho_ref/rho_ro)^1/2 of the reference's volume flow, and what passes it passes the inlet at T_in
+and P_in; so the superficial velocity there is (thesis eq. 6.24 and 7.19)
+
+    u_in = (T_in/P_in) Q_ro [P_ref P_ro/(T_ro T_ref)]^1/2 / A,
+
+with the empty cross-section A, all temperatures and pressures absolute. Chapter 6 takes T_ref = 21 degC, chapter 7 291.15 K:
+1 % apart in T, 0.5 % in the velocity; the instrument's own has to be given.
+"""
+
+import numpy as np
+
+from ..errors import InputError
+from ..tables import read_columns
+
+REFERENCE_PRESSURE = 101325.0
+"""Pa."""
+COLUMNS = {
+    "flow": "m^3/s",
+    "rotameter_pressure": "Pa",
+    "rotameter_temperature": "K",
+    "inlet_pressure": "Pa",
+    "inlet_temperature": "K",
+}
+"""What a log has beside the time, in which unit inside."""
+LOWEST_PRESSURE = 5e4
+"""Pa; what is below can only be a gauge pressure."""
+
+
+def inlet_velocity(flow, rotameter_pressure, rotameter_temperature, inlet_pressure, inlet_temperature, area,
+                   reference_temperature):  # fmt: skip
+    """Superficial velocity (m/s) at the inlet, eq. 7.19: flow Q_ro (m3/s) as read, absolute pressures (Pa) and temperatures (K),
+    area (m2). Floats or arrays."""
+    correction = np.sqrt(REFERENCE_PRESSURE * rotameter_pressure / (rotameter_temperature * reference_temperature))
+    return inlet_temperature / inlet_pressure * flow * correction / area
+
+
+def read_log(path):
+    """(time in s, {name: values in SI}) of a logger's CSV file with the columns of `COLUMNS` in any order after the time.
+
+    Raises `InputError` for a missing column or a pressure that is not absolute.
+    """
+    columns = read_columns("LOG", path)
+    if columns.names[0] != "time":
+        raise InputError("LOG", str(path), "must have the column 'time [s]' first")
+    values = {}
+    for name, unit in COLUMNS.items():
+        if name not in columns.names:
+            raise InputError("LOG", str(path), f"needs the column {name!r} (it has {', '.join(columns.names)})")
+        values[name] = columns.in_si(columns.names.index(name), unit)
+        if unit == "Pa" and np.min(values[name]) < LOWEST_PRESSURE:
+            row = columns.lines[int(np.argmin(values[name]))]
+            raise InputError("LOG", str(path), f"row {row}: {name} must be absolute, at least {LOWEST_PRESSURE:g} Pa")
+    return columns.times(), values
+
+
+def averaged(time, values, interval):
+    """(time, values) as means over intervals of `interval` seconds, at their middles; both ends stay as they are.
+
+    A series of an inlet has a kink at every point, across which no time step goes: fewer points are faster.
+    """
+    edges = np.arange(time[0], time[-1] + interval, interval)
+    number = np.clip(np.digitize(time, edges) - 1, 0, len(edges) - 2)
+    count = np.bincount(number, minlength=len(edges) - 1)
+    full = count > 0
+    middle = 0.5 * (edges[1:] + edges[:-1])[full]
+    mean = np.bincount(number, weights=values, minlength=len(edges) - 1)[full] / count[full]
+    inside = (middle > time[0]) & (middle < time[-1])
+    return np.r_[time[0], middle[inside], time[-1]], np.r_[values[0], mean[inside], values[-1]]

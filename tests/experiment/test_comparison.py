@@ -1,0 +1,107 @@
+"""Runs beside measurements: numbers by hand, and the shipped synthetic experiment."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+
+from porousmold import InputError, Scene, run
+from porousmold.cli import main
+from porousmold.experiment.comparison import average_deviation, compare
+
+from ..support import STUDIES
+
+EXPERIMENT = STUDIES / "pipe" / "experiment"
+NOISE = 0.3
+"""K, of the synthetic measurement (synthetic.py)."""
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "history.csv").write_text("time [s],sensor_a [K],sensor_b [K]\n0.0,300.0,310.0\n10.0,310.0,310.0\n")
+    return tmp_path
+
+
+def test_deviations_are_those_of_eq_7_30(folder):
+    """Sensor a is 1 K above and 1 K below, b always 2 K above: S_ave 1.5 K; what lies outside the run does not count."""
+    measured = folder / "measured.csv"
+    measured.write_text("time [s], b [degC], a [degC]\n2.5, 34.85, 30.35\n7.5, 34.85, 33.35\n99, 0, 0\n")
+    b, a = compare(folder, measured)
+    assert (a.average, a.bias, a.largest) == pytest.approx((1.0, 0.0, 1.0))
+    assert (b.average, b.bias, b.largest) == pytest.approx((2.0, 2.0, 2.0))
+    assert average_deviation([a, b]) == pytest.approx(1.5)
+    assert main(["compare", str(folder), str(measured)]) == 0
+    assert json.loads((folder / "comparison.json").read_text())["sensors"]["b"]["bias"] == pytest.approx(2.0)
+    assert (folder / "comparison.png").is_file()
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [
+        ("time [s], c [degC]\n0, 1\n1, 1\n", "'c'"),
+        ("time [s], a [degC]\n50, 1\n60, 1\n", "no time"),
+        ("time [s], a [m]\n0, 1\n1, 1\n", "temperature"),
+    ],
+)
+def test_measurements_that_do_not_fit_the_run_are_refused(folder, text, word):
+    (folder / "measured.csv").write_text(text)
+    with pytest.raises(InputError, match=word):
+        compare(folder, folder / "measured.csv")
+
+
+def test_a_run_without_sensors_is_refused(tmp_path):
+    with pytest.raises(InputError, match="no history"):
+        compare(tmp_path, tmp_path)
+    (tmp_path / "history.csv").write_text("time [s]\n0.0\n")
+    with pytest.raises(InputError, match=r"geometry\.sensors"):
+        compare(tmp_path, tmp_path)
+
+
+def test_the_comparison_tells_the_right_model_from_the_wrong_one(tmp_path):
+    """Beside noise of 0.3 K, whose mean magnitude is 0.24 K: the model that the synthetic data come from stays below the noise
+    level, a laminar one is clearly above."""
+    deviations = {}
+    for turbulence in ("damped-nakayama-kuwahara", "none"):
+        settings = {
+            "model.turbulence": turbulence,
+            "solver.mesh_refinement": 0.7,
+            "output.pictures": False,
+            "output.fields": False,
+        }
+        run(Scene.from_file(EXPERIMENT / "experiment.toml", settings), tmp_path / turbulence, MPI.COMM_SELF)
+        deviations[turbulence] = average_deviation(
+            compare(tmp_path / turbulence, EXPERIMENT / "measured_synthetic.csv")
+        )
+    assert deviations["damped-nakayama-kuwahara"] < NOISE
+    assert deviations["none"] > 2.0 * NOISE
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [
+        ("name, x [mm], y [mm]\n", "row for every"),
+        ("name, x, y\na, 1, 2\n", "head"),
+        ("name, x [mm], y [mm]\na, 100, 0\na, 200, 0\n", "row 3"),
+        ("name, x [mm], y [mm]\na, 100, 900\n", "outside"),
+        ("name, x [mm], y [mm]\na, ten, 0\n", "row 2"),
+    ],
+)
+def test_sensors_that_are_nowhere_are_refused(tmp_path, text, word):
+    for path in EXPERIMENT.iterdir():
+        shutil.copy(path, tmp_path)
+    (tmp_path / "sensors.csv").write_text(text)
+    with pytest.raises(InputError, match=word):
+        run(Scene.from_file(tmp_path / "experiment.toml", {"model.turbulence": "none"}), communicator=MPI.COMM_SELF)
+
+
+def test_sensors_record_what_stations_do(tmp_path):
+    """A sensor in the middle of the bed at half length is the station there."""
+    sensors = tmp_path / "sensors.csv"
+    sensors.write_text("name, x [m], y [m]\nhere, 0.3125, 0\n")
+    settings = {"model.turbulence": "none", "model.flow": "plug", "operation.end_time": 1500.0}
+    scene = Scene.from_file(EXPERIMENT.parent / "baseline.toml", settings | {"geometry.sensors": str(sensors)})
+    history = run(scene, communicator=MPI.COMM_SELF).history
+    assert history["sensor_here"] == pytest.approx(history["temperature_centre_L/2"], abs=1e-9)
+    assert np.ptp(history["sensor_here"]) > 1.0
