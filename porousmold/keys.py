@@ -108,7 +108,7 @@ def _checked_value(name, key, value, base, where):
             raise InputError(name, value, "must be true or false", where)
         return value
     if key.kind == "file":
-        path = (base / value).resolve() if isinstance(value, str) and value else None
+        path = (base / value).resolve() if isinstance(value, str) and value and "\0" not in value else None
         if path is None or not path.is_file():
             raise InputError(name, value, "must name an existing file", where)
         return path
@@ -118,7 +118,7 @@ def _checked_value(name, key, value, base, where):
         if isinstance(value, bool) or not isinstance(value, int) or not key.low <= value <= key.high:
             raise InputError(name, value, f"must be a whole number from {key.low:g} to {key.high:g}", where)
         return value
-    if key.series and isinstance(value, str) and value.lower().endswith(".csv"):
+    if key.series and isinstance(value, str) and value.lower().endswith(".csv") and "\0" not in value:
         series = read_series(name, (base / value).resolve(), key.kind, along=key.along)
         for number in series.range:
             _check_bounds(name, number, key, series.source)

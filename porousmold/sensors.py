@@ -28,8 +28,10 @@ def read_sensors(path, dimension):
     names, places = [], []
     for number, row in enumerate(rows, start=2):
         name = row[0].strip()
-        if len(row) != len(head) or not name or name in names:
-            raise InputError(KEY, str(path), f"row {number} must have a name of its own and {dimension} coordinates")
+        if len(row) != len(head) or not name or name in names or set(name) & set('[],"\n'):
+            raise InputError(
+                KEY, str(path), f"row {number} must have a name of its own, without brackets, and {dimension} numbers"
+            )
         names.append(name)
         places.append([to_si(KEY, f"{cell.strip()} {unit}", "m", f"{path}, row {number}")
                        for cell, unit in zip(row[1:], units, strict=True)])  # fmt: skip

@@ -17,7 +17,7 @@ def read_rows(key, path):
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
             return [row for row in csv.reader(file) if row and not row[0].lstrip().startswith("#")]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+    except (OSError, ValueError, csv.Error) as error:
         raise InputError(key, str(path), f"must be a readable CSV file: {error}") from error
 
 
@@ -27,10 +27,10 @@ def read_toml(key, path):
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError as error:
         raise InputError(key, str(path), "no such file") from error
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(key, str(path), "must be a readable TOML text file") from error
     except tomllib.TOMLDecodeError as error:
         raise InputError(key, str(path), f"is not valid TOML: {error}") from error
+    except (OSError, ValueError) as error:  # no text, or a path with a null byte
+        raise InputError(key, str(path), "must be a readable TOML text file") from error
 
 
 @dataclass(frozen=True)
@@ -47,6 +47,8 @@ class Columns:
     def in_si(self, column, unit):
         """A column in SI. Raises `InputError` if it has another dimension."""
         where = f"{self.path}, column {self.names[column]!r}"
+        if unit and not self.units[column].strip():
+            raise InputError(self.key, where, f"needs its unit in the head, such as {unit}")
         zero, one = (to_si(self.key, f"{number} {self.units[column]}", unit, where) for number in (0, 1))
         return zero + (one - zero) * self.values[:, column]
 
@@ -68,7 +70,7 @@ def read_columns(key, path):
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
             text = [(n, line) for n, line in enumerate(file, 1) if line.strip() and not line.lstrip().startswith("#")]
-    except (OSError, UnicodeDecodeError) as error:
+    except (OSError, ValueError) as error:  # a path with a null byte, too
         raise InputError(key, str(path), f"must be a readable CSV file: {error}") from error
     if len(text) < 2:
         raise InputError(key, str(path), "must have a head like 'time [s], name [unit]' and rows of numbers")
@@ -78,7 +80,7 @@ def read_columns(key, path):
     except csv.Error as error:
         raise InputError(key, str(path), f"must be a readable CSV file: {error}") from error
     lines = [number for number, _ in text[1:]]
-    if any("[" not in cell or "]" not in cell for cell in head):
+    if any(not 0 <= cell.find("[") < cell.find("]") for cell in head):
         raise InputError(key, str(path), "needs a head with units, like 'time [s], temperature [degC]'")
     for line, row in zip(lines, rows, strict=False):
         if len(row) != len(head):

@@ -26,7 +26,11 @@ def to_si(key, value, unit, where=None):
         raise InputError(key, value, f"must be a number in {unit or 'no unit'} or a text with a unit", where)
     if isinstance(value, str):
         value = _converted(key, value, unit, where)
-    if not math.isfinite(value):
+    try:
+        finite = math.isfinite(value)
+    except OverflowError:  # an integer of hundreds of digits
+        finite = False
+    if not finite:
         raise InputError(key, value, "must be a finite number", where)
     return float(value)
 

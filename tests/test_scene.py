@@ -97,6 +97,13 @@ def test_broken_files_are_refused_by_one_line(tmp_path, content):
         Scene.load(tmp_path / "absent.toml")
 
 
+@pytest.mark.parametrize("value", ["\0", "\0.csv", 10**400])
+def test_null_bytes_and_endless_integers_are_refused(value):
+    for name in ("operation.inlet_temperature", "bed.porosity_profile", "geometry.length"):
+        with pytest.raises(InputError, match=name):
+            Scene.from_file(ALUMINIUM, {name: value})
+
+
 names = st.sampled_from([f"{table}.{key}" for table, keys in KEYS.items() for key in keys])
 values = st.one_of(
     st.none(),

@@ -45,11 +45,13 @@ def _rotameter(options):
         raise InputError("--diameter", options.diameter, "and the other values must be > 0")
     time, log = read_log(Path(options.log))
     velocity = inlet_velocity(**log, area=0.25 * np.pi * diameter**2, reference_temperature=reference)
+    if not np.all(np.isfinite(velocity)):
+        raise InputError("--diameter", options.diameter, "gives no finite velocity")
     folder = Path(options.out)
     if not folder.is_dir():
         raise InputError("--out", str(folder), "must be an existing folder")
     for name, unit, values in (("velocity", "m/s", velocity), ("temperature", "K", log["inlet_temperature"])):
-        rows = "".join(f"{t:.6g}, {v:.8g}\n" for t, v in zip(*averaged(time, values, interval), strict=True))
+        rows = "".join(f"{t:.15g}, {v:.8g}\n" for t, v in zip(*averaged(time, values, interval), strict=True))
         with output_file(folder / f"inlet_{name}.csv") as temporary:
             temporary.write_text(f"time [s], {name} [{unit}]\n{rows}", encoding="utf-8")
     return (

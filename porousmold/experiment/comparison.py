@@ -45,7 +45,10 @@ def compare(folder, path):
     """
     if not (folder / "history.csv").is_file():
         raise InputError("RUN", str(folder), "is not the folder of a run (no history.csv)")
-    history, _ = read_table(folder / "history.csv")
+    try:
+        history, _ = read_table(folder / "history.csv")
+    except (ValueError, LookupError) as error:
+        raise InputError("RUN", str(folder), f"has a damaged history.csv: {error}") from error
     sensors = {name.removeprefix("sensor_"): values for name, values in history.items() if name.startswith("sensor_")}
     if not sensors:
         raise InputError("RUN", str(folder), "has no sensors: its scene needs geometry.sensors")
@@ -53,6 +56,8 @@ def compare(folder, path):
     time = columns.times()
     shared = time <= history["time"][-1]
     shared &= time >= history["time"][0]
+    if len(set(columns.names)) != len(columns.names) or len(columns.names) < 2:
+        raise InputError("MEASURED", str(path), "must have columns of different sensors beside the time")
     unknown = [name for name in columns.names[1:] if name not in sensors]
     if unknown or not shared.any():
         raise InputError("MEASURED", str(path), f"has {unknown[0]!r}, which is no sensor of the run ({', '.join(sensors)})"

@@ -50,22 +50,25 @@ def read_log(path):
         if name not in columns.names:
             raise InputError("LOG", str(path), f"needs the column {name!r} (it has {', '.join(columns.names)})")
         values[name] = columns.in_si(columns.names.index(name), unit)
+        least = {"Pa": -np.inf, "K": 0.0, "m^3/s": -1e-12}[unit]
+        if np.min(values[name]) <= least:
+            row = columns.lines[int(np.argmin(values[name]))]
+            raise InputError("LOG", str(path), f"row {row}: {name} must be positive")
         if unit == "Pa" and np.min(values[name]) < LOWEST_PRESSURE:
             row = columns.lines[int(np.argmin(values[name]))]
             raise InputError("LOG", str(path), f"row {row}: {name} must be absolute, at least {LOWEST_PRESSURE:g} Pa")
-    return columns.times(), values
+    times = columns.times()
+    if len(times) < 2:
+        raise InputError("LOG", str(path), "must have two rows at least")
+    return times, values
 
 
 def averaged(time, values, interval):
-    """(time, values) as means over intervals of `interval` seconds, at their middles; both ends stay as they are.
+    """(time, values) as means over intervals of `interval` seconds, at the mean times of their readings; both ends stay.
 
     A series of an inlet has a kink at every point, across which no time step goes: fewer points are faster.
     """
-    edges = np.arange(time[0], time[-1] + interval, interval)
-    number = np.clip(np.digitize(time, edges) - 1, 0, len(edges) - 2)
-    count = np.bincount(number, minlength=len(edges) - 1)
-    full = count > 0
-    middle = 0.5 * (edges[1:] + edges[:-1])[full]
-    mean = np.bincount(number, weights=values, minlength=len(edges) - 1)[full] / count[full]
+    _, number, count = np.unique(np.floor((time - time[0]) / interval), return_inverse=True, return_counts=True)
+    middle, mean = (np.bincount(number, weights=weights) / count for weights in (time, values))
     inside = (middle > time[0]) & (middle < time[-1])
     return np.r_[time[0], middle[inside], time[-1]], np.r_[values[0], mean[inside], values[-1]]

@@ -36,6 +36,9 @@ GRAVITY = 9.81
 """m/s2."""
 DARCY_LIMIT = 1.0
 """Particle Reynolds number rho U d/mu up to which Darcy's law is taken to hold."""
+FIRST_LEVEL = 3.0
+"""Error of the first level over that of the others: a parabola through readings on one side only has sqrt(8) times the error."""
+MOST_INTERVALS = 1_000_000
 APPROACHES = ("complete", "neither", "gravity")
 
 
@@ -102,7 +105,10 @@ def levels_of(setup, time, mass, interval=2.0):
     `ValueError` for fewer than three intervals.
     """
     time, mass = np.asarray(time, float), np.asarray(mass, float)
-    ends = np.arange(time[0], time[-1] + 1e-9 * interval, max(interval, float(np.median(np.diff(time)))))
+    interval = max(interval, float(np.median(np.diff(time))))
+    if (time[-1] - time[0]) / interval > MOST_INTERVALS:
+        raise ValueError(f"gives more than {MOST_INTERVALS} intervals of {interval:g} s")
+    ends = np.arange(time[0], time[-1] + 1e-9 * interval, interval)
     smoothed = np.array([_mass_at(end, time, mass, 0.5 * interval) for end in ends])
     level = setup.initial_head - (smoothed - smoothed[0]) / (setup.density * setup.cross_section)
     above = int(np.argmax(level < 0.0)) if np.any(level < 0.0) else len(level)
@@ -123,7 +129,11 @@ def _mass_at(moment, time, mass, reach):
 
 @dataclass(frozen=True)
 class Estimate:
-    """A permeability (m2) with its standard deviation and 95 % confidence interval; `determination` is R2 where fitted."""
+    """A permeability (m2) with its standard deviation and 95 % confidence interval; `determination` is R2 where fitted.
+
+    The interval of a mean takes its values as independent; where the set-up takes most of the pressure and readings are noisy,
+    the mean of the instantaneous values is biased beyond it.
+    """
 
     permeability: float
     standard_deviation: float
@@ -154,8 +164,8 @@ def mean_of(values):
 def globally(setup, levels, approach="complete"):
     """`Estimate` by the fit of the whole fall (eq. 4.13, 4.15, 4.17) to the levels: least squares in h, ln k unknown.
 
-    Its deviation is that of the fit and that of the first reading, from which all levels are counted. Raises `RuntimeError`
-    where no permeability fits.
+    Its deviation is that of the fit and that of the first level, from which all others are counted: `FIRST_LEVEL` times the
+    residuals'. Raises `RuntimeError` where no permeability fits.
     """
 
     guess = float(np.median(instantaneous(setup, levels, approach)))
@@ -177,7 +187,7 @@ def globally(setup, levels, approach="complete"):
     logarithm, variance = fitted(levels.level)
     best = float(np.exp(logarithm))
     residual = levels.level - setup.level(levels.time, best, approach)
-    shifted, _ = fitted(levels.level + np.std(residual))
+    shifted, _ = fitted(levels.level + FIRST_LEVEL * np.std(residual))
     error = float(np.hypot(np.sqrt(variance), shifted - logarithm))
     if error > np.log(1e3):
         raise RuntimeError("the fall of the level does not tell the permeability")
@@ -191,14 +201,26 @@ def globally(setup, levels, approach="complete"):
 
 
 def fit_baseline(setup, levels):
-    """(c0 in Pa s/m3, c1 in Pa) from a run without beads: rho g (h + L) = c0 Q + c1 all along its exponential fall."""
+    """(c0 in Pa s/m3, c1 in Pa) from a run without beads: rho g (h + L) = c0 Q + c1 all along its exponential fall.
+
+    Raises `RuntimeError` where there is no such fall.
+    """
 
     def fall(time, rate, offset):
         return (setup.initial_head + offset) * np.exp(-rate * time) - offset
 
     first, last = levels.level[0], levels.level[-1]
     guess = max((first - last) / levels.time[-1] / (first + setup.bed_length), 1e-9)
-    (rate, offset), _ = curve_fit(fall, levels.time, levels.level, p0=[guess, setup.bed_length], xtol=1e-12, ftol=1e-12)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", OptimizeWarning)
+        try:
+            (rate, offset), _ = curve_fit(
+                fall, levels.time, levels.level, p0=[guess, setup.bed_length], xtol=1e-12, ftol=1e-12
+            )
+        except OptimizeWarning as error:
+            raise RuntimeError("the fall does not tell c0 and c1") from error
+    if not (rate > 0.0 and offset > -levels.level[-1]):
+        raise RuntimeError("the level does not fall towards an end below it")
     return setup.specific_weight / (rate * setup.cross_section), (setup.bed_length - offset) * setup.specific_weight
 
 

@@ -52,6 +52,10 @@ SETUP: dict[str, dict[str, Key]] = {
         "porosity": Key("", "for predictions", low=0.0, high=1.0),
     },
 }
+READING_ERROR = 2e-3
+"""m by which a file of levels may start beside the set-up's initial head."""
+LARGE_SCATTER = 0.3
+"""Relative standard deviation of the instantaneous values beyond which their mean is biased."""
 SMALLEST_FALL = 0.01
 """Part of all the mass by which a reading may fall below an earlier one before it counts as an error of handling."""
 LONG_GAP = 10.0
@@ -91,8 +95,8 @@ def read_setup(path):
     else:
         density, viscosity, _ = LIQUIDS[liquid.name]
         density, viscosity = liquid.density or density, liquid.viscosity or viscosity
-    has_numbers = given.outlet_resistance is not None and given.outlet_pressure is not None
-    if has_numbers == (given.baseline is not None):
+    numbers = sum(value is not None for value in (given.outlet_resistance, given.outlet_pressure))
+    if numbers != (2 if given.baseline is None else 0):
         raise InputError("setup.baseline", None if given.baseline is None else str(given.baseline),
                          "or both setup.outlet_resistance and setup.outlet_pressure must be given", str(path))  # fmt: skip
     area = given.cross_section or 0.25 * np.pi * given.pipe_diameter**2
@@ -126,10 +130,19 @@ def read_levels(path, setup, averaging_time, key="DATA"):
     if len(columns.names) != 2 or columns.names[0] != "time" or columns.names[1] not in ("mass", "level"):
         raise InputError(key, str(path), "must have two columns, 'time [s]' and 'mass [g]' or 'level [mm]'")
     times = columns.times()
+    if len(times) < 4:
+        raise InputError(key, str(path), f"has {len(times)} rows, below 4")
     if columns.names[1] == "level":
+        first = float(columns.in_si(1, "m")[0])
+        if abs(first - setup.initial_head) > READING_ERROR:
+            raise InputError(
+                key, str(path), f"starts at {first:g} m, not at the set-up's initial head of {setup.initial_head:g} m"
+            )
         mass = (setup.initial_head - columns.in_si(1, "m")) * setup.density * setup.cross_section
     else:
         mass = columns.in_si(1, "kg")
+    if not mass[-1] > mass[0]:
+        raise InputError(key, str(path), "must have mass running out: the last reading is not above the first")
     fallen = np.maximum.accumulate(mass) - mass
     if np.max(fallen) > SMALLEST_FALL * np.ptp(mass):
         line = columns.lines[int(np.argmax(fallen))]
@@ -166,6 +179,11 @@ def evaluate(test, levels):
         except RuntimeError:
             fitted = None
             warnings.append(f"approach {approach!r}: no permeability fits the fall of the level")
+        scatter = float(np.std(values) / np.mean(values)) if np.all(np.isfinite(values)) else float("inf")
+        if approach == "complete" and not 0.0 <= scatter < LARGE_SCATTER:
+            warnings.append(
+                f"instantaneous values scatter by {abs(scatter):.0%}: their mean is biased, trust the global method"
+            )
         approaches[approach] = {"instantaneous": mean_of(values[np.isfinite(values)]), "global": fitted}
     number = None
     if test.bead_diameter is not None:

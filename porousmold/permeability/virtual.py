@@ -1,6 +1,7 @@
 """The virtual experiment: what reading and handling errors do to a measured permeability (thesis section 4.7.2).
 
-A test of known permeability is computed (eq. 4.13), read with errors, and evaluated by the global method. Errors are drawn
+A test of known permeability is computed (eq. 4.13), read with errors, and evaluated by the global method. c0 and c1 of
+the set-up are held whatever the liquid, as in the thesis: a set-up of fixed resistance. Errors are drawn
 independently: the level h0 read at the start, the scale's resolution and noise, the temperature (through the viscosity that is
 believed), and the time stamps. What comes out is the error of the permeability at 95 % confidence, and from it the range of
 permeability that a set-up measures within a given error.
@@ -55,7 +56,7 @@ def virtual_test(setup, permeability, errors, random, *, reading_interval=2.0, b
     stamps = np.sort(time + random.normal(0.0, errors.time_stamp, len(time)))
     if believed_head is None:
         believed_head = setup.initial_head + random.uniform(-1.0, 1.0) * errors.initial_head
-    viscosity = setup.viscosity * (1.0 + random.normal(0.0, errors.viscosity))
+    viscosity = setup.viscosity * float(np.exp(random.normal(0.0, errors.viscosity)))
     believed = replace(setup, initial_head=believed_head, viscosity=viscosity)
     try:
         found = globally(believed, levels_of(believed, stamps, mass, time[1])).permeability

@@ -2,6 +2,7 @@
 
 import math
 import re
+import sys
 from pathlib import Path
 
 from .. import stop_signals
@@ -98,6 +99,8 @@ def _optimum(options):
         while bars:
             bars.pop().close()
     if found is None:
+        if first:
+            print(f"porousmold: interrupted; what was run is in {out}, the same command goes on", file=sys.stderr)
         return INTERRUPTED
     if first:
         written = write(found, study, aim, out)

@@ -18,6 +18,7 @@ from scipy.interpolate import RBFInterpolator
 from scipy.optimize import minimize
 
 from ..errors import InputError
+from ..scene import KEYS
 from ..tables import read_toml
 from ..units import to_si
 from ..whole_files import output_file
@@ -74,8 +75,13 @@ def load(path):
     if trade_off == minimise:
         raise InputError("optimum.trade_off", trade_off, "must be another record than optimum.minimise", where)
     for name in study.varied:
+        table, key = name.split(".")
         values = {setting(case, name) for case in study.cases if case.scene is not None}
-        if len(values) < 3 or not all(isinstance(value, int | float) for value in values):
+        if (
+            KEYS[table][key].kind in ("integer", "flag", "choice", "file")
+            or len(values) < 3
+            or not all(isinstance(value, int | float) for value in values)
+        ):
             raise InputError(f"vary.{name}", None, "must have three numbers at least to search between them", where)
     return study, Aim(minimise, limits, trade_off)
 
@@ -86,11 +92,14 @@ class _Surface:
     def __init__(self, study, rows, records):
         self._names = study.varied
         known = [row for row in rows if all(_positive(row.values[name]) for name in records)]
-        if len(known) < len(self._names) + 2:
+        places = np.array([[float(setting(row.case, name)) for name in self._names] for row in known])
+        if len(known):  # a place may have been run under two names, such as '20 kPa' and 20000.0
+            places, first = np.unique(places, axis=0, return_index=True)
+            known = [known[number] for number in first]
+        if len(known) < len(self._names) + 2 or np.any(np.ptp(places, axis=0) == 0.0):
             raise InputError(
                 "study", f"{len(known)} of {len(rows)} cases reached their end", "is too few to search between"
             )
-        places = np.array([[float(setting(row.case, name)) for name in self._names] for row in known])
         self._logarithmic = np.all(places > 0.0, axis=0)
         places = self._scaled(places)
         self._low, self._high = places.min(axis=0), places.max(axis=0)
@@ -109,7 +118,13 @@ class _Surface:
         """Values of the parameters at a place, rounded."""
         values = self._low + place * (self._high - self._low)
         values = np.where(self._logarithmic, np.exp(values), values)
-        return {name: float(f"{value:.{DIGITS}g}") for name, value in zip(self._names, values, strict=True)}
+        rounded = (float(f"{value:.{DIGITS}g}") for value in values)
+        # not beyond the bounds by rounding
+        ends = (np.where(self._logarithmic, np.exp(end), end) for end in (self._low, self._high))
+        return {
+            name: float(min(max(value, low), high))
+            for name, value, low, high in zip(self._names, rounded, *ends, strict=True)
+        }
 
     def minimum(self, name, limits):
         """Place of the least value of a record under limits {record: SI}; the least excess where they cannot be met."""
@@ -142,14 +157,18 @@ def search(study, aim, out, *, progress=lambda cases: None, stop=lambda: False):
     rows = run_study(study, out, progress=progress(len(study.cases)), stop=stop)
     records = list(dict.fromkeys([aim.minimise, *aim.below, *([aim.trade_off] if aim.trade_off else [])]))
 
+    def where(case):
+        return tuple(float(f"{setting(case, name):.{DIGITS}g}") for name in study.varied)
+
     def run_at(wanted):
         """Run the minima under the given limits; the largest difference of what was foreseen from what was found."""
         nonlocal study, rows
         surface = _Surface(study, rows, records)
         places = MPI.COMM_WORLD.bcast([surface.minimum(name, limits) for name, limits in wanted])
-        known = {case.name for case in study.cases}
+        known = {where(case): case for case in study.cases if case.scene is not None}
         cases = [study.case(surface.settings(place)) for place in places]
-        more = {case.name: case for case in cases if case.name not in known}
+        cases = [known.get(where(case), case) for case in cases]
+        more = {case.name: case for case in cases if where(case) not in known}
         study = study.with_cases([*study.cases, *more.values()])
         rows = run_study(study, out, progress=progress(len(study.cases)), stop=stop)
         found = {row.case.name: row for row in rows}
@@ -170,13 +189,15 @@ def search(study, aim, out, *, progress=lambda cases: None, stop=lambda: False):
     curve = []
     if aim.trade_off:
         for _ in range(TRADE_OFF_ROUNDS):
+            if any(row.status == "missing" for row in rows):
+                return None
             run_at([(aim.minimise, {}), (aim.trade_off, {})])
             values = [best(rows, name, {}).values[aim.trade_off] for name in (aim.trade_off, aim.minimise)]
             limits = np.geomspace(values[0], values[1], TRADE_OFF_POINTS)
             run_at([(aim.minimise, {aim.trade_off: limit}) for limit in limits])
-        if any(row.status == "missing" for row in rows):
-            return None
         curve = front(rows, aim)
+    if any(row.status == "missing" for row in rows):
+        return None
     return Optimum(best(rows, aim.minimise, aim.below), curve, agreed)
 
 

@@ -34,6 +34,9 @@ def test_averaging_keeps_means_and_ends():
     there, mean = averaged(time, values, 10.0)
     assert there[0] == 0.0 and there[-1] == 100.0 and len(there) < 14
     assert mean[1:-1] == pytest.approx(3.0 + 0.1 * there[1:-1], abs=0.11)
+    assert averaged(time[::20], 2.0 * time[::20], 10.0)[1] == pytest.approx(
+        2.0 * time[::20]
+    )  # nothing to average: as it is
 
 
 def test_the_command_writes_series_for_a_scene(tmp_path, capsys):
@@ -64,6 +67,8 @@ def test_the_command_writes_series_for_a_scene(tmp_path, capsys):
         ("inlet_pressure [kPa]", "pressure [kPa]", "inlet_pressure"),
         ("0, 9, 101.325", "0, 9, 3.7", "absolute"),
         ("time [s]", "t [s]", "time"),
+        ("0, 9, 101.325, 21", "0, 9, 101.325, -300", "rotameter_temperature must be positive"),
+        ("0, 9,", "0, -9,", "flow must be positive"),
     ],
 )
 def test_logs_that_cannot_be_are_refused_by_one_line(tmp_path, capsys, old, new, word):

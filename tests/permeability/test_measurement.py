@@ -91,6 +91,10 @@ HEAD = "time [s], mass [g]\n"
         (HEAD + "\n".join([*rows()[:50], "9, abc"]), "'abc'"),
         (HEAD + "\n".join([*rows()[:300], "9e3, 10"]), "falls by"),
         (HEAD + "\n".join(rows()[:5]), "intervals"),
+        (HEAD + "\n".join(f"{t}, 7" for t in range(20)), "running out"),
+        (HEAD + "0, 0\n1, 1\n", "below 4"),
+        ("time [s], level [mm]\n" + "\n".join(f"{t}, {200 - t}" for t in range(20)), "starts at 0.2 m"),
+        ("time [], mass []\n" + "\n".join(rows()), "unit"),
     ],
     ids=[
         "empty",
@@ -104,6 +108,10 @@ HEAD = "time [s], mass [g]\n"
         "word",
         "falling",
         "short",
+        "still",
+        "few",
+        "other-head",
+        "empty-unit",
     ],
 )
 def test_bad_data_is_refused_by_one_line(tmp_path, text, word):
@@ -136,6 +144,8 @@ def test_a_million_rows_take_seconds(tmp_path):
         ('"-2742 Pa"', '"2742 Pa"', "setup.outlet_pressure"),
         ("[liquid]", 'cross_section = "81 cm^2"\n[liquid]', "setup.pipe_diameter"),
         ("[liquid]", "colour = 1\n[liquid]", "setup.colour"),
+        ('outlet_pressure = "-2742 Pa"\n', 'baseline = "setup.toml"\n', "setup.baseline"),
+        ('bed_length = "101.6 mm"', f"bed_length = 1{'0' * 400}", "setup.bed_length"),
     ],
 )
 def test_impossible_set_ups_are_refused_with_their_key(tmp_path, old, new, key):

@@ -56,6 +56,22 @@ def test_power_laws_are_met_exactly_and_so_is_their_minimum_under_a_limit():
     assert free == pytest.approx({"operation.pressure_drop": 16.0, "bed.bead_diameter": 4.0})
 
 
+def test_a_place_run_under_two_names_counts_once():
+    """'16' and 16.0 are the same place: twice in the interpolation it would be singular."""
+    rows = analytic_rows()
+    twin = Row(Case("twin", {"operation.pressure_drop": 16, "bed.bead_diameter": 4}, None), "done", "", rows[-1].values)
+    surface = _Surface(Study([], ["operation.pressure_drop", "bed.bead_diameter"]), [*rows, twin], ["heating_time"])
+    assert surface.settings(surface.minimum("heating_time", {})) == pytest.approx(
+        {"operation.pressure_drop": 16.0, "bed.bead_diameter": 4.0}
+    )
+
+
+def test_too_few_places_to_search_between_are_refused():
+    rows = [row for row in analytic_rows() if row.case.settings["operation.pressure_drop"] == pytest.approx(16.0)]
+    with pytest.raises(InputError, match="too few"):
+        _Surface(Study([], ["operation.pressure_drop", "bed.bead_diameter"]), rows, ["heating_time"])
+
+
 def test_best_and_front_are_rows_that_nothing_beats():
     rows = analytic_rows()
     assert best(rows, "heating_time", {"mean_power": 0.5}) is None
@@ -96,6 +112,7 @@ def test_the_mold_heats_fastest_at_the_power_there_is(tmp_path, capsys):
         ('"energy_spent"\n', '"heating_time"\n', "optimum.trade_off"),
         ("count = 4", "count = 2", "vary.operation.pressure_drop"),
         ("trade_off", "tradeoff", "optimum.tradeoff"),
+        ("[optimum]", "solver.wall_cells = [1, 2, 3]\n[optimum]", "vary.solver.wall_cells"),
     ],
 )
 def test_impossible_aims_are_refused_with_their_key(tmp_path, old, new, key):
