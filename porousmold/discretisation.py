@@ -226,6 +226,7 @@ class Discretisation:
         )
         self._inlet_temperature = self._constant(operation.inlet_temperature(0.0))
         self._drive = self._constant(0.0)
+        self._drive_temperature = self._constant(operation.inlet_temperature(0.0))
         self._outer_values: list = []
         self.flow_temperature = fem.Function(fenicsx.lagrange_space(domain.mesh))
         self.property_temperature = fem.Function(self.flow_temperature.function_space)
@@ -264,12 +265,13 @@ class Discretisation:
                 self.two_temperatures,
                 self._constant(model.exchange_factor),
                 domain.straight,
+                openings[0] if model.flow == "full" else None,
             )
             self.heat = TransientHeat(
                 domain,
                 self.energy_equations,
                 operation.initial_temperature,
-                self.set_boundary_values,
+                self.set_heat_values,
                 dx(geometry.WALL),
                 self.property_temperature,
                 QUADRATURE_DEGREE,
@@ -286,7 +288,8 @@ class Discretisation:
                 )
             outflow = coordinates.weight * self.energy_equations.outward_mass_flux
             self._mass_out = fenicsx.compiled_form(outflow * ds(geometry.OUTLET))
-            self._mass_in = fenicsx.compiled_form(-outflow * ds(geometry.INLET))
+            inflow = coordinates.weight * self.energy_equations.inward_mass_flux
+            self._mass_in = fenicsx.compiled_form(inflow * ds(geometry.INLET))
             self._inlet_pressure = fenicsx.compiled_form(
                 coordinates.weight * self.flow_state.pressure / self._constant(self._inlet_area()) * ds(geometry.INLET)
             )
@@ -358,7 +361,7 @@ class Discretisation:
             return "pressure_drop", value
         if operation.mass_flow is not None:
             return "mass_flow", value
-        return "velocity", value, float(self._inlet_temperature.value)
+        return "velocity", value, float(self._drive_temperature.value)
 
     def _inlet_drive(self):
         operation = self.scene.operation
@@ -366,7 +369,7 @@ class Discretisation:
             return {"pressure": self._drive}
         if operation.mass_flow is not None:
             return {"mass_flux": self._drive / self._constant(self._inlet_area())}
-        return {"velocity": self._drive, "temperature": self._inlet_temperature}
+        return {"velocity": self._drive, "temperature": self._drive_temperature}
 
     @property
     def has_wall(self):
@@ -415,11 +418,16 @@ class Discretisation:
         return OuterWall(ds, **terms)
 
     def set_boundary_values(self, time):
-        """Give the boundary conditions their values at a time (s)."""
+        """Give the boundary conditions of flow and heat their values at a time (s)."""
         operation = self.scene.operation
-        self._inlet_temperature.value = operation.inlet_temperature(time)
+        self._drive_temperature.value = operation.inlet_temperature(time)
         drive = operation.pressure_drop or operation.inlet_velocity or operation.mass_flow
         self._drive.value = drive(time)
+        self.set_heat_values(time)
+
+    def set_heat_values(self, time):
+        """Give those of the heat alone: what flows in during a step is what the flow was solved for."""
+        self._inlet_temperature.value = self.scene.operation.inlet_temperature(time)
         for constant_value, series in self._outer_values:
             constant_value.value = series(time)
 

@@ -134,7 +134,7 @@ class Simulation:
         problem.property_temperature.x.array[:] = problem.part_of_heat(ahead, 0).x.array
         if self.scene.model.flow_update == "quasi-steady":
             problem.flow_temperature.x.array[:] = problem.property_temperature.x.array
-        problem.set_boundary_values(self.time + 0.5 * step)
+            problem.set_boundary_values(self.time + 0.5 * step)
 
     def _foresee_flow(self, step):
         """Start the flow's iterations from its course over the last two steps, at whose middles it was solved."""
@@ -247,7 +247,9 @@ class Simulation:
         flow.recall_factors(lambda number, space: array_of(f"factors/{number}", space), constants)
         for number, function in enumerate(problem.memory):
             function.x.array[:] = array_of(f"memory/{number}", function.function_space)
-        problem.set_boundary_values(self.time)
+        # a frozen flow keeps what it was solved for
+        problem.set_boundary_values(self.time if self.scene.model.flow_update != "frozen" else 0.0)
+        problem.set_heat_values(self.time)
 
     def _counters(self):
         heat = self.problem.heat

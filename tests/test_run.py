@@ -180,6 +180,18 @@ def test_velocity_and_mass_flow_inlets_meet_their_value(drive):
         assert 101325.0 + 4e3 < density * 287.055 * 363.15 < 101325.0 + 12e3
 
 
+@pytest.mark.parametrize("drive", ["mass_flow", "inlet_velocity"])
+def test_what_a_given_flow_brings_is_what_the_bed_receives(drive, tmp_path):
+    """The inlet's velocity follows a given mass flow only in the mean: the heat must go with what is given, T_in(t) too."""
+    inlet = tmp_path / "inlet.csv"
+    inlet.write_text("time [s], temperature [degC]\n0, 25\n200, 90\n2000, 90\n")
+    scene = coarse_scene(model__turbulence="none", operation__pressure_drop=None, operation__inlet_temperature=str(inlet),
+                         operation__end_time=600.0, **{f"operation__{drive}": 0.04 if drive == "mass_flow" else 1.5})  # fmt: skip
+    result = run(scene, communicator=MPI.COMM_SELF)
+    assert abs(result.summary["energy_imbalance"]) < 1e-4
+    assert abs(result.summary["mass_imbalance"]) < 1e-5
+
+
 def test_heat_lost_along_the_pipe_is_the_integral_of_what_the_sensors_tell(tmp_path):
     """q(t, z) linear between sensors and constant beyond: two pi R int int q dz dt over the acrylic's outer surface."""
     sensors = tmp_path / "loss.csv"

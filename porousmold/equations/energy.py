@@ -28,7 +28,7 @@ from ..closures.nusselt import prandtl_number, specific_surface
 from ..closures.turbulence import PRANDTL_TURBULENT
 from ..materials import Solid
 from .coordinates import Coordinates
-from .flow import FlowEquations
+from .flow import FlowEquations, Opening
 from .medium import Bed
 from .stabilisation import Streamline
 
@@ -82,7 +82,8 @@ class EnergyEquations:
     `flow` with `flow_state` (velocity, pressure, k, epsilon with units) and `flow_temperature`, the temperature (K) that
     the flow was solved for; `entrance` is 1 in the cells that touch the inlet, else 0; `wall` is None where the scene
     has none; `inlet` and `outlet` are facet measures, `dx_bed` and `dx_wall` cell measures, `nodes_bed` and `nodes_wall`
-    those with quadrature at the nodes; `straight` tells that the flow runs along x[0], so that the cells lie along it.
+    those with quadrature at the nodes; `straight` tells that the flow runs along x[0], so that the cells lie along it;
+    `opening` is the flow's inlet.
     """
 
     flow: FlowEquations
@@ -102,6 +103,7 @@ class EnergyEquations:
     two_temperatures: bool = True
     exchange_factor: Any = 1.0
     straight: bool = True
+    opening: Opening | None = None
 
     @property
     def bed(self) -> Bed:
@@ -124,6 +126,12 @@ class EnergyEquations:
         """phi rho u.n through inlet and outlet, kg/m2/s."""
         flux = self.flow.mass_flux_through_boundary(self.flow_state, self.flow_temperature)
         return ufl.dot(flux, ufl.FacetNormal(self.coordinates.mesh))
+
+    @property
+    def inward_mass_flux(self):
+        """phi rho u.n in through the inlet, kg/m2/s: as given by `opening`, if there is one that gives it."""
+        given = None if self.opening is None else self.flow.flux_given(self.opening, self.flow_state)
+        return -self.outward_mass_flux if given is None else given
 
     def _fluid_storage(self):
         return self.bed.porosity * self._density * self._laws.heat_capacity(self.flow_temperature)
@@ -225,7 +233,7 @@ class EnergyEquations:
         form = weight * (fluid + bead) * self.dx_bed
         form -= weight * self.enthalpy_entering(temperature) * test * self.inlet
         for w, (f, v) in streamline.changes_across(temperature, test):
-            form += weight * w * self._laws.heat_capacity(temperature) * -self.outward_mass_flux * f * v * self.inlet
+            form += weight * w * self._laws.heat_capacity(temperature) * self.inward_mass_flux * f * v * self.inlet
         if self.thin_wall is not None and wall is not None:
             along, test_along = (self._along_the_wall(ufl.grad(f)) for f in (temperature, test))
             conducted = self.thin_wall.volume * wall.conductivity(temperature) * ufl.dot(along, test_along)
@@ -250,7 +258,7 @@ class EnergyEquations:
     def enthalpy_entering(self, temperature):
         """-(rho phi u.n)(h(T_in) - h(T)): heat that the inflow brings beyond what it finds, W/m2 of inlet."""
         enthalpy = self._laws.heat_capacity.integral
-        return -self.outward_mass_flux * (enthalpy(self.inlet_temperature) - enthalpy(temperature))
+        return self.inward_mass_flux * (enthalpy(self.inlet_temperature) - enthalpy(temperature))
 
     def heat_input(self, temperature):
         """Form (scalar, W) of the heat that the fluid leaves behind: what it lacks at the outlet against T_in."""

@@ -216,12 +216,17 @@ class FlowEquations:
         if opening.pressure is not None:
             traction = phi * (state.pressure - opening.pressure) * ufl.dot(normal, v)
             return form + weight * (mass_scale * outward * q - momentum_scale * traction) * opening.ds
-        flux = opening.mass_flux
-        if flux is None:
-            flux = self.fluid.density(state.pressure, opening.temperature) * opening.velocity
+        flux = self.flux_given(opening, state)
         incoming = -flux / (phi * m.density) * normal
         momentum = flux * ufl.dot(state.velocity - incoming, v)
         return form + weight * (momentum_scale * momentum - mass_scale * flux * q) * opening.ds
+
+    def flux_given(self, opening, state):
+        """Mass flux in (kg/m2/s) that an opening gives; None where its pressure is given. The velocity there follows it only
+        in the mean, so that it is this flux that the mass balance knows."""
+        if opening.velocity is not None:
+            return self.fluid.density(state.pressure, opening.temperature) * opening.velocity
+        return opening.mass_flux
 
     def mass_storage(self, state, old, temperature, old_temperature, test, inverse_step, dx):
         """Form of d(phi rho)/dt against the mass balance's test, for pressures and temperatures of two times."""
