@@ -17,6 +17,6 @@ def draw_comparison(path, deviations):
             axes.plot(minutes, celsius, ".", color=colour, markersize=3)
             label = f"{each.name}: {each.average:.2f} K apart"
             axes.plot(minutes, each.simulated - 273.15, "-", color=colour, linewidth=1.2, label=label)
-        axes.set(xlabel="time, min", ylabel=f"temperature, °C (points measured, band ±{SENSOR_ERROR:g} K; lines: run)")
-        axes.legend(fontsize=8)
+        axes.set(xlabel="time, min", ylabel="temperature, °C")
+        axes.legend(fontsize=8, title=f"lines: run, points: measured ± {SENSOR_ERROR:g} K", title_fontsize=8)
         return save(figure, path)
