@@ -134,7 +134,7 @@ def main():
             "laminar": found(model__turbulence="none"),
             "k-epsilon": found(model__turbulence="k-epsilon"),
             "N-K": found(**BARE),
-            "damped N-K": found(),
+            "damped N-K": found(model__turbulence="damped-nakayama-kuwahara"),
         }
         base = models["N-K"]
         lines += _turbulence(models, base)
