@@ -15,8 +15,10 @@ from dolfinx import fem
 from mpi4py import MPI
 
 from . import fenicsx, geometry
+from .closures import bead_interior
 from .closures.drag import DRAG_LAWS
 from .closures.nusselt import NUSSELT_CORRELATIONS
+from .equations.bead_interior import BeadInterior
 from .equations.coordinates import Coordinates
 from .equations.developed import CarriedByStreamfunction
 from .equations.energy import EnergyEquations, OuterWall, ThinWall
@@ -266,6 +268,7 @@ class Discretisation:
                 self._constant(model.exchange_factor),
                 domain.straight,
                 openings[0] if model.flow == "full" else None,
+                self._bead_interior(bed),
             )
             self.heat = TransientHeat(
                 domain,
@@ -388,6 +391,14 @@ class Discretisation:
         ratio = thickness / bed_size(self.scene)[1] if curved else 0.0
         return ThinWall(ds, self._constant(thickness * (1.0 + 0.5 * ratio)), self._constant(1.0 + ratio))
 
+    def _bead_interior(self, bed):
+        modes = self.scene.model.bead_modes
+        if modes is None:
+            return None
+        lag = fem.Function(self.flow_temperature.function_space)
+        eigenvalues = tuple(bead_interior.eigenvalues(modes))
+        return BeadInterior(eigenvalues, bed.beads, bed.bead_diameter, lag, self._constant(1.0))
+
     def _outer_wall(self, ds):
         operation = self.scene.operation
         flux, coefficient = operation.outer_heat_flux, operation.outer_coefficient
@@ -411,6 +422,8 @@ class Discretisation:
         elif flux is not None:
             terms["heat_flux"] = self._constant(flux(0.0))
             self._outer_values.append((terms["heat_flux"], flux))
+        if flux is not None:
+            terms["heat_flux"] *= self._constant(operation.outer_heat_flux_factor)
         if coefficient is not None:
             ambient = operation.ambient_temperature
             terms |= {"coefficient": self._constant(coefficient), "ambient": self._constant(ambient(0.0))}
@@ -508,7 +521,7 @@ class Discretisation:
     @property
     def functions(self):
         """What temperatures and flow are kept in."""
-        return [self.heat.unknown, *self.flow.functions]
+        return [*self.heat.functions, *self.flow.functions]
 
     @property
     def memory(self):
@@ -544,6 +557,8 @@ class Discretisation:
         sources = {"drag": self.drag.source, "nusselt": self.nusselt.source, "porosity": porosity}
         if self.equations.model is not None:
             sources["turbulence"] = "Launder, Spalding 1974; Chen, Patel 1988; Nakayama, Kuwahara 1999; thesis eq. 7.33"
+        if self.scene.model.bead_modes is not None:
+            sources["bead interior"] = bead_interior.SOURCE
         return sources | {f"{owner} {name}": law.source for owner, name, law in self.property_laws()}
 
     def highest_mach_number(self):

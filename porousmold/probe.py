@@ -25,7 +25,8 @@ class PointProbe:
             place = ", ".join(f"{x:g}" for x in points[finders == size][0])
             raise ValueError(f"the point ({place}) m lies outside the mesh")
         self._mine = [(number, *found[number]) for number in np.flatnonzero(finders == rank)]
-        self._count = len(points)
+        self._slopes = [_gradients(points[number], corners[cell]) for number, cell, _ in self._mine]
+        self._count, self._dimension = points.shape
 
     def __call__(self, function):
         """Values at the points, one row a point, on every rank."""
@@ -36,6 +37,20 @@ class PointProbe:
         for number, cell, weights in self._mine:
             result[number] = weights @ values[table[cell]]
         return self._communicator.allreduce(result)
+
+    def gradient(self, function):
+        """Gradients of a scalar function at the points, in the cells taken to hold them: a row a point, on every rank."""
+        table, values = fenicsx.dof_table(function.function_space), function.x.array
+        result = np.zeros((self._count, self._dimension))
+        for (number, cell, _), slopes in zip(self._mine, self._slopes, strict=True):
+            result[number] = values[table[cell]] @ slopes
+        return self._communicator.allreduce(result)
+
+
+def _gradients(point, corners):
+    """Gradients of the cell's shape functions at the point: (functions, coordinates)."""
+    slopes = _slopes(_reference_coordinates(point, corners), len(corners))
+    return slopes @ np.linalg.inv(corners.T @ slopes)
 
 
 def _locate(point, corners):

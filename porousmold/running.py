@@ -226,10 +226,10 @@ def warnings_of(simulation, bounds):
         found.append(
             f"not heated to within {operation.heating_margin:g} K by operation.end_time {operation.end_time:g} s"
         )
-    if estimates.bead_biot_number > HIGHEST_BIOT_NUMBER:
+    if estimates.bead_biot_number > HIGHEST_BIOT_NUMBER and scene.model.bead_modes is None:
         found.append(
             f"bead Biot number {estimates.bead_biot_number:.2g} > {HIGHEST_BIOT_NUMBER}: "
-            "beads are taken as isothermal, which they are not"
+            "beads are taken as isothermal, which they are not; model.bead_modes resolves them"
         )
     low, high = simulation.problem.nusselt.reynolds_range
     if not low <= estimates.reynolds_number <= high:

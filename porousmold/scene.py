@@ -86,6 +86,7 @@ KEYS: dict[str, dict[str, Key]] = {
         "gravity": Key("m/s^2", "acceleration along the flow (negative: against it)", 0.0, low=-1e3, high=1e3),
         "outer_heat_flux": Key("W/m^2", "heat into the outer wall (negative: loss); a file may have columns `0.1 m [W/m^2]`, ... "
                                "along the flow", low=-1e7, high=1e7, series=True, along=True),
+        "outer_heat_flux_factor": Key("", "factor on outer_heat_flux, for the error of its sensors", 1.0, low=0.0, high=10.0),
         "outer_coefficient": Key("W/(m^2*K)", "heat transfer coefficient of the outer wall", low=0.0, high=1e6),
         "ambient_temperature": Key("K", "outside the outer wall", low=0.0, high=5000.0, series=True),
         "wall_temperature": Key("K", "of the bed's wall, for model.wall 'fixed-temperature'", low=0.0, high=5000.0,
@@ -106,6 +107,8 @@ KEYS: dict[str, dict[str, Key]] = {
         "wall": _choice("wall: resolved, of one temperature through its thickness, held at operation.wall_temperature, or none",
                         ("conjugate", "thin", "fixed-temperature", "insulated"), "conjugate"),
         "exchange_factor": Key("", "factor on the heat exchange between fluid and beads", 1.0, low=0.0, high=1e6),
+        "bead_modes": Key("integer", "modes kept of the temperature inside a bead, the others follow at once; without it beads "
+                          "are isothermal", low=0, high=16, closed=True),
         "rev_terms": _choice("terms of the non-constant averaging volume", ("off", "consistent", "as-published"), "off"),
         "flow_update": _choice("how the flow follows the temperature", ("quasi-steady", "frozen", "transient"),
                                "quasi-steady"),
@@ -283,6 +286,12 @@ def _check_together(scene):
         )
     if scene.model.flow_update == "transient" and scene.model.flow != "full":
         raise InputError("model.flow_update", "transient", "must go with model.flow 'full'", where)
+    if scene.model.bead_modes is not None:
+        for name, value in (("energy", "one-temperature"), ("flow_update", "transient")):
+            if getattr(scene.model, name) == value:
+                raise InputError(
+                    "model.bead_modes", scene.model.bead_modes, f"has no place beside model.{name} {value!r}", where
+                )
     if scene.solver.accuracy is not None:
         for name in ("mesh_refinement", "step_refinement"):
             if scene._given.get("solver", {}).get(name) is not None:

@@ -140,7 +140,8 @@ class Simulation:
         """Start the flow's iterations from its course over the last two steps, at whose middles it was solved."""
         if len(self._steps) < 2 or self.control.after_jump(self.time - sum(self._steps)):
             return
-        self.problem.flow.extrapolate(self._previous[1:], (step + self._steps[1]) / sum(self._steps))
+        before = self._previous[len(self.problem.heat.functions) :]
+        self.problem.flow.extrapolate(before, (step + self._steps[1]) / sum(self._steps))
 
     def _deficit(self, place):
         """Largest distance (K) of the place's temperatures from the inlet's, on the side they started from."""
@@ -179,12 +180,16 @@ class Simulation:
         }
         bed, wall = self.problem.extremes("bed"), self.problem.extremes("wall")
         rows |= {"lowest_temperature": (min(bed[0], wall[0]), "K"), "highest_temperature": (max(bed[1], wall[1]), "K")}
+        if self.problem.heat.bead_modes:
+            rows["largest_bead_difference"] = (self.problem.heat.bead_modes.largest_difference(), "K")
         temperature = self.problem.temperature
         for kind, probe, names in (
             ("temperature", self.problem.stations, self.problem.station_names),
             ("sensor", self.problem.sensors, self.problem.sensor_names),
         ):
             rows |= {f"{kind}_{name}": (v, "K") for name, v in zip(names, probe(temperature)[:, 0], strict=True)}
+        slopes = np.linalg.norm(self.problem.sensors.gradient(temperature), axis=1)
+        rows |= {f"gradient_{name}": (v, "K/m") for name, v in zip(self.problem.sensor_names, slopes, strict=True)}
         self.history.add(**rows)
         if self.scene.model.wall == "fixed-temperature":
             return  # the wall's temperature is given: nothing to wait for

@@ -41,8 +41,8 @@ def assert_same(one, other, tolerance):
 
 @pytest.mark.parametrize("changes", [
     {}, {"flow": "developed"}, {"flow": "plug", "flow_update": "frozen"}, {"flow_update": "transient"},
-    {"energy": "one-temperature", "wall": "thin"},
-], ids=lambda changes: ",".join(changes.values()) or "default")  # fmt: skip
+    {"energy": "one-temperature", "wall": "thin"}, {"bead_modes": 2},
+], ids=lambda changes: ",".join(map(str, changes.values())) or "default")  # fmt: skip
 def test_an_interrupted_run_comes_to_the_same_answer(changes, tmp_path):
     chosen = {f"model__{name}": value for name, value in changes.items()}
     scene = coarse_scene(output__pictures=False, operation__heating_margin=50.0, **chosen)
@@ -182,7 +182,8 @@ def test_on_another_number_of_ranks_after_kills(tmp_path):
     inlet = tmp_path / "inlet.csv"
     inlet.write_text("time [s], temperature [degC]\n0, 25\n60, 90\n300, 60\n360, 90\n")
     changes = COARSE | {"operation.heating_margin": "40 K", "output.checkpoint_interval": 0, "output.pictures": False,
-                        "operation.inlet_temperature": str(inlet), "solver.step_tolerance": 0.05}  # fmt: skip
+                        "operation.inlet_temperature": str(inlet), "solver.step_tolerance": 0.05,
+                        "model.bead_modes": 1}  # fmt: skip
     scene = Scene.from_file(ALUMINIUM, changes)
     whole = run(scene, communicator=MPI.COMM_SELF)
     assert whole.summary["rejected_steps"] > 0

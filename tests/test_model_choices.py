@@ -78,6 +78,27 @@ def test_fast_exchange_is_one_temperature():
     assert marched(model__exchange_factor=1e4, **fine).heating_time == pytest.approx(one, rel=0.006)
 
 
+def test_beads_with_an_inside():
+    """Beads that conduct badly heat late, the wall behind them too; no unknown is added, and no heat is lost."""
+    poor = {"bed__bead_conductivity": 0.2}
+    lumped, resistance, resolved = (marched(model__bead_modes=modes, **poor) for modes in (None, 0, 4))
+    assert resolved.heating_time == pytest.approx(resistance.heating_time, rel=5e-4)
+    assert 1.02 < resolved.heating_time / lumped.heating_time < 1.05
+    assert resolved.problem.unknowns == lumped.problem.unknowns
+    assert abs(resolved.problem.heat.balance.imbalance) < 1e-4
+    assert 5.0 < max(resolved.history["largest_bead_difference"]) < 65.0
+    assert min(resolved.history["lowest_temperature"]) > 298.15 - 0.1
+    assert max(resolved.history["highest_temperature"]) < 363.15 + 0.1
+
+
+def test_beads_that_conduct_well_are_isothermal(monkeypatch):
+    monkeypatch.setattr(heating, "OVERSHOOT", float("inf"))  # monotone cells differ from run to run
+    conducting = {"bed__bead_conductivity": 2000.0}
+    lumped, resolved = (marched(model__bead_modes=modes, **conducting).heating_time for modes in (None, 1))
+    assert resolved == pytest.approx(lumped, rel=1e-5)
+    assert resolved != lumped
+
+
 @pytest.mark.parametrize(
     ("changes", "word"),
     [
@@ -85,6 +106,8 @@ def test_fast_exchange_is_one_temperature():
         ({"model__wall": "insulated", "operation__outer_heat_flux": 5.0}, "outer_heat_flux"),
         ({"model__energy": "three-temperature"}, "one-temperature"),
         ({"model__exchange_factor": 0.0}, "exchange_factor"),
+        ({"model__bead_modes": 1, "model__energy": "one-temperature"}, "bead_modes"),
+        ({"model__bead_modes": 1, "model__flow_update": "transient"}, "bead_modes"),
     ],
 )
 def test_choices_that_cannot_be_are_refused(changes, word):

@@ -20,6 +20,8 @@ def test_linear_functions_are_exact_and_outside_is_refused():
     points = np.array([[0.0, 0.0], [2.0, 1.3], [0.4, 1.0], [0.713, 0.291], [1.2, 1.0 + 1e-12]])
     expected = 3.0 + 2.0 * points[:, 0] - 5.0 * points[:, 1] + points[:, 0] * points[:, 1]
     assert PointProbe(domain, points)(function)[:, 0] == pytest.approx(expected, abs=1e-9)
+    slopes = np.column_stack([2.0 + points[:, 1], points[:, 0] - 5.0])
+    assert PointProbe(domain, points).gradient(function) == pytest.approx(slopes, abs=1e-9)
     with pytest.raises(ValueError, match="outside"):
         PointProbe(domain, [(2.1, 0.5)])
 

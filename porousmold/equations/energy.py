@@ -15,6 +15,8 @@ equations keeps b.(lambda_fe grad T_f - lambda_s grad T_s), which is no divergen
 With one temperature T_f = T_s the two equations are summed and the exchange is gone. A thin wall (`ThinWall`) has no
 cells: its storage and its conduction along the surface are terms on the interface.
 
+Beads that are not isothermal (`BeadInterior`) have their mean as T_s, and another surface than that takes part in the exchange.
+
 Storage of beads and wall is written with the enthalpy per volume H(T), so that the discrete balance closes whatever
 C(T); that of the fluid (10^-3 of the total) with rho C_f at the temperature of the flow's last solution.
 """
@@ -24,9 +26,11 @@ from typing import Any
 
 import ufl
 
+from ..closures.bead_interior import overall_coefficient
 from ..closures.nusselt import prandtl_number, specific_surface
 from ..closures.turbulence import PRANDTL_TURBULENT
 from ..materials import Solid
+from .bead_interior import BeadInterior
 from .coordinates import Coordinates
 from .flow import FlowEquations, Opening
 from .medium import Bed
@@ -83,7 +87,7 @@ class EnergyEquations:
     the flow was solved for; `entrance` is 1 in the cells that touch the inlet, else 0; `wall` is None where the scene
     has none; `inlet` and `outlet` are facet measures, `dx_bed` and `dx_wall` cell measures, `nodes_bed` and `nodes_wall`
     those with quadrature at the nodes; `straight` tells that the flow runs along x[0], so that the cells lie along it;
-    `opening` is the flow's inlet.
+    `opening` is the flow's inlet; `interior` is what the beads have inside, None where they are isothermal.
     """
 
     flow: FlowEquations
@@ -104,6 +108,7 @@ class EnergyEquations:
     exchange_factor: Any = 1.0
     straight: bool = True
     opening: Opening | None = None
+    interior: BeadInterior | None = None
 
     @property
     def bed(self) -> Bed:
@@ -136,8 +141,8 @@ class EnergyEquations:
     def _fluid_storage(self):
         return self.bed.porosity * self._density * self._laws.heat_capacity(self.flow_temperature)
 
-    def exchange_coefficient(self, temperature):
-        """a_v h_sf per total volume, W/m3/K."""
+    def bead_coefficient(self, temperature):
+        """Heat transfer coefficient between fluid and bead, its inside included, per bead surface, W/m2/K."""
         bed, laws = self.bed, self._laws
         conductivity, viscosity = laws.conductivity(temperature), laws.viscosity(temperature)
         speed = self.flow_state.speed(self.flow.scales)
@@ -146,8 +151,22 @@ class EnergyEquations:
             prandtl_number(viscosity, laws.heat_capacity(temperature), conductivity),
             bed.porosity,
         )
-        surface = specific_surface(bed.porosity, bed.bead_diameter)
-        return self.exchange_factor * surface * nusselt * conductivity / bed.bead_diameter
+        film = self.exchange_factor * nusselt * conductivity / bed.bead_diameter
+        return film if self.interior is None else overall_coefficient(film, self.interior.resistance(temperature))
+
+    def exchange_coefficient(self, temperature):
+        """a_v h_sf per total volume, W/m3/K."""
+        surface = specific_surface(self.bed.porosity, self.bed.bead_diameter)
+        return surface * self.bead_coefficient(temperature)
+
+    def bead_heat_flux(self, temperature, bead_temperature, property_temperature):
+        """Heat flux into the beads' surface, W/m2."""
+        return self.bead_coefficient(property_temperature) * self._excess(temperature, bead_temperature)
+
+    def _excess(self, temperature, bead_temperature):
+        """What drives heat into the beads, K."""
+        difference = temperature - bead_temperature
+        return difference if self.interior is None else difference - self.interior.lag
 
     def effective_conductivity(self, temperature):
         """lambda_fe, W/m/K (eq. 7.11)."""
@@ -220,7 +239,7 @@ class EnergyEquations:
         fluid += transport.conduction * streamline.conducted(temperature, test)
         bead = (1.0 - bed.porosity) * bead_conductivity * ufl.dot(ufl.grad(bead_temperature), ufl.grad(bead_test))
         if self.two_temperatures:
-            difference = temperature - bead_temperature
+            difference = self._excess(temperature, bead_temperature)
             fluid += streamline.exchanged_downstream(transport.exchange, difference, test)
             bead -= streamline.exchanged(transport.exchange, difference, bead_test)
             for w, (f, v, u) in streamline.changes_across(difference, test, bead_test):

@@ -32,6 +32,8 @@ def add_commands(commands):
     compare.add_argument(
         "measured", metavar="MEASURED.csv", help="'time [s], NAME [degC], ...' with the sensors' names"
     )
+    compare.add_argument("--bounds", nargs="+", default=[], metavar="RUN", help="runs with what was given at the ends of its "
+                         "error, such as operation.outer_heat_flux_factor 0.95 and 1.05")  # fmt: skip
     compare.set_defaults(serial=_compare)
 
 
@@ -61,22 +63,32 @@ def _rotameter(options):
 
 
 def _compare(options):
-    from .comparison import SENSOR_ERROR, average_deviation, compare
+    from .comparison import POSITION_ERROR, SENSOR_ERROR, average_deviation, compare
     from .pictures import draw_comparison
 
     folder = Path(options.run)
-    found = compare(folder, Path(options.measured))
+    found = compare(folder, Path(options.measured), [Path(other) for other in options.bounds])
     content = {
         "average_deviation": average_deviation(found),
-        "sensors": {d.name: {"average": d.average, "bias": d.bias, "largest": d.largest} for d in found},
+        "sensors": {
+            d.name: {
+                "average": d.average,
+                "bias": d.bias,
+                "largest": d.largest,
+                "largest_uncertainty": float(np.max(d.uncertainty)),
+                "within_errors": float(np.mean(d.within)),
+            }
+            for d in found
+        },
     }
     with output_file(folder / "comparison.json") as temporary:
         temporary.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
     picture = draw_comparison(folder / "comparison.png", found)
-    within = sum(int(np.sum(np.abs(d.measured - d.simulated) <= SENSOR_ERROR)) for d in found)
+    within = sum(int(np.sum(d.within)) for d in found)
     points = sum(len(d.time) for d in found)
     lines = [f"S_ave = {content['average_deviation']:.3f} K over {points} points of {len(found)} sensors; "
-             f"{within / points:.0%} within the sensors' {SENSOR_ERROR:g} K"]  # fmt: skip
+             f"{within / points:.0%} within the errors of sensors ({SENSOR_ERROR:g} K, {1e3 * POSITION_ERROR:g} mm)"
+             + (" and bounds" if options.bounds else "")]  # fmt: skip
     lines += [
         f"{d.name}: on average {d.average:.3f} K apart, bias {d.bias:+.3f} K, at most {d.largest:.3f} K" for d in found
     ]

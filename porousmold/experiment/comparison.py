@@ -10,16 +10,22 @@ from ..tables import read_columns
 
 SENSOR_ERROR = 1.1
 """K, of the thesis's thermocouples (section 6.4)."""
+POSITION_ERROR = 0.5e-3
+"""m, of their places (figure 6.5)."""
 
 
 @dataclass(frozen=True)
 class Deviation:
-    """Of one sensor over the times that run and measurement share: `measured` and `simulated` (K) at `time` (s)."""
+    """Of one sensor over the times that run and measurement share: `measured` and `simulated` (K) at `time` (s).
+
+    `uncertainty` (K) is that of the simulated value, because of the sensor's place and of what the run was given.
+    """
 
     name: str
     time: np.ndarray
     measured: np.ndarray
     simulated: np.ndarray
+    uncertainty: np.ndarray
 
     @property
     def average(self):
@@ -36,25 +42,28 @@ class Deviation:
         """Largest |measured - simulated|, K."""
         return float(np.max(np.abs(self.measured - self.simulated)))
 
+    @property
+    def within(self):
+        """Whether measured and simulated are as close as the errors of both allow (root of the sum of squares), by time."""
+        return np.abs(self.measured - self.simulated) <= np.hypot(SENSOR_ERROR, self.uncertainty)
 
-def compare(folder, path):
+
+def compare(folder, path, bounds=()):
     """`Deviation` of every sensor that both the run in `folder` (made with geometry.sensors) and the CSV file have.
 
     The file has the head `time [s], NAME [degC], ...` with the sensors' names; the run is interpolated linearly to its times.
-    Raises `InputError` where they have no sensor or no time in common.
+    `bounds` are folders of runs of the same scene with what it was given at the ends of its error, such as
+    operation.outer_heat_flux_factor 0.95 and 1.05: the largest distance from them is one uncertainty, `POSITION_ERROR` along
+    the temperature's gradient the other. Raises `InputError` where run and measurement have no sensor or no time in common.
     """
-    if not (folder / "history.csv").is_file():
-        raise InputError("RUN", str(folder), "is not the folder of a run (no history.csv)")
-    try:
-        history, _ = read_table(folder / "history.csv")
-    except (ValueError, LookupError) as error:
-        raise InputError("RUN", str(folder), f"has a damaged history.csv: {error}") from error
-    sensors = {name.removeprefix("sensor_"): values for name, values in history.items() if name.startswith("sensor_")}
-    if not sensors:
-        raise InputError("RUN", str(folder), "has no sensors: its scene needs geometry.sensors")
+    history, sensors = _read_run("RUN", folder)
+    others = [_read_run("--bounds", other) for other in bounds]
+    for other, (_, found) in zip(bounds, others, strict=True):
+        if set(found) != set(sensors):
+            raise InputError("--bounds", str(other), f"must have the sensors of the run ({', '.join(sensors)})")
     columns = read_columns("MEASURED", path)
     time = columns.times()
-    shared = time <= history["time"][-1]
+    shared = time <= min(each["time"][-1] for each, _ in [(history, sensors), *others])
     shared &= time >= history["time"][0]
     if len(set(columns.names)) != len(columns.names) or len(columns.names) < 2:
         raise InputError("MEASURED", str(path), "must have columns of different sensors beside the time")
@@ -62,15 +71,29 @@ def compare(folder, path):
     if unknown or not shared.any():
         raise InputError("MEASURED", str(path), f"has {unknown[0]!r}, which is no sensor of the run ({', '.join(sensors)})"
                          if unknown else "has no time within the run's")  # fmt: skip
-    return [
-        Deviation(
-            name,
-            time[shared],
-            columns.in_si(number, "K")[shared],
-            np.interp(time[shared], history["time"], sensors[name]),
-        )
-        for number, name in enumerate(columns.names[1:], start=1)
-    ]
+    told = time[shared]
+    deviations = []
+    for number, name in enumerate(columns.names[1:], start=1):
+        simulated = np.interp(told, history["time"], sensors[name])
+        apart = [np.abs(np.interp(told, h["time"], found[name]) - simulated) for h, found in others]
+        by_place = POSITION_ERROR * np.interp(told, history["time"], history[f"gradient_{name}"])
+        uncertainty = np.hypot(by_place, np.max(apart, axis=0, initial=0.0) if apart else 0.0)
+        deviations.append(Deviation(name, told, columns.in_si(number, "K")[shared], simulated, uncertainty))
+    return deviations
+
+
+def _read_run(key, folder):
+    """(history, {sensor: temperatures in K}) of a run's folder."""
+    if not (folder / "history.csv").is_file():
+        raise InputError(key, str(folder), "is not the folder of a run (no history.csv)")
+    try:
+        history, _ = read_table(folder / "history.csv")
+    except (ValueError, LookupError) as error:
+        raise InputError(key, str(folder), f"has a damaged history.csv: {error}") from error
+    sensors = {name.removeprefix("sensor_"): values for name, values in history.items() if name.startswith("sensor_")}
+    if not sensors or any(f"gradient_{name}" not in history for name in sensors):
+        raise InputError(key, str(folder), "has no sensors with gradients: its scene needs geometry.sensors")
+    return history, sensors
 
 
 def average_deviation(deviations):

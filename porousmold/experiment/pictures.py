@@ -5,7 +5,7 @@ from .comparison import SENSOR_ERROR
 
 
 def draw_comparison(path, deviations):
-    """Measured points with the sensors' error as a band, and the run as lines, by sensor. Gives the path."""
+    """Measured points and the run as lines, by sensor, both with their errors as bands. Gives the path."""
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(8.5, 5.2))
         figure.subplots_adjust(left=0.09, right=0.98, bottom=0.11, top=0.97)
@@ -16,7 +16,20 @@ def draw_comparison(path, deviations):
             )
             axes.plot(minutes, celsius, ".", color=colour, markersize=3)
             label = f"{each.name}: {each.average:.2f} K apart"
-            axes.plot(minutes, each.simulated - 273.15, "-", color=colour, linewidth=1.2, label=label)
+            simulated = each.simulated - 273.15
+            axes.fill_between(
+                minutes,
+                simulated - each.uncertainty,
+                simulated + each.uncertainty,
+                color=colour,
+                alpha=0.35,
+                linewidth=0.0,
+            )
+            axes.plot(minutes, simulated, "-", color=colour, linewidth=1.2, label=label)
         axes.set(xlabel="time, min", ylabel="temperature, °C")
-        axes.legend(fontsize=8, title=f"lines: run, points: measured ± {SENSOR_ERROR:g} K", title_fontsize=8)
+        axes.legend(
+            fontsize=8,
+            title=f"points: measured ± {SENSOR_ERROR:g} K; lines: run, with its uncertainty there",
+            title_fontsize=8,
+        )
         return save(figure, path)

@@ -74,9 +74,15 @@ class CoupledTransient:
     def balance(self, balance):
         self.heat.balance = balance
 
+    bead_modes = None
+
     @property
     def unknown(self):
         return self.heat.unknown
+
+    @property
+    def functions(self):
+        return self.heat.functions
 
     @property
     def monotone_steps(self):

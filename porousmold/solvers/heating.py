@@ -22,6 +22,7 @@ from ..equations.energy import Transport
 from ..equations.stabilisation import Streamline
 from ..errors import SolveError
 from ..geometry import BED
+from .bead_modes import BeadModes
 from .flow import unknowns_outside
 from .newton import NewtonSystem
 
@@ -125,6 +126,9 @@ class TransientHeat:
             parts, tests = ufl.split(self.unknown), ufl.TestFunctions(self.space)
         else:
             parts, tests = (self.unknown,) * 2, (ufl.TestFunction(self.space),) * 2
+        self.bead_modes = None
+        if equations.interior is not None:
+            self.bead_modes = BeadModes(domain, equations, parts, property_temperature)
         self._inverse_stage = fem.Constant(domain.mesh, 1.0)
         self._transport = FrozenTransport(domain, equations, property_temperature, quadrature_degree)
         stored = equations.stored_heat(*parts, *tests, self._transport.frozen)
@@ -162,6 +166,11 @@ class TransientHeat:
         """Number of unknowns solved for."""
         return self._system.active_unknowns
 
+    @property
+    def functions(self):
+        """What the temperatures are kept in, those inside the beads included."""
+        return [self.unknown, *(self.bead_modes.functions if self.bead_modes else [])]
+
     def step(self, time, step, *, after_jump=False, bounds=(-np.inf, np.inf)):
         """One step of `step` seconds from `time`; gives the estimated error (K). The heat balance is brought forward.
 
@@ -176,7 +185,7 @@ class TransientHeat:
         # method damps; and no method of higher order keeps bounds at any step
         damped, rest = (DAMPING_PART * step, BACKWARD_EULER), (1.0 - DAMPING_PART) * step
         ways = [[(step, first)], [damped, (rest, first)], [damped, (rest, BACKWARD_EULER)]]
-        way, start = 0, self.unknown.x.array.copy()
+        way, starts = 0, [function.x.array.copy() for function in self.functions]
         for left in reversed(range(MOST_REPETITIONS)):
             flows, stored = self._take_all(time, ways[way])
             out, new = self._limit_cells(bounds)
@@ -184,7 +193,8 @@ class TransientHeat:
             if not out or way == len(ways) or not left:
                 break
             self.repetitions += 1
-            self.unknown.x.array[:] = start
+            for function, start in zip(self.functions, starts, strict=True):
+                function.x.array[:] = start
         for name, heat in flows.items():
             setattr(self.balance, name, getattr(self.balance, name) + heat)
         self.balance.stored += stored
@@ -227,6 +237,8 @@ class TransientHeat:
         self._start.x.array[:] = values
         gamma = stages[0][0]
         self._inverse_stage.value = 1.0 / (gamma * step)
+        if self.bead_modes:
+            self.bead_modes.begin_step(self._inverse_stage.value)
         self._transport.renew()
         self._system.renew_jacobian()
         flows = dict.fromkeys(self.scalars, 0.0)
@@ -234,6 +246,8 @@ class TransientHeat:
         outflows: list = []
         for stage, row in enumerate(stages):
             self._set_time(time + sum(row) * step)
+            if self.bead_modes:
+                self.bead_modes.begin_stage([weight * step for weight in row[:-1]])
             addend = self._stored_start.copy()
             addend.scale(-self._inverse_stage.value)
             for weight, outflow in zip(row, outflows, strict=False):
@@ -241,6 +255,8 @@ class TransientHeat:
             if stage > 0:  # first guess: the last stage's slope from the start goes on
                 values[:] = self._start.x.array + (values - self._start.x.array) * sum(row) / sum(stages[stage - 1])
             self._solve_stage(time, step, addend)
+            if self.bead_modes:
+                self.bead_modes.end_stage()
             if stage == 0:
                 self._first.x.array[:] = values
             fenicsx.assemble_vector(self._stored_now, self._stored_form)

@@ -1,5 +1,7 @@
 """Orders and exact solutions of the two-temperature energy equations with a conjugate wall."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import ufl
@@ -8,7 +10,9 @@ from scipy.integrate import quad
 from scipy.special import i0e
 
 from porousmold import fenicsx, geometry
+from porousmold.closures.bead_interior import eigenvalues
 from porousmold.closures.functions import exp
+from porousmold.equations.bead_interior import BeadInterior
 from porousmold.equations.energy import EnergyEquations, OuterWall
 from porousmold.equations.flow import FlowState
 from porousmold.solvers.flow import unknowns_outside
@@ -172,13 +176,41 @@ def schumann(ratio, time):
     return 1.0 - quad(integrand, 0.0, ratio, limit=200)[0]
 
 
-def test_schumann_front():
-    """A front through beads that only exchange heat with the fluid, against the exact solution at the outlet."""
-    cells, length, phi, speed = 80, 1.0, 0.4, 2.5
+def rosen(ratio, stored, film, interior, times):
+    """Fluid temperature of the front through beads with an inside (Rosen, J. Chem. Phys. 20 (1952) 387-394) at its end.
+
+    exp(-ratio film/(1/film + surface per flux))/p by Laplace's inversion along Talbot's contour (Weideman, Trefethen 2007);
+    `ratio` a_v h L/G, `stored` rho C R (J/m2/K), `film` h, `interior` lambda/R (W/m2/K), `times` (s) since the fluid's transit.
+    """
+    theta = np.pi * (2.0 * np.arange(32) + 1.0) / 32 - np.pi
+    result = []
+    for time in times:
+        z = 32 * (0.5017 * theta / np.tan(0.6407 * theta) - 0.6122 + 0.2645j * theta) / time
+        slope = 32 / time * (0.5017 / np.tan(0.6407 * theta)
+                             - 0.5017 * 0.6407 * theta / np.sin(0.6407 * theta) ** 2 + 0.2645j)  # fmt: skip
+        root = np.sqrt(z * stored / interior)
+        surface = np.tanh(root) / (root - np.tanh(root)) / interior
+        values = np.exp(z * time - ratio / (1.0 + film * surface)) / z
+        result.append(float(np.mean(values * slope / 1j).real))
+    return np.array(result)
+
+
+def front_through_beads(beads, modes=None, inside=None):
+    """A front of 1 K through beads that only exchange heat with the fluid, with `modes` of the solid `inside` them.
+
+    Gives times since the fluid's transit and the outlet's warming, a_v h (W/m3/K) of film alone, the fluid's G (W/m2/K), the
+    bead diameter, `TransientHeat`.
+    """
+    cells, length, phi, speed, bead_diameter = 80, 1.0, 0.4, 2.5, 0.02
     domain = box((cells, 1), length=length)
-    fluid, beads = liquid(conductivity=1e-3, viscosity=1e-3), solid(density=50.0, conductivity=1e-9)
+    fluid = liquid(conductivity=1e-3, viscosity=1e-3)
     flow = flow_equations(
-        domain, fem.Constant(domain.mesh, phi), fluid=fluid, beads=beads, bead_diameter=0.02, equations=GivenFlow
+        domain,
+        fem.Constant(domain.mesh, phi),
+        fluid=fluid,
+        beads=beads,
+        bead_diameter=bead_diameter,
+        equations=GivenFlow,
     )
     zero = 0.0 * domain.wall_distance
     state = FlowState(ufl.as_vector([speed + zero, zero]), zero)
@@ -186,7 +218,10 @@ def test_schumann_front():
     exchange = fem.assemble_scalar(
         fenicsx.compiled_form(equations.exchange_coefficient(300.0) * domain.cell_measure(2)(geometry.BED))
     )
-    flux, stored = phi * speed, (1.0 - phi) * 50.0
+    if modes is not None:
+        lag = fem.Function(fenicsx.lagrange_space(domain.mesh))
+        interior = BeadInterior(tuple(eigenvalues(modes)), inside, bead_diameter, lag, fem.Constant(domain.mesh, 1.0))
+        equations = replace(equations, interior=interior)
     heat = TransientHeat(
         domain,
         equations,
@@ -202,12 +237,32 @@ def test_schumann_front():
     while time < 60.0:
         heat.step(time, step)
         time += step
-        times.append(time)
+        times.append(time - length / speed)
         outlet.append(heat.unknown.x.array[last] - 300.0)
-    transit = length * phi / flux  # of the fluid alone
-    exact = [
-        schumann(exchange * length / flux, exchange * (t - transit) / stored) if t > transit else 0.0 for t in times
-    ]
+    return np.array(times), np.array(outlet), exchange, phi * speed, bead_diameter, heat
+
+
+def test_schumann_front():
+    """A front through isothermal beads, against the exact solution at the outlet."""
+    times, outlet, exchange, flux, _, heat = front_through_beads(solid(density=50.0, conductivity=1e-9))
+    exact = [schumann(exchange / flux, exchange * t / (0.6 * 50.0)) if t > 0.0 else 0.0 for t in times]
     assert max(exact) > 0.99
-    assert np.max(np.abs(np.array(outlet) - exact)) < 0.01
+    assert np.max(np.abs(outlet - exact)) < 0.01
+    assert abs(heat.balance.imbalance) < 1e-8
+
+
+def test_rosen_front():
+    """The same through beads that conduct badly inside, Bi = h R/lambda = 4: isothermal ones are far from it."""
+    isothermal = solid(density=50.0, conductivity=1e-9)
+    _, lumped, exchange, flux, bead_diameter, _ = front_through_beads(isothermal)
+    film = exchange / (6.0 * 0.6 / bead_diameter)
+    times, outlet, *_, heat = front_through_beads(
+        isothermal, 2, solid(density=50.0, conductivity=film * bead_diameter / 8.0)
+    )
+    after = times > 2.0
+    exact = rosen(exchange / flux, 50.0 * bead_diameter / 2.0, film, film / 4.0, times[after])
+    assert exact[0] < 1e-3
+    assert exact[-1] > 0.99
+    assert np.max(np.abs(outlet[after] - exact)) < 0.004
+    assert np.max(np.abs(lumped[after] - exact)) > 0.05
     assert abs(heat.balance.imbalance) < 1e-8

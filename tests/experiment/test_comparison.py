@@ -20,8 +20,16 @@ NOISE = 0.3
 
 @pytest.fixture
 def folder(tmp_path):
-    (tmp_path / "history.csv").write_text("time [s],sensor_a [K],sensor_b [K]\n0.0,300.0,310.0\n10.0,310.0,310.0\n")
-    return tmp_path
+    return written_run(tmp_path)
+
+
+def written_run(folder, warmer=0.0):
+    """A folder that holds a history of sensors a, which rises by 10 K, and b, where the temperature falls by 2 K/mm."""
+    folder.mkdir(exist_ok=True)
+    (folder / "history.csv").write_text("time [s],sensor_a [K],sensor_b [K],gradient_a [K/m],gradient_b [K/m]\n"
+                                        f"0.0,{300 + warmer},{310 + warmer},0.0,2000.0\n"
+                                        f"10.0,{310 + warmer},{310 + warmer},0.0,2000.0\n")  # fmt: skip
+    return folder
 
 
 def test_deviations_are_those_of_eq_7_30(folder):
@@ -35,6 +43,22 @@ def test_deviations_are_those_of_eq_7_30(folder):
     assert main(["compare", str(folder), str(measured)]) == 0
     assert json.loads((folder / "comparison.json").read_text())["sensors"]["b"]["bias"] == pytest.approx(2.0)
     assert (folder / "comparison.png").is_file()
+
+
+def test_uncertainties_are_those_of_place_and_bounds(folder):
+    """b: 0.5 mm x 2 K/mm and 1.5 K between the runs, with 1.1 K of the sensor within hypot(1.1, 1.0, 1.5) = 2.11 K."""
+    measured = folder / "measured.csv"
+    measured.write_text("time [s], b [degC], a [degC]\n2.5, 38.94, 30.35\n7.5, 38.98, 33.35\n")
+    bounds = [written_run(folder / str(warmer), warmer) for warmer in (1.5, -0.5)]
+    b, a = compare(folder, measured, bounds)
+    assert a.uncertainty == pytest.approx([1.5, 1.5])
+    assert b.uncertainty == pytest.approx([np.hypot(1.0, 1.5)] * 2)
+    assert list(b.within) == [True, False]
+    assert main(["compare", str(folder), str(measured), "--bounds", *map(str, bounds)]) == 0
+    assert json.loads((folder / "comparison.json").read_text())["sensors"]["b"]["within_errors"] == 0.5
+    (folder / "1.5" / "history.csv").write_text("time [s],sensor_a [K],gradient_a [K/m]\n0.0,300.0,0.0\n")
+    with pytest.raises(InputError, match="--bounds"):
+        compare(folder, measured, bounds)
 
 
 @pytest.mark.parametrize(
