@@ -5,7 +5,7 @@ export OMP_NUM_THREADS := 1
 MPIRUN := mpirun --oversubscribe $(if $(filter 0,$(shell id -u)),--allow-run-as-root)
 PARTS := 2
 
-.PHONY: heat test test-fast test-mpi check install tables packing speed-against-error hard-cases growth figures chapter-6 bead-interior kill-test fuzz-test test-debian13 clean
+.PHONY: heat test test-fast test-mpi check install tables packing speed-against-error hard-cases growth figures chapter-6 bead-interior permeability kill-test fuzz-test test-debian13 clean
 
 heat: .venv/installed  ## heat the aluminium mold: summary and pictures in runs/aluminium
 	$(PYTHON) -m porousmold run studies/mold/aluminium.toml --out runs/aluminium
@@ -46,6 +46,9 @@ chapter-6: .venv/installed  ## the thesis's chapter 6, term by term: docs/chapte
 
 bead-interior: .venv/installed  ## beads that are not isothermal: docs/bead-interior.md
 	$(PYTHON) studies/bead_interior.py
+
+permeability: .venv/installed  ## falling-head tests of known permeability: docs/permeability.md
+	$(PYTHON) studies/permeability_tests.py
 
 kill-test: .venv/installed  ## 200 kills at random moments, resumed: the same answers
 	$(PYTHON) studies/kill_test.py

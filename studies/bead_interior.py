@@ -61,7 +61,7 @@ def main():
              *__doc__.split("\n\n", 2)[2].strip().splitlines(),
              f"Seconds are medians of {REPEATED} runs. The modes add no unknowns to the equations (docs/theory.md)."]  # fmt: skip
     for name, path in SCENES.items():
-        lines += ["", f"## {name.capitalize()}", "", *HEAD]
+        lines += ["", f"## {name[0].upper()}{name[1:]}", "", *HEAD]
         for beads, conductivity in BEADS.items():
             lines += rows(beads, outcomes(Scene.load(path, bed__bead_conductivity=conductivity)))
             print("\n".join(lines[-len(MODES) :]), flush=True)

@@ -41,10 +41,12 @@ LADDER = {
     "plug": {"model.flow": "plug", "model.turbulence": "none"},
 }
 CHEAP = {"solver.mesh_refinement": 0.5, "solver.step_refinement": 0.5}
+CHEAPEST = {"solver.mesh_refinement": 0.4, "solver.step_refinement": 0.3}
 REPEATED = {"full": {}, "full, mesh x 0.5, steps x 0.5": CHEAP, "developed": LADDER["developed"],
-            "developed, mesh x 0.5, steps x 0.5": LADDER["developed"] | CHEAP}  # fmt: skip
+            "developed, mesh x 0.5, steps x 0.5": LADDER["developed"] | CHEAP,
+            "developed, mesh x 0.4, steps x 0.3": LADDER["developed"] | CHEAPEST}  # fmt: skip
 LAST_SECTION = "## Five times the same, whole process"
-MESHES, STEPS = (0.5, 0.7, 1.0, 1.5), (0.5, 1.0)
+MESHES, STEPS = (0.4, 0.5, 0.7, 1.0, 1.5), (0.3, 0.5, 1.0)
 REPETITIONS = 5
 
 

@@ -95,6 +95,8 @@ class DevelopedFlow(SteadyFlow):
     the fields with units, `streamfunction` carries the mass flow.
     """
 
+    kept_iterations = 0  # the stations' matrix takes less to factorise than an iteration with kept factors saves
+
     def __init__(self, domain, equations, temperature, drive, area, fluid):
         self.domain, self.equations, self.temperature = domain, equations, temperature
         self._drive, self._area, self._fluid = drive, area, fluid
@@ -229,30 +231,40 @@ class DevelopedFlow(SteadyFlow):
         response.copy(fenicsx.petsc_vector(gain))
         gain.x.scatter_forward()
         flow, slope = self._through_stations(self.unknown.x.array), self._through_stations(gain.x.array)
-        change = (self._imposed_mass_flow(flow, slope) - flow) / slope
-        largest = LARGEST_CHANGE * np.max(np.abs(self._gradients))
+        gradients = self._gradients
+        change = (self._imposed_mass_flow(gradients, flow, slope) - flow) / slope
+        largest = LARGEST_CHANGE * np.max(np.abs(gradients))
         if largest > 0.0:
             change = np.clip(change, -largest, largest)
         self.unknown.x.array[:] += gain.x.array * change[self._column_of_unknown]
-        gradients = self._gradients + change
+        gradients += change
         relative = np.max(np.abs(change)) / max(np.max(np.abs(gradients)), 1e-300)
         self._set_gradients(gradients)
-        self._streamfunction.renew()
         difference, size = self.unknown.x.array - before, np.linalg.norm(self.unknown.x.array)
         squares = self.domain.communicator.allreduce(np.array([difference @ difference, size**2]))
         update = float(np.sqrt(squares[0] / max(squares[1], 1e-300)))
-        return max(update, relative) if np.any(self._gradients) else update
+        return max(update, relative) if np.any(gradients) else update
 
-    def _imposed_mass_flow(self, flow, slope):
+    def _imposed_mass_flow(self, gradients, flow, slope):
         kind, *value = self._drive()
         if kind == "mass_flow":
             return value[0]
         if kind == "velocity":
-            inlet = self.columns.pressure(self._gradients)[0]
+            inlet = self.columns.pressure(gradients)[0]
             absolute = inlet + float(self.equations.fluid.reference_pressure.value)
             return value[0] * self._area * self._fluid.density(absolute, value[1])
         widths = self.columns.widths
-        return (-value[0] - np.sum(widths * (self._gradients - flow / slope))) / np.sum(widths / slope)
+        return (-value[0] - np.sum(widths * (gradients - flow / slope))) / np.sum(widths / slope)
+
+    def solve(self, time=0.0):
+        """Converge the profiles of all stations, and carry their mass flow by the stream function."""
+        super().solve(time)
+        self._streamfunction.renew()
+
+    def renew(self, time, tolerance):
+        """Follow a changed temperature."""
+        super().renew(time, tolerance)
+        self._streamfunction.renew()
 
     def fields(self):
         """Present velocity, pressure and turbulence (SI) as functions by name (collective)."""

@@ -24,8 +24,14 @@ tries the steady equations, and gives up."""
 
 KEPT_TOLERANCE = 0.02
 """Part of the tolerance to be met with kept factors, whose last update says less of the error."""
-KEPT_ITERATIONS = 5
-"""Iterations with kept factors before the flow's Jacobian is renewed."""
+SLOWEST_CONTRACTION = 0.7
+"""Ratio of successive updates beyond which kept factors are given up."""
+FRESH_ITERATIONS = 8
+"""Iterations with a new Jacobian each before the flow is solved from its start; where turbulence sets in or dies k may pass
+through negative values on the way."""
+
+WANDERING = 8
+"""Iterations after which updates of half the unknown tell that Newton's method has no hold."""
 
 TRACE_OF_TURBULENCE = 1e-4
 """k over the reference speed squared that counts as none."""
@@ -40,6 +46,9 @@ class SteadyFlow:
     `equations` are `FlowEquations`; `openings` the inlet and outlet; `temperature` the function (K) that density and
     viscosity are taken at. The scaled unknown is `unknown`; `state` has the fields with units.
     """
+
+    kept_iterations = 5
+    """Iterations with kept factors before the flow's Jacobian is renewed."""
 
     def __init__(self, domain, equations, openings, temperature, dx, sources=None, fixed=()):
         self.domain, self.equations, self.temperature = domain, equations, temperature
@@ -123,11 +132,11 @@ class SteadyFlow:
         return np.concatenate(parts[:2]), parts[2], parts[3]
 
     def newton(self, max_iterations, relative_update):
-        """Newton's method with a new Jacobian at every iteration: (converged, iterations)."""
+        """Newton's method with a new Jacobian at every iteration, given up where it wanders: (converged, iterations)."""
         for iteration in range(1, max_iterations + 1):
             self._system.renew_jacobian()
             self._update = self._iterate()
-            if not np.isfinite(self._update):
+            if not np.isfinite(self._update) or (iteration >= WANDERING and self._update > 0.5):
                 return False, iteration
             if self._update < relative_update:
                 return True, iteration
@@ -149,21 +158,27 @@ class SteadyFlow:
     def renew(self, time, tolerance):
         """Follow a changed temperature by Newton iterations until the update is below `tolerance`.
 
-        The Jacobian's factors serve from step to step while a few iterations with them bring the update to a tenth of
-        that; then the Jacobian is renewed.
+        The Jacobian's factors serve from step to step while updates with them fall fast; then the Jacobian is renewed.
         """
-        start = self._state()
-        for iterations, enough, fresh in ((KEPT_ITERATIONS, KEPT_TOLERANCE * tolerance, False), (4, tolerance, True)):
-            for _ in range(iterations):
-                if fresh:
-                    self._system.renew_jacobian()
-                self._update = self._iterate()
-                self._count(1)
-                if not np.isfinite(self._update) or not self._physical():
-                    break
-                if self._update < enough:
-                    return
-            self._restore(start)
+        start, last = self._state(), np.inf
+        for _ in range(self.kept_iterations):
+            self._update = self._iterate()
+            self._count(1)
+            if not self._update < SLOWEST_CONTRACTION * last:
+                self._restore(start)
+                break
+            if self._update < KEPT_TOLERANCE * tolerance and self._physical():
+                return
+            last = self._update
+        for _ in range(FRESH_ITERATIONS):
+            self._system.renew_jacobian()
+            self._update = self._iterate()
+            self._count(1)
+            if not np.isfinite(self._update):
+                break
+            if self._update < tolerance and self._physical():
+                return
+        self._restore(start)
         self.solve(time)
 
     def _state(self):
