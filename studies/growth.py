@@ -24,15 +24,19 @@ HERE = Path(__file__).parent
 SCENES = {2: "aluminium.toml", 3: "narrow.toml"}
 TABLES = (
     (2, 1, "factorised", (1.4, 2, 4, 8, 11)),
-    (2, 1, "split", (4, 8, 11, 22)),
+    (2, 1, "split", (4, 8, 11, 29)),
     (2, 2, "factorised", (2, 4, 8)),
     (2, 2, "split", (4, 8, 11)),
     (3, 1, "factorised", (0.4, 0.6, 0.85)),
     (3, 1, "split", (0.6, 0.85, 1.0)),
-    (3, 2, "split", (0.6, 0.85, 1.0, 1.2)),
+    (3, 2, "split", (0.6, 0.85, 1.0, 1.2, 1.6)),
 )
 """Dimensions, ranks, how the flow is solved, and factors on the number of cells in each direction."""
 STRATEGIES = {"factorised": 10**9, "split": 0}
+LONGEST = 1500
+"""Seconds for one size."""
+LARGEST_REFINEMENT = 20.0
+"""Of a scene; beyond it there are more cells along the flow."""
 
 
 def measure(dimensions, size, strategy):
@@ -40,8 +44,10 @@ def measure(dimensions, size, strategy):
     from porousmold.solvers import newton
 
     newton.LARGEST_FACTORISED = dict.fromkeys((2, 3), STRATEGIES[strategy])
-    scene = Scene.from_file(HERE / "mold" / SCENES[dimensions], {
-        "model.turbulence": "nakayama-kuwahara", "solver.mesh_refinement": float(size)})  # fmt: skip
+    settings = {"model.turbulence": "nakayama-kuwahara", "solver.mesh_refinement": min(size, LARGEST_REFINEMENT)}
+    if size > LARGEST_REFINEMENT:
+        settings["solver.axial_cells"] = round(18 * size / LARGEST_REFINEMENT)
+    scene = Scene.from_file(HERE / "mold" / SCENES[dimensions], settings)
     simulation = Simulation(scene, MPI.COMM_WORLD)
     problem = simulation.problem
     problem.guess_flow()
@@ -64,14 +70,17 @@ def measure(dimensions, size, strategy):
 
 
 def child(dimensions, size, ranks, strategy):
-    """Figures of one size, measured by another process."""
+    """Figures of one size, measured by another process, or why there are none."""
     command = ["mpirun", "--oversubscribe", "-n", str(ranks)]
     command += ["--allow-run-as-root"] if os.geteuid() == 0 else []
     command += [sys.executable, __file__, "--size", str(size), "--strategy", strategy, "--dimensions", str(dimensions)]
     environment = {n: v for n, v in os.environ.items() if not n.startswith(("OMPI_", "PMIX_"))}
-    done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=1500)
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=LONGEST)
+    except subprocess.TimeoutExpired:
+        return f"not in {LONGEST} s"
     lines = [line for line in done.stdout.splitlines() if line.startswith("{")]
-    return json.loads(lines[-1]) if lines else None
+    return json.loads(lines[-1]) if lines else next(reversed(done.stderr.split("\n")[:-1]), "nothing")
 
 
 def slope(rows, key, unknowns):
@@ -110,8 +119,8 @@ def main():
         rows = []
         for size in sizes:
             found = child(dimensions, size, ranks, strategy)
-            if found is None:
-                lines.append(f"| mesh x {size:g}: did not end | | | | | |")
+            if isinstance(found, str):
+                lines.append(f"| mesh x {size:g}: {found} | | | | | |")
                 continue
             rows.append(found)
             lines.append(
