@@ -1,6 +1,9 @@
 """Values of fields at chosen points, the same on every rank."""
 
+import functools
+
 import numpy as np
+from mpi4py import MPI
 
 from . import fenicsx
 
@@ -18,15 +21,18 @@ class PointProbe:
         self._communicator = domain.communicator
         points = np.asarray(points, dtype=float)
         corners = domain.mesh.geometry.x[fenicsx.cell_vertices(domain.mesh)][:, :, : domain.mesh.geometry.dim]
-        found = [_locate(point, corners) for point in points]
+        holders = [_locate(point, corners) for point in points]
+        found = [cells[0] if cells else None for cells in holders]
         rank, size = self._communicator.rank, self._communicator.size
         finders = np.array(self._communicator.allgather([size if f is None else rank for f in found])).min(axis=0)
         if np.any(finders == size):
             place = ", ".join(f"{x:g}" for x in points[finders == size][0])
             raise ValueError(f"the point ({place}) m lies outside the mesh")
         self._mine = [(number, *found[number]) for number in np.flatnonzero(finders == rank)]
-        self._slopes = [_gradients(points[number], corners[cell]) for number, cell, _ in self._mine]
-        self._count, self._dimension = points.shape
+        self._holders = [
+            (number, cell, points[number], corners[cell]) for number, cells in enumerate(holders) for cell, _ in cells
+        ]
+        self._count = len(points)
 
     def __call__(self, function):
         """Values at the points, one row a point, on every rank."""
@@ -38,13 +44,18 @@ class PointProbe:
             result[number] = weights @ values[table[cell]]
         return self._communicator.allreduce(result)
 
-    def gradient(self, function):
-        """Gradients of a scalar function at the points, in the cells taken to hold them: a row a point, on every rank."""
+    @functools.cached_property
+    def _slopes(self):
+        """Gradients of the shape functions in every cell that holds a point: (number of the point, cell, gradients)."""
+        return [(number, cell, _gradients(point, corners)) for number, cell, point, corners in self._holders]
+
+    def steepness(self, function):
+        """Largest magnitude of a scalar function's gradient at each point, over all cells that hold it, on every rank."""
         table, values = fenicsx.dof_table(function.function_space), function.x.array
-        result = np.zeros((self._count, self._dimension))
-        for (number, cell, _), slopes in zip(self._mine, self._slopes, strict=True):
-            result[number] = values[table[cell]] @ slopes
-        return self._communicator.allreduce(result)
+        result = np.zeros(self._count)
+        for number, cell, slopes in self._slopes:
+            result[number] = max(result[number], float(np.linalg.norm(values[table[cell]] @ slopes)))
+        return self._communicator.allreduce(result, op=MPI.MAX)
 
 
 def _gradients(point, corners):
@@ -54,16 +65,17 @@ def _gradients(point, corners):
 
 
 def _locate(point, corners):
-    """The cell that holds the point and the weights of its corners; None if there is none among `corners`."""
+    """The cells that hold the point, each with the weights of its corners."""
     low, high = corners.min(axis=1), corners.max(axis=1)
     room = TOLERANCE * (high - low)
     candidates = np.flatnonzero(np.all((point >= low - room) & (point <= high + room), axis=1))
+    found = []
     for cell in candidates:
         place = _reference_coordinates(point, corners[cell])
         weights = _shape_functions(place, len(corners[cell]))
         if weights.min() >= -TOLERANCE:
-            return cell, weights
-    return None
+            found.append((cell, weights))
+    return found
 
 
 def _factors(place):

@@ -229,7 +229,7 @@ def warnings_of(simulation, bounds):
     if estimates.bead_biot_number > HIGHEST_BIOT_NUMBER and scene.model.bead_modes is None:
         found.append(
             f"bead Biot number {estimates.bead_biot_number:.2g} > {HIGHEST_BIOT_NUMBER}: "
-            "beads are taken as isothermal, which they are not; model.bead_modes resolves them"
+            "beads are taken as isothermal, which they are not (see model.bead_modes)"
         )
     low, high = simulation.problem.nusselt.reynolds_range
     if not low <= estimates.reynolds_number <= high:

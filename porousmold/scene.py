@@ -334,6 +334,9 @@ def _check_together(scene):
         raise InputError(
             "model.wall", scene.model.wall, "has no place beside operation.outer_heat_flux or outer_coefficient", where
         )
+    if operation.outer_heat_flux is None and operation.outer_heat_flux_factor != 1.0:
+        raise InputError("operation.outer_heat_flux_factor", operation.outer_heat_flux_factor,
+                         "has no meaning without operation.outer_heat_flux", where)  # fmt: skip
     if (operation.outer_coefficient is None) != (operation.ambient_temperature is None):
         raise InputError("operation.outer_coefficient", operation.outer_coefficient,
                          "and operation.ambient_temperature must be given together", where)  # fmt: skip

@@ -88,7 +88,7 @@ class Simulation:
                 raise KeyboardInterrupt
             step = control.propose(self.time)
             old_balance = replace(heat.balance)
-            start = problem.state()
+            start, marks = problem.state(), heat.monotone_steps.x.array.copy()
             try:
                 with problem.stopwatch("flow"):
                     self._foresee(step)
@@ -99,11 +99,11 @@ class Simulation:
                     error = heat.step(self.time, step, after_jump=control.after_jump(self.time), bounds=self._bounds)
                 self._check_direction()
             except SolveError as failure:
-                self._restore(start, old_balance)
+                self._restore(start, marks, old_balance)
                 control.reject_failed(step, failure)
                 continue
             if not control.accept(self.time + step, step, error):
-                self._restore(start, old_balance)
+                self._restore(start, marks, old_balance)
                 continue
             self._previous, self._steps = start, [*self._steps[-1:], step]
             self.time += step
@@ -117,8 +117,9 @@ class Simulation:
         last_change = max(self.scene.operation.inlet_temperature.kinks, default=0.0)
         return self.heating_time is not None and self.time >= last_change * (1 - 1e-12)
 
-    def _restore(self, start, balance):
+    def _restore(self, start, marks, balance):
         self.problem.set_state(start)
+        self.problem.heat.monotone_steps.x.array[:] = marks
         self.problem.heat.balance = balance
 
     def _foresee(self, step):
@@ -188,8 +189,8 @@ class Simulation:
             ("sensor", self.problem.sensors, self.problem.sensor_names),
         ):
             rows |= {f"{kind}_{name}": (v, "K") for name, v in zip(names, probe(temperature)[:, 0], strict=True)}
-        slopes = np.linalg.norm(self.problem.sensors.gradient(temperature), axis=1)
-        rows |= {f"gradient_{name}": (v, "K/m") for name, v in zip(self.problem.sensor_names, slopes, strict=True)}
+        steepness = self.problem.sensors.steepness(temperature)
+        rows |= {f"gradient_{name}": (v, "K/m") for name, v in zip(self.problem.sensor_names, steepness, strict=True)}
         self.history.add(**rows)
         if self.scene.model.wall == "fixed-temperature":
             return  # the wall's temperature is given: nothing to wait for

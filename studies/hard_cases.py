@@ -66,6 +66,7 @@ def cases(folder):
     yield 11, "8 beads across, asked for", MOLD, LAMINAR | {
         "geometry.cavity_height": 0.04, "bed.allow_small_ratio": True}  # fmt: skip
     yield 12, "beads of a poor conductor (Bi > 0.1)", MOLD, LAMINAR | {"bed.bead_conductivity": 0.1}
+    yield 12, "the same with 2 modes inside", MOLD, LAMINAR | {"bed.bead_conductivity": 0.1, "model.bead_modes": 2}
     yield 12, "developed flow, pipe", PIPE, {"model.flow": "developed"}
 
 

@@ -1,5 +1,6 @@
 """Only what a scene needs: every choice removes unknowns and terms, and meets the fuller model in its limit."""
 
+import numpy as np
 import pytest
 from mpi4py import MPI
 
@@ -89,6 +90,25 @@ def test_beads_with_an_inside():
     assert 5.0 < max(resolved.history["largest_bead_difference"]) < 65.0
     assert min(resolved.history["lowest_temperature"]) > 298.15 - 0.1
     assert max(resolved.history["highest_temperature"]) < 363.15 + 0.1
+
+
+def test_a_repeated_step_begins_where_the_first_attempt_did():
+    """Bounds that nothing can keep take a step through all its ways; from there, and from the start again, the same ends."""
+    changes = {"model__flow": "plug", "model__bead_modes": 2, "operation__end_time": 200.0}
+    heat = (simulation := marched(**changes)).problem.heat
+    start, marks = simulation.problem.state(), heat.monotone_steps.x.array.copy()
+    ends = []
+    for bounds in ((300.0, 350.0), (-1e9, 1e9)) * 2:
+        simulation.problem.set_state(start)
+        heat.monotone_steps.x.array[:] = marks
+        before = heat.repetitions
+        error = heat.step(simulation.time, 40.0, bounds=bounds)
+        ends.append([function.x.array.copy() for function in heat.functions])
+        assert (heat.repetitions > before + 1) == (bounds[0] > 0.0)
+        assert (error == 0.0) == (bounds[0] > 0.0)  # in the end backward Euler, which tells no error
+    for one, other in zip(ends[:2], ends[2:], strict=True):
+        for a, b in zip(one, other, strict=True):
+            assert np.array_equal(a, b)
 
 
 def test_beads_that_conduct_well_are_isothermal(monkeypatch):

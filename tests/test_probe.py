@@ -21,9 +21,17 @@ def test_linear_functions_are_exact_and_outside_is_refused():
     expected = 3.0 + 2.0 * points[:, 0] - 5.0 * points[:, 1] + points[:, 0] * points[:, 1]
     assert PointProbe(domain, points)(function)[:, 0] == pytest.approx(expected, abs=1e-9)
     slopes = np.column_stack([2.0 + points[:, 1], points[:, 0] - 5.0])
-    assert PointProbe(domain, points).gradient(function) == pytest.approx(slopes, abs=1e-9)
+    assert PointProbe(domain, points).steepness(function) == pytest.approx(np.linalg.norm(slopes, axis=1), abs=1e-8)
     with pytest.raises(ValueError, match="outside"):
         PointProbe(domain, [(2.1, 0.5)])
+
+
+def test_steepness_at_a_kink_is_that_of_the_steeper_side():
+    domain = box((4, 4), wall=0.25, wall_cells=2)
+    y = ufl.SpatialCoordinate(domain.mesh)[1]
+    function = nodal(domain, ufl.conditional(ufl.lt(y, 1.0 + 1e-9), 3.0 * y, 3.0 + 70.0 * (y - 1.0)))
+    points = [(0.5, 1.0), (0.3, 1.0), (0.3, 0.9), (0.3, 1.1)]
+    assert PointProbe(domain, points).steepness(function) == pytest.approx([70.0, 70.0, 3.0, 70.0])
 
 
 def test_linear_functions_in_three_dimensions():

@@ -219,6 +219,12 @@ def test_outer_flux_and_ambient_enter_the_balance():
     brought = heated_outside.history["heat_through_outer_wall"][-1]
     assert brought == pytest.approx(500.0 * 1.0 * heated_outside.history["time"][-1], rel=1e-9)
     assert abs(heated_outside.summary["energy_imbalance"]) < 1e-4 and abs(lossy["energy_imbalance"]) < 1e-4
+    end = {"operation__end_time": 100.0}
+    doubled = run(coarse_scene(operation__outer_heat_flux=250.0, operation__outer_heat_flux_factor=2.0, **end),
+                  communicator=MPI.COMM_SELF).history["heat_through_outer_wall"][-1]  # fmt: skip
+    assert doubled == pytest.approx(500.0 * 1.0 * 100.0, rel=1e-9)
+    with pytest.raises(InputError, match="outer_heat_flux_factor"):
+        coarse_scene(operation__outer_heat_flux_factor=2.0)
 
 
 def profile_file(tmp_path):
@@ -246,6 +252,28 @@ def test_rev_terms_and_their_heat_stand_in_the_balance(tmp_path):
         assert summary["energy_rev_residual"] != 0.0
         assert abs(summary["energy_imbalance"]) < 1e-4
     assert len({round(s["heating_time"], 3) for s in (off, consistent, published)}) == 3
+
+
+@pytest.mark.parametrize("flow", ["full", "developed", "plug"])
+@pytest.mark.parametrize("turbulence", ["none", "damped-nakayama-kuwahara"])
+def test_a_fluid_at_rest_stays_there(flow, turbulence):
+    """No pressure drop: nothing moves, and no solve fails for lack of anything to solve."""
+    result = run(coarse_scene(operation__pressure_drop=0.0, operation__end_time=300.0, model__flow=flow,
+                              model__turbulence=turbulence), communicator=MPI.COMM_SELF)  # fmt: skip
+    assert np.max(np.abs(result.history["mass_flow"])) < 1e-10
+    assert abs(result.summary["heat_stored"]) < 1e-6 and abs(result.summary["heat_by_fluid"]) < 1e-6
+
+
+@pytest.mark.parametrize("flow", ["full", "developed"])
+def test_a_flow_that_is_switched_off_comes_back(flow, tmp_path):
+    (tmp_path / "dp.csv").write_text("time [s], dp [kPa]\n0, 8\n100, 8\n110, 0\n200, 0\n210, 8\n")
+    changes = {"operation__pressure_drop": str(tmp_path / "dp.csv"), "operation__end_time": 300.0}
+    history = run(
+        coarse_scene(model__flow=flow, model__turbulence="none", **changes), communicator=MPI.COMM_SELF
+    ).history
+    during = (history["time"] > 112.0) & (history["time"] < 198.0)
+    assert during.any() and np.max(np.abs(history["mass_flow"][during])) < 1e-6
+    assert history["mass_flow"][-1] == pytest.approx(history["mass_flow"][history["time"] < 99.0][-1], rel=0.02)
 
 
 def test_liquid_and_time_dependent_inlet(tmp_path):

@@ -53,8 +53,9 @@ def compare(folder, path, bounds=()):
 
     The file has the head `time [s], NAME [degC], ...` with the sensors' names; the run is interpolated linearly to its times.
     `bounds` are folders of runs of the same scene with what it was given at the ends of its error, such as
-    operation.outer_heat_flux_factor 0.95 and 1.05: the largest distance from them is one uncertainty, `POSITION_ERROR` along
-    the temperature's gradient the other. Raises `InputError` where run and measurement have no sensor or no time in common.
+    operation.outer_heat_flux_factor 0.95 and 1.05: the largest distance from them, as long as they last, is one uncertainty,
+    `POSITION_ERROR` along the steepest gradient at the sensor the other. Raises `InputError` where run and measurement have
+    no sensor or no time in common.
     """
     history, sensors = _read_run("RUN", folder)
     others = [_read_run("--bounds", other) for other in bounds]
@@ -63,7 +64,7 @@ def compare(folder, path, bounds=()):
             raise InputError("--bounds", str(other), f"must have the sensors of the run ({', '.join(sensors)})")
     columns = read_columns("MEASURED", path)
     time = columns.times()
-    shared = time <= min(each["time"][-1] for each, _ in [(history, sensors), *others])
+    shared = time <= history["time"][-1]
     shared &= time >= history["time"][0]
     if len(set(columns.names)) != len(columns.names) or len(columns.names) < 2:
         raise InputError("MEASURED", str(path), "must have columns of different sensors beside the time")
@@ -75,9 +76,12 @@ def compare(folder, path, bounds=()):
     deviations = []
     for number, name in enumerate(columns.names[1:], start=1):
         simulated = np.interp(told, history["time"], sensors[name])
-        apart = [np.abs(np.interp(told, h["time"], found[name]) - simulated) for h, found in others]
         by_place = POSITION_ERROR * np.interp(told, history["time"], history[f"gradient_{name}"])
-        uncertainty = np.hypot(by_place, np.max(apart, axis=0, initial=0.0) if apart else 0.0)
+        by_bounds = np.zeros(len(told))
+        for other, found in others:
+            there = np.interp(told, other["time"], found[name], left=np.nan, right=np.nan)
+            by_bounds = np.fmax(by_bounds, np.abs(there - simulated))
+        uncertainty = np.hypot(by_place, by_bounds)
         deviations.append(Deviation(name, told, columns.in_si(number, "K")[shared], simulated, uncertainty))
     return deviations
 
@@ -92,7 +96,9 @@ def _read_run(key, folder):
         raise InputError(key, str(folder), f"has a damaged history.csv: {error}") from error
     sensors = {name.removeprefix("sensor_"): values for name, values in history.items() if name.startswith("sensor_")}
     if not sensors or any(f"gradient_{name}" not in history for name in sensors):
-        raise InputError(key, str(folder), "has no sensors with gradients: its scene needs geometry.sensors")
+        raise InputError(
+            key, str(folder), "has no sensors, or is of an older version: its scene needs geometry.sensors"
+        )
     return history, sensors
 
 

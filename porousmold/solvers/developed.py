@@ -16,12 +16,12 @@ from ..equations.developed import developed_residual, developed_state
 from ..equations.flow import FlowState
 from ..errors import SolveError
 from ..geometry import BED, INTERFACE, WALL
-from .flow import SteadyFlow, unknowns_outside
+from .flow import LEAST_VALUE, SteadyFlow, unknowns_outside
 from .newton import NewtonSystem
 
 GAUSS_DEGREE = 3
 LARGEST_CHANGE = 0.3
-"""Largest change of dp/dx in one iteration, as a part of the largest of all stations."""
+"""Largest change of dp/dx in one iteration, as a part of the largest of all stations or of the scale."""
 
 
 class Columns:
@@ -134,11 +134,7 @@ class DevelopedFlow(SteadyFlow):
         self._streamfunction = Streamfunction(domain, weighted * speed)
         self.streamfunction = self._streamfunction.function
         self._stations = self.columns.total(self._column[: self._owned], np.ones(self._owned))
-        self._turbulence_unknowns = (
-            np.concatenate([fenicsx.collapse(self.space, part)[1] for part in (1, 2)])
-            if self._turbulent
-            else np.empty(0, int)
-        )
+        self._take_parts([numbers for _, numbers in self._parts()], self._turbulent)
         self._reset_counters()
 
     def _parts(self):
@@ -218,11 +214,11 @@ class DevelopedFlow(SteadyFlow):
     def _iterate(self):
         """One Newton iteration of profiles, pressure gradients and mass flow together; its relative update."""
         before = self.unknown.x.array.copy()
-        _, iterations = self._system.solve(max_iterations=1, relative_update=1e-14)
-        if not iterations:
+        update = super()._iterate()
+        if not np.isfinite(update):
             return np.inf
         if self._inverse_step.value > 0.0:  # a false transient of the profiles; their forces are put right in the end
-            return self._system.relative_update
+            return update
         push = fenicsx.petsc_vector(self.unknown).duplicate()
         fenicsx.assemble_vector(push, self._push)
         push.scale(-1.0)
@@ -231,19 +227,15 @@ class DevelopedFlow(SteadyFlow):
         response.copy(fenicsx.petsc_vector(gain))
         gain.x.scatter_forward()
         flow, slope = self._through_stations(self.unknown.x.array), self._through_stations(gain.x.array)
-        gradients = self._gradients
+        gradients, scale = self._gradients, float(self.equations.scales.pressure.value) / self.columns.along[-1]
         change = (self._imposed_mass_flow(gradients, flow, slope) - flow) / slope
-        largest = LARGEST_CHANGE * np.max(np.abs(gradients))
-        if largest > 0.0:
-            change = np.clip(change, -largest, largest)
+        largest = LARGEST_CHANGE * max(np.max(np.abs(gradients)), scale)
+        change = np.clip(change, -largest, largest)
         self.unknown.x.array[:] += gain.x.array * change[self._column_of_unknown]
         gradients += change
-        relative = np.max(np.abs(change)) / max(np.max(np.abs(gradients)), 1e-300)
+        relative = np.max(np.abs(change)) / max(np.max(np.abs(gradients)), LEAST_VALUE * scale)
         self._set_gradients(gradients)
-        difference, size = self.unknown.x.array - before, np.linalg.norm(self.unknown.x.array)
-        squares = self.domain.communicator.allreduce(np.array([difference @ difference, size**2]))
-        update = float(np.sqrt(squares[0] / max(squares[1], 1e-300)))
-        return max(update, relative) if np.any(gradients) else update
+        return max(self._updates(before)[0], relative)
 
     def _imposed_mass_flow(self, gradients, flow, slope):
         kind, *value = self._drive()

@@ -26,6 +26,8 @@ KEPT_TOLERANCE = 0.02
 """Part of the tolerance to be met with kept factors, whose last update says less of the error."""
 SLOWEST_CONTRACTION = 0.7
 """Ratio of successive updates beyond which kept factors are given up."""
+LOOSER_PARTS = 5.0
+"""Times the tolerance that the update of every part (k, epsilon, ...) may have on its own."""
 FRESH_ITERATIONS = 8
 """Iterations with a new Jacobian each before the flow is solved from its start; where turbulence sets in or dies k may pass
 through negative values on the way."""
@@ -35,6 +37,9 @@ WANDERING = 8
 
 TRACE_OF_TURBULENCE = 1e-4
 """k over the reference speed squared that counts as none."""
+
+LEAST_VALUE = 1e-6
+"""Scaled velocity or pressure that counts as none."""
 
 MOST_FAILURES = 30
 """Pseudo-time steps that may fail before the flow counts as without solution."""
@@ -69,12 +74,14 @@ class SteadyFlow:
         held = np.concatenate([held_unknowns(domain, self.space, turbulent), *fixed])
         self._system = NewtonSystem(residual, self.unknown, np.unique(held), keep_jacobian=True, blocks=self._blocks())
         self.state = FlowState.of(ufl.split(self.unknown), equations.scales)
-        self._turbulence_unknowns = (
-            np.concatenate([fenicsx.collapse(self.space, part)[1] for part in (2, 3)])
-            if turbulent
-            else np.empty(0, int)
-        )
+        self._take_parts([fenicsx.collapse(self.space, part)[1] for part in range(4 if turbulent else 2)], turbulent)
         self._reset_counters()
+
+    def _take_parts(self, parts, turbulent):
+        """Note the local unknowns of each part, those of k and epsilon last, and the size below which a part counts as 0."""
+        self._turbulence_unknowns = np.concatenate(parts[-2:]) if turbulent else np.empty(0, int)
+        traces = [LEAST_VALUE] * (len(parts) - 2) + [TRACE_OF_TURBULENCE if turbulent else LEAST_VALUE] * 2
+        self._sizes = list(zip(parts, traces[-len(parts) :], strict=True))
 
     def _reset_counters(self):
         self.newton_iterations = self.solves = self.continuation_steps = 0
@@ -144,8 +151,22 @@ class SteadyFlow:
 
     def _iterate(self):
         """One iteration with the present factors; gives its relative update, infinite where it fails."""
-        _, iterations = self._system.solve(max_iterations=1, relative_update=1e-14)
-        return self._system.relative_update if iterations else np.inf
+        converged, iterations = self._system.solve(max_iterations=1, relative_update=1e-14)
+        if not iterations:  # there is nothing left to solve, as in a fluid at rest
+            return 0.0 if converged else np.inf
+        return self._system.relative_update
+
+    def _updates(self, before):
+        """Relative update since the array `before`: of all unknowns, and the largest of the parts, as k and epsilon hardly count
+        in that of all."""
+        squares = [
+            [change @ change, now @ now, len(now)]
+            for numbers, _ in self._sizes
+            for now, change in [(self.unknown.x.array[numbers], self.unknown.x.array[numbers] - before[numbers])]
+        ]
+        changes, values, counts = self.domain.communicator.allreduce(np.array(squares)).T
+        values = np.maximum(values, np.array([trace for _, trace in self._sizes]) ** 2 * np.maximum(counts, 1))
+        return float(np.sqrt(changes.sum() / values.sum())), float(np.sqrt(np.max(changes / values)))
 
     def extrapolate(self, previous, factor):
         """Foresee the state `factor` times as far ahead as `previous` (arrays of `functions`) lies behind."""
@@ -161,22 +182,24 @@ class SteadyFlow:
         The Jacobian's factors serve from step to step while updates with them fall fast; then the Jacobian is renewed.
         """
         start, last = self._state(), np.inf
+        self.solves += 1
         for _ in range(self.kept_iterations):
             self._update = self._iterate()
-            self._count(1)
+            self.newton_iterations += 1
+            if self._update < KEPT_TOLERANCE * tolerance and self._physical():
+                return
             if not self._update < SLOWEST_CONTRACTION * last:
                 self._restore(start)
                 break
-            if self._update < KEPT_TOLERANCE * tolerance and self._physical():
-                return
             last = self._update
         for _ in range(FRESH_ITERATIONS):
+            before = self.unknown.x.array.copy()
             self._system.renew_jacobian()
             self._update = self._iterate()
-            self._count(1)
+            self.newton_iterations += 1
             if not np.isfinite(self._update):
                 break
-            if self._update < tolerance and self._physical():
+            if max(self._update, self._updates(before)[1] / LOOSER_PARTS) < tolerance and self._physical():
                 return
         self._restore(start)
         self.solve(time)

@@ -187,7 +187,8 @@ class TransientHeat:
         ways = [[(step, first)], [damped, (rest, first)], [damped, (rest, BACKWARD_EULER)]]
         way, starts = 0, [function.x.array.copy() for function in self.functions]
         for left in reversed(range(MOST_REPETITIONS)):
-            flows, stored = self._take_all(time, ways[way])
+            taken = ways[way]
+            flows, stored = self._take_all(time, taken)
             out, new = self._limit_cells(bounds)
             way += not new
             if not out or way == len(ways) or not left:
@@ -198,7 +199,10 @@ class TransientHeat:
         for name, heat in flows.items():
             setattr(self.balance, name, getattr(self.balance, name) + heat)
         self.balance.stored += stored
-        return 0.0 if after_jump else self.estimated_error()
+        _, stages = taken[-1]
+        return (
+            self.estimated_error() if stages is STAGES else 0.0
+        )  # a backward Euler step has no first stage to tell it
 
     @property
     def frozen(self):

@@ -56,7 +56,11 @@ def test_uncertainties_are_those_of_place_and_bounds(folder):
     assert list(b.within) == [True, False]
     assert main(["compare", str(folder), str(measured), "--bounds", *map(str, bounds)]) == 0
     assert json.loads((folder / "comparison.json").read_text())["sensors"]["b"]["within_errors"] == 0.5
-    (folder / "1.5" / "history.csv").write_text("time [s],sensor_a [K],gradient_a [K/m]\n0.0,300.0,0.0\n")
+    ends_early = folder / "1.5" / "history.csv"  # a bound that ends before the run takes no point from the comparison
+    ends_early.write_text(ends_early.read_text().replace("10.0,", "5.0,"))
+    shorter = compare(folder, measured, bounds)[1]
+    assert shorter.uncertainty == pytest.approx([4.0, 0.5])  # it rises twice as fast
+    ends_early.write_text("time [s],sensor_a [K],gradient_a [K/m]\n0.0,300.0,0.0\n")
     with pytest.raises(InputError, match="--bounds"):
         compare(folder, measured, bounds)
 
