@@ -6,17 +6,22 @@ from pathlib import Path
 
 import h5py
 import numpy as np
+from matplotlib.ticker import MaxNLocator
 
 from .errors import InputError
 from .figures import STYLE, plt, save
-from .results import read_table
+from .results import LOCK, read_table
+from .whole_files import held
 
 PLACES = {"centre": ("bed centre", "-"), "bed_side": ("wall, bed side", "--"), "outer": ("wall, outside", ":")}
 # Margins are given, not found: letting matplotlib measure them doubles the time of every picture.
 
 
 def draw(folder):
-    """Draw every picture that the folder's files allow; gives the paths. `InputError` if it holds no run."""
+    """Draw every picture that the folder's files allow; gives the paths.
+
+    Raises `InputError` if it holds no run, or another process is at work there.
+    """
     folder = Path(folder)
     if not (folder / "result.json").is_file() or not (folder / "history.csv").is_file():
         raise InputError("RUN", str(folder), "is not the folder of a run (no result.json and history.csv)")
@@ -25,7 +30,11 @@ def draw(folder):
         heating_time = summary["heating_time"]
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputError("RUN", str(folder), f"has a damaged result.json: {error}") from error
-    with plt.rc_context(STYLE):
+    try:
+        lock = held(folder / LOCK)
+    except OSError as error:
+        raise InputError("RUN", str(folder), f"cannot be drawn: {error.strerror or error}") from error
+    with lock, plt.rc_context(STYLE):
         drawn = [_temperatures(folder, heating_time)]
         if (folder / "near_wall.csv").is_file():
             drawn.append(_near_wall(folder))
@@ -98,6 +107,7 @@ def _fields(folder):
     times = sorted(steps)
     reached = np.concatenate([steps[t]["temperature"] for t in times]) - 273.15
     levels = np.linspace(reached.min(), reached.max() + 1e-9, 25)
+    ticks = MaxNLocator(6).tick_values(reached.min(), reached.max())
     figure, axes = plt.subplots(len(times), 2, figsize=(11.0, 1.5 * len(times) + 0.9), squeeze=False, sharex="col")
     figure.subplots_adjust(
         left=0.08, right=0.88, bottom=0.4 / (len(times) + 0.6), top=1 - 0.25 / (len(times) + 0.6), hspace=0.2
@@ -117,7 +127,8 @@ def _fields(folder):
             panel.grid(False)
     for row, time in enumerate(times):
         axes[row, 0].set_ylabel(f"t = {time:.0f} s\nacross in mm", fontsize=9)
-    figure.colorbar(drawn, cax=figure.add_axes((0.9, 0.12, 0.015, 0.8)), label="temperature in °C")
+    figure.colorbar(drawn, cax=figure.add_axes((0.9, 0.12, 0.015, 0.8)), label="temperature in °C",
+                    ticks=[tick for tick in ticks if levels[0] <= tick <= levels[-1]])  # fmt: skip
     return save(figure, folder / "fields.png")
 
 

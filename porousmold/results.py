@@ -20,6 +20,8 @@ OUTPUTS = [
     *("result.json", "history.csv", "near_wall.csv", "fields.h5", "fields.xdmf", "scene.toml"),
     *("temperatures.png", "near_wall.png", "fields.png", "report.html", NAME),
 ]
+LOCK = ".lock"
+"""File that a process which writes the folder holds."""
 FIELDS_PART = ".fields.part"
 """Folder in which the two files of the fields are written, to take their places together."""
 
@@ -38,7 +40,7 @@ class RunFolder:
         with self._on_first_rank() as first:
             if first:
                 self.path.mkdir(parents=True, exist_ok=True)
-                self._lock = held(self.path / ".lock")
+                self._lock = held(self.path / LOCK)
         if not kept:
             self._clear()
 

@@ -13,6 +13,8 @@ from porousmold import InputError, Scene, run
 from porousmold.cli import main
 from porousmold.plots import draw, read_fields
 from porousmold.porosity.profile import HEAD
+from porousmold.results import LOCK
+from porousmold.whole_files import held
 
 from .support import ALUMINIUM, COARSE, FRP, PIPE, STUDIES, coarse_scene
 
@@ -301,6 +303,11 @@ def test_gmsh_mold_agrees_with_the_built_in_mesh():
     ours = heated(Scene.load(ALUMINIUM))["heating_time"]
     gmsh = heated(Scene.load(curved, geometry__mesh="../../meshes/mold.geo"))["heating_time"]
     assert gmsh == pytest.approx(ours, rel=3e-3)
+
+
+def test_a_folder_at_work_is_not_drawn(folder):
+    with held(folder / LOCK), pytest.raises(InputError, match="another process"):
+        draw(folder)
 
 
 def test_damaged_result_is_refused_by_show(folder, tmp_path, capsys):

@@ -90,6 +90,8 @@ def _compare(options):
              f"{within / points:.0%} within the errors of sensors ({SENSOR_ERROR:g} K, {1e3 * POSITION_ERROR:g} mm)"
              + (" and bounds" if options.bounds else "")]  # fmt: skip
     lines += [
-        f"{d.name}: on average {d.average:.3f} K apart, bias {d.bias:+.3f} K, at most {d.largest:.3f} K" for d in found
+        f"{d.name}: on average {d.average:.3f} K apart, bias {d.bias:+.3f} K, at most {d.largest:.3f} K; "
+        f"the run is uncertain by {np.max(d.uncertainty):.3f} K at most"
+        for d in found
     ]
     return "\n".join([*lines, f"written to {folder}: comparison.json, {picture.name}"])

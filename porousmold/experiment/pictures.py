@@ -7,8 +7,8 @@ from .comparison import SENSOR_ERROR
 def draw_comparison(path, deviations):
     """Measured points and the run as lines, by sensor, both with their errors as bands. Gives the path."""
     with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(figsize=(8.5, 5.2))
-        figure.subplots_adjust(left=0.09, right=0.98, bottom=0.11, top=0.97)
+        figure, axes = plt.subplots(figsize=(10.5, 5.2))
+        figure.subplots_adjust(left=0.07, right=0.74, bottom=0.11, top=0.97)
         for number, each in enumerate(deviations):
             colour, minutes, celsius = f"C{number % 10}", each.time / 60.0, each.measured - 273.15
             axes.fill_between(
@@ -29,7 +29,9 @@ def draw_comparison(path, deviations):
         axes.set(xlabel="time, min", ylabel="temperature, °C")
         axes.legend(
             fontsize=8,
-            title=f"points: measured ± {SENSOR_ERROR:g} K; lines: run, with its uncertainty there",
+            title=f"points: measured ± {SENSOR_ERROR:g} K\nlines: run ± its uncertainty",
+            loc="upper left",
+            bbox_to_anchor=(1.01, 1.0),
             title_fontsize=8,
         )
         return save(figure, path)

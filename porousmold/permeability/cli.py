@@ -165,7 +165,9 @@ def _test_range(options):
         return ""
     from .pictures import draw_accuracies
 
-    lines = [f"permeability within {error:.3g} in 95 % of the tests, none longer than {longest:.6g} s:"]
+    lines = [
+        f"permeability within {error:.3g} of itself in 95 % of the tests, none longer than {longest / 3600.0:.4g} h:"
+    ]
     for name, span in ranges.items():
         lines.append(f"{name:14s} {f'{span[0]:.2g} to {span[1]:.2g} m2' if span else 'none'}")
     lines.append("(the set-up's c0 and c1 held whatever the liquid)")

@@ -35,6 +35,8 @@ OVERSHOOT = 0.07
 """Kelvin out of bounds at which a cell becomes monotone."""
 DAMPING_PART = 0.05
 """Part of a repeated step that the backward Euler method takes first where marking cells alone did not help."""
+BACKWARD_EULER_ERROR = 10.0
+"""Weight of the estimated error where the backward Euler method takes the whole of a step."""
 MONOTONE_STEPS = 2
 """Steps after which a cell is second order again; if it is out of bounds once more it is marked once more."""
 STAGE_UPDATE = 1e-9
@@ -185,10 +187,15 @@ class TransientHeat:
         # method damps; and no method of higher order keeps bounds at any step
         damped, rest = (DAMPING_PART * step, BACKWARD_EULER), (1.0 - DAMPING_PART) * step
         ways = [[(step, first)], [damped, (rest, first)], [damped, (rest, BACKWARD_EULER)]]
+        error, weight = 0.0, 1.0
         way, starts = 0, [function.x.array.copy() for function in self.functions]
         for left in reversed(range(MOST_REPETITIONS)):
-            taken = ways[way]
-            flows, stored = self._take_all(time, taken)
+            flows, stored = self._take_all(time, ways[way])
+            _, stages = ways[way][-1]
+            if stages is STAGES:
+                error, weight = self.estimated_error(), 1.0
+            else:  # that is an error of this method itself, far above those of the other
+                weight = BACKWARD_EULER_ERROR
             out, new = self._limit_cells(bounds)
             way += not new
             if not out or way == len(ways) or not left:
@@ -199,10 +206,7 @@ class TransientHeat:
         for name, heat in flows.items():
             setattr(self.balance, name, getattr(self.balance, name) + heat)
         self.balance.stored += stored
-        _, stages = taken[-1]
-        return (
-            self.estimated_error() if stages is STAGES else 0.0
-        )  # a backward Euler step has no first stage to tell it
+        return weight * error
 
     @property
     def frozen(self):
