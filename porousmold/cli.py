@@ -3,6 +3,7 @@
 import argparse
 import math
 import sys
+import traceback
 from pathlib import Path
 
 from . import stop_signals
@@ -24,7 +25,8 @@ def main(arguments=None):
 
 
 def _status_of(command, options):
-    """Exit status of a command, its errors told in one line."""
+    """Exit status of a command, its errors told in one line. A fault of the program itself ends all ranks: no rank waits
+    for one that has fallen out."""
     try:
         return command(options)
     except InputError as error:
@@ -33,6 +35,13 @@ def _status_of(command, options):
         return _end(SOLVE_FAILED, error)
     except KeyboardInterrupt:
         return _end(INTERRUPTED, "interrupted before the run began")
+    except Exception:
+        from mpi4py import MPI
+
+        if MPI.COMM_WORLD.size > 1:
+            traceback.print_exc()
+            MPI.COMM_WORLD.Abort(1)
+        raise
 
 
 def _end(status, message):

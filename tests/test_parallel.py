@@ -4,13 +4,15 @@ import json
 
 import numpy as np
 import pytest
+import ufl
 from mpi4py import MPI
 
 from porousmold import Scene, run
 from porousmold.cli import main
+from porousmold.probe import PointProbe
 from porousmold.simulation import Simulation
 
-from .support import ALUMINIUM, COARSE, PIPE, STUDIES, coarse_scene
+from .support import ALUMINIUM, COARSE, PIPE, STUDIES, box, coarse_scene, nodal
 
 pytestmark = pytest.mark.mpi
 
@@ -50,6 +52,21 @@ def test_gmsh_mesh_on_any_number_of_ranks():
     scene = Scene.load(STUDIES / "mold" / "curved.toml", operation__end_time=60.0, model__turbulence="none")
     alone, together = (Simulation(scene, communicator).march() for communicator in (MPI.COMM_SELF, MPI.COMM_WORLD))
     assert together.history["heat_stored"][-1] == pytest.approx(alone.history["heat_stored"][-1], rel=1e-6)
+
+
+def test_points_on_different_ranks_have_the_values_of_one():
+    points = [(0.5, 1.0), (0.1, 0.1), (0.9, 0.9), (0.3, 1.1), (0.6, 0.4)]
+    found = []
+    for communicator in (MPI.COMM_SELF, MPI.COMM_WORLD):
+        domain = box((6, 5), wall=0.25, communicator=communicator)
+        x, y = ufl.SpatialCoordinate(domain.mesh)
+        function = nodal(domain, ufl.conditional(ufl.lt(y, 1.0 + 1e-9), 3.0 * x + y, 3.0 * x + 70.0 * y - 69.0))
+        probe, nowhere = PointProbe(domain, points), PointProbe(domain, np.empty((0, 2)))
+        assert nowhere(function).size == nowhere.steepness(function).size == 0
+        found.append((probe(function), probe.steepness(function)))
+    alone, together = found
+    assert together[0] == pytest.approx(alone[0], abs=1e-12)
+    assert together[1] == pytest.approx(alone[1], rel=1e-9)
 
 
 def test_run_writes_one_folder_and_fields_of_the_whole_mesh(shared_folder):

@@ -16,7 +16,7 @@ from porousmold.porosity.profile import HEAD
 from porousmold.results import LOCK
 from porousmold.whole_files import held
 
-from .support import ALUMINIUM, COARSE, FRP, PIPE, STUDIES, coarse_scene
+from .support import ALUMINIUM, COARSE, FRP, PIPE, STUDIES, coarse_scene, under_mpirun
 
 SETTINGS = [word for name, value in COARSE.items() for word in ("--set", f"{name}={value}")]
 KEYS = [
@@ -362,3 +362,15 @@ def test_reversed_flow_is_a_failure_not_an_answer():
 
     with pytest.raises(SolveError, match="backwards"):
         heated(coarse_scene(operation__pressure_drop=1.0, operation__gravity=-9.81, model__turbulence="none"))
+
+
+def test_a_fault_on_one_rank_ends_them_all(tmp_path):
+    """No rank waits for ever for one that has fallen out; a fault is the program's own and keeps its traceback."""
+    code = (
+        "import sys\nfrom mpi4py import MPI\nfrom porousmold.cli import main\nfrom porousmold.simulation import Simulation\n"
+        "def faulty(self, *_):\n    1 / (1 - MPI.COMM_WORLD.rank)\n    MPI.COMM_WORLD.barrier()\n"
+        "Simulation.march = faulty\n"
+        "sys.exit(main(sys.argv[1:]))\n"
+    )
+    ended = under_mpirun(2, "-c", code, "run", str(ALUMINIUM), *SETTINGS, "--out", str(tmp_path / "run"), timeout=60)
+    assert ended.returncode not in (0, 2, 3, 130) and "ZeroDivisionError" in ended.stderr
