@@ -6,7 +6,6 @@ The only place that knows scene, closures, equations and solvers alike; `simulat
 import contextlib
 import time as clock
 from dataclasses import replace
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -15,23 +14,22 @@ from dolfinx import fem
 from mpi4py import MPI
 
 from . import fenicsx, geometry
+from .boundary_values import BoundaryValues
 from .closures import bead_interior
-from .closures.drag import DRAG_LAWS
-from .closures.nusselt import NUSSELT_CORRELATIONS
 from .equations.bead_interior import BeadInterior
 from .equations.coordinates import Coordinates
 from .equations.developed import CarriedByStreamfunction
-from .equations.energy import EnergyEquations, OuterWall, ThinWall
+from .equations.energy import EnergyEquations, ThinWall
 from .equations.flow import FlowEquations, FlowScales, Opening
 from .equations.medium import Bed, FluidState, rev_vector
-from .equations.turbulence import TurbulenceModel
 from .errors import InputError, SolveError
 from .estimates import bed_size, estimate
-from .materials import FLUIDS, SOLIDS, ConstantDensity, constant
+from .laws import Laws
+from .materials import ConstantDensity
+from .meshing import straight_domain
 from .porosity.models import POROSITY_MODELS
 from .probe import PointProbe
 from .sensors import read_sensors
-from .series import ProfileSeries
 from .solvers.coupled import CoupledTransient
 from .solvers.developed import DevelopedFlow, PlugFlow
 from .solvers.flow import SteadyFlow
@@ -39,45 +37,6 @@ from .solvers.heating import TransientHeat
 
 QUADRATURE_DEGREE = 2
 STATION_FRACTIONS = {"L/8": 0.125, "L/4": 0.25, "L/2": 0.5, "L": 1.0}
-TURBULENCE_MODELS = {
-    "none": None,
-    "k-epsilon": TurbulenceModel(),
-    "nakayama-kuwahara": TurbulenceModel(bead_sources=True),
-    "damped-nakayama-kuwahara": TurbulenceModel(bead_sources=True, damped=True),
-}
-HOLDING_COEFFICIENT = 1e6
-"""Heat transfer coefficient (W/m2/K) that holds a wall at a fixed temperature: within 0.01 K at 10 kW/m2."""
-AXIAL_GRADING = 1.5
-"""Axial nodes at L (i/n)^1.5: the thermal front that starts sharp at the inlet meets small cells, and widens as they do."""
-
-
-def fluid_of(scene):
-    """The scene's fluid: its material, with constant properties in place of those given."""
-    fluid, given = FLUIDS[scene.fluid.material], scene.fluid
-    changes = {
-        name: constant(value, "", "scene")
-        for name in ("viscosity", "heat_capacity", "conductivity")
-        if (value := getattr(given, name)) is not None
-    }
-    if given.density is not None:
-        changes |= {"density": ConstantDensity(given.density, "scene"), "name": "liquid"}
-    return replace(fluid, **changes)
-
-
-def solid_of(material, density, heat_capacity, conductivity):
-    """A material of the library with constant properties in place of those given."""
-    given = {"density": density, "heat_capacity": heat_capacity, "conductivity": conductivity}
-    changes = {name: constant(value, "", "scene") for name, value in given.items() if value is not None}
-    return replace(SOLIDS[material], **changes)
-
-
-def _between(positions, values, place):
-    """UFL expression of `place` that is linear between values at positions and constant beyond them."""
-    result = values[0]
-    for number, (first, last) in enumerate(pairwise(positions)):
-        part = ufl.min_value(ufl.max_value((place - first) / (last - first), 0.0), 1.0)
-        result += part * (values[number + 1] - values[number])
-    return result
 
 
 class Stopwatch:
@@ -104,23 +63,16 @@ class Discretisation:
     def __init__(self, scene, communicator):
         self.scene, self.communicator = scene, communicator
         self.stopwatch = Stopwatch()
-        self.fluid = fluid_of(scene)
-        bed, wall = scene.bed, scene.wall
-        self.beads = solid_of(bed.bead_material, bed.bead_density, bed.bead_heat_capacity, bed.bead_conductivity)
-        self.wall_material = solid_of(wall.material, wall.density, wall.heat_capacity, wall.conductivity)
-        self.drag, self.nusselt = DRAG_LAWS[scene.model.drag], NUSSELT_CORRELATIONS[scene.model.nusselt]
-        self.profile = scene.profile
-        bulk = bed.bulk_porosity if self.profile is None else self.profile.bulk_porosity
-        laws = self.fluid, self.beads, self.wall_material, self.drag, self.nusselt, bulk
+        self.laws = laws = Laws.of(scene)
         with self.stopwatch("mesh"):
             if scene.geometry.kind == "mesh":
                 axisymmetric = scene.geometry.symmetry == "axisymmetric"
                 self.domain = geometry.from_file(communicator, scene.geometry.mesh, axisymmetric=axisymmetric)
                 area = self._inlet_area()
-                self.estimates = estimate(scene, (self.domain.length, area, area), *laws)
+                self.estimates = estimate(scene, (self.domain.length, area, area), laws)
             else:
-                self.estimates = estimate(scene, bed_size(scene), *laws)
-                self.domain = self._make_straight_bed()
+                self.estimates = estimate(scene, bed_size(scene), laws)
+                self.domain = straight_domain(scene, self.estimates, communicator)
         self._make_equations()
         self._make_probes()
 
@@ -128,32 +80,6 @@ class Discretisation:
         weight = Coordinates(self.domain.mesh, self.domain.axisymmetric).weight
         ds = self.domain.facet_measure(QUADRATURE_DEGREE)
         return self._integral(weight * self._constant(1.0) * ds(geometry.INLET))
-
-    def _make_straight_bed(self):
-        scene, estimates, solver = self.scene, self.estimates, self.scene.solver
-        length, half_height, area = bed_size(scene)
-        finer = solver.mesh_refinement
-        first_cell = (solver.first_cell or estimates.first_cell) / finer
-        axial_cells = max(2, round(solver.axial_cells * finer))
-        wall_cells = max(1, round((solver.wall_cells or estimates.wall_cells) * finer))
-        resolved = scene.model.wall == "conjugate"
-        wall_nodes = np.linspace(0.0, scene.wall.thickness, wall_cells + 1) if resolved else []
-
-        def to_wall(width):
-            nodes = geometry.graded_coordinates(width, first_cell, solver.cell_growth ** (1.0 / finer))
-            return geometry.Across.to_wall(nodes, wall_nodes)
-
-        across = [to_wall(half_height)]
-        if scene.geometry.width is not None:
-            half_width = area / half_height
-            if scene.geometry.sides == "wall":
-                across.append(to_wall(half_width))
-            else:  # nothing changes across the width: cells as wide as the bed is high
-                cells = max(2, round(finer * half_width / half_height))
-                across.append(geometry.Across(np.linspace(0.0, half_width, cells + 1), cells, walled=False))
-        axial_nodes = length * np.linspace(0.0, 1.0, axial_cells + 1) ** AXIAL_GRADING
-        axisymmetric = scene.geometry.kind == "pipe"
-        return geometry.straight_bed(self.communicator, axial_nodes, across, axisymmetric=axisymmetric)
 
     def _constant(self, value):
         """A number of the scene as UFL constant, so that another value needs no new compilation."""
@@ -173,13 +99,14 @@ class Discretisation:
     def _porosity(self, bead_diameter):
         """phi_V and, with REV terms, phi_V - phi_A, over the mesh."""
         bed, distance = self.scene.bed, self.domain.wall_distance
-        if self.profile is None:
+        profile = self.scene.profile
+        if profile is None:
             model = POROSITY_MODELS[bed.porosity_model]
             return model(distance, bead_diameter, self._constant(bed.bulk_porosity)), None
         space = fenicsx.lagrange_space(self.domain.mesh)
         at_nodes = np.maximum(fenicsx.nodal_values(distance, space), 0.0)
         volume, difference = fem.Function(space), fem.Function(space)
-        volume_porosity, area_porosity = self.profile(at_nodes, bed.bead_diameter)
+        volume_porosity, area_porosity = profile(at_nodes, bed.bead_diameter)
         volume.x.array[:] = volume_porosity
         difference.x.array[:] = volume_porosity - area_porosity
         return volume, difference
@@ -200,14 +127,14 @@ class Discretisation:
             porosity,
             domain.wall_distance,
             bead_diameter,
-            self._with_constants(self.beads),
-            self.drag,
-            self.nusselt,
+            self._with_constants(self.laws.beads),
+            self.laws.drag,
+            self.laws.nusselt,
             rev,
         )
-        fluid = FluidState(self._with_constants(self.fluid), self._constant(operation.outlet_pressure))
-        if isinstance(self.fluid.density, ConstantDensity):
-            liquid = ConstantDensity(self._constant(self.fluid.density.value), "scene")
+        fluid = FluidState(self._with_constants(self.laws.fluid), self._constant(operation.outlet_pressure))
+        if isinstance(self.laws.fluid.density, ConstantDensity):
+            liquid = ConstantDensity(self._constant(self.laws.fluid.density.value), "scene")
             fluid = replace(fluid, fluid=replace(fluid.fluid, density=liquid))
         estimates = self.estimates
         scales = FlowScales(
@@ -222,23 +149,20 @@ class Discretisation:
             fluid,
             coordinates,
             scales,
-            TURBULENCE_MODELS[model.turbulence] if model.flow != "plug" else None,
+            self.laws.turbulence,
             gravity,
             published_pressure_term=model.rev_terms == "as-published",
         )
-        self._inlet_temperature = self._constant(operation.inlet_temperature(0.0))
-        self._drive = self._constant(0.0)
-        self._drive_temperature = self._constant(operation.inlet_temperature(0.0))
-        self._outer_values: list = []
+        inlet_area = self._inlet_area()
+        self.boundary = BoundaryValues(scene, domain, inlet_area)
         self.flow_temperature = fem.Function(fenicsx.lagrange_space(domain.mesh))
         self.property_temperature = fem.Function(self.flow_temperature.function_space)
         for function in (self.flow_temperature, self.property_temperature):
             function.x.array[:] = operation.initial_temperature
         openings = [
-            Opening(ds(geometry.INLET), **self._inlet_drive()),
+            Opening(ds(geometry.INLET), **self.boundary.drive()),
             Opening(ds(geometry.OUTLET), pressure=self._constant(0.0)),
         ]
-        self.set_boundary_values(0.0)
         with self.stopwatch("compile"):
             self.flow: Any
             self.heat: Any
@@ -254,11 +178,11 @@ class Discretisation:
                 self.flow_state,
                 self.flow_temperature,
                 domain.entrance(),
-                self._with_constants(self.wall_material) if self.has_wall else None,
-                self._inlet_temperature,
+                self._with_constants(self.laws.wall) if self.has_wall else None,
+                self.boundary.inlet_temperature,
                 ds(geometry.INLET),
                 ds(geometry.OUTLET),
-                self._outer_wall(ds(geometry.OUTER if domain.has_outer_wall else geometry.INTERFACE)),
+                self.boundary.outer_wall(ds(geometry.OUTER if domain.has_outer_wall else geometry.INTERFACE)),
                 dx(geometry.BED),
                 nodal_dx(geometry.BED),
                 dx(geometry.WALL),
@@ -274,7 +198,7 @@ class Discretisation:
                 domain,
                 self.energy_equations,
                 operation.initial_temperature,
-                self.set_heat_values,
+                self.boundary.set_heat,
                 dx(geometry.WALL),
                 self.property_temperature,
                 QUADRATURE_DEGREE,
@@ -286,7 +210,7 @@ class Discretisation:
                     self.heat,
                     lambda state, warm: replace(self.energy_equations, flow_state=state, flow_temperature=warm),
                     self.flow_temperature,
-                    self.set_boundary_values,
+                    self.boundary.set,
                     estimates.mass_flux * 1e3,
                 )
             outflow = coordinates.weight * self.energy_equations.outward_mass_flux
@@ -294,7 +218,7 @@ class Discretisation:
             inflow = coordinates.weight * self.energy_equations.inward_mass_flux
             self._mass_in = fenicsx.compiled_form(inflow * ds(geometry.INLET))
             self._inlet_pressure = fenicsx.compiled_form(
-                coordinates.weight * self.flow_state.pressure / self._constant(self._inlet_area()) * ds(geometry.INLET)
+                coordinates.weight * self.flow_state.pressure / self._constant(inlet_area) * ds(geometry.INLET)
             )
             temperature = ufl.split(self.heat.unknown)[0] if self.two_temperatures else self.heat.unknown
             self.outlet_heat = fenicsx.compiled_form(outflow * temperature * ds(geometry.OUTLET))
@@ -341,38 +265,23 @@ class Discretisation:
         return spread
 
     def _simpler_flow(self, kind):
-        scene = self.scene
-        area = bed_size(scene)[2]
+        scene, laws = self.scene, self.laws
+        given = (
+            self.domain,
+            self.equations,
+            self.flow_temperature,
+            self.boundary.drive_of_stations,
+            bed_size(scene)[2],
+        )
         if kind == "developed":
-            return DevelopedFlow(
-                self.domain, self.equations, self.flow_temperature, self._drive_of_stations, area, self.fluid
-            )
-        phi = scene.bed.bulk_porosity if self.profile is None else self.profile.bulk_porosity
+            return DevelopedFlow(*given, laws.fluid)
 
         def resistance(mass_flux, density, viscosity):
-            speed = mass_flux / (phi * density)
-            coefficient = self.drag.coefficient(phi, scene.bed.bead_diameter, density, viscosity, speed)
-            return coefficient * speed / phi - density * scene.operation.gravity
+            speed = mass_flux / (laws.bulk_porosity * density)
+            coefficient = laws.drag.coefficient(laws.bulk_porosity, scene.bed.bead_diameter, density, viscosity, speed)
+            return coefficient * speed / laws.bulk_porosity - density * scene.operation.gravity
 
-        return PlugFlow(
-            self.domain, self.equations, self.flow_temperature, self._drive_of_stations, area, self.fluid, resistance
-        )
-
-    def _drive_of_stations(self):
-        operation, value = self.scene.operation, float(self._drive.value)
-        if operation.pressure_drop is not None:
-            return "pressure_drop", value
-        if operation.mass_flow is not None:
-            return "mass_flow", value
-        return "velocity", value, float(self._drive_temperature.value)
-
-    def _inlet_drive(self):
-        operation = self.scene.operation
-        if operation.pressure_drop is not None:
-            return {"pressure": self._drive}
-        if operation.mass_flow is not None:
-            return {"mass_flux": self._drive / self._constant(self._inlet_area())}
-        return {"velocity": self._drive, "temperature": self._drive_temperature}
+        return PlugFlow(*given, laws.fluid, resistance)
 
     @property
     def has_wall(self):
@@ -398,51 +307,6 @@ class Discretisation:
         lag = fem.Function(self.flow_temperature.function_space)
         eigenvalues = tuple(bead_interior.eigenvalues(modes))
         return BeadInterior(eigenvalues, bed.beads, bed.bead_diameter, lag, self._constant(1.0))
-
-    def _outer_wall(self, ds):
-        operation = self.scene.operation
-        flux, coefficient = operation.outer_heat_flux, operation.outer_coefficient
-        if self.scene.model.wall == "fixed-temperature":
-            held = self._constant(operation.wall_temperature(0.0))
-            self._outer_values.append((held, operation.wall_temperature))
-            return OuterWall(ds, coefficient=self._constant(HOLDING_COEFFICIENT), ambient=held)
-        if flux is None and coefficient is None:
-            return None
-        if not self.domain.has_outer_wall and self.scene.model.wall != "thin":
-            raise InputError(
-                "geometry.mesh",
-                str(self.scene.geometry.mesh),
-                "needs a physical curve 'outer' for the outer wall's heat",
-            )
-        terms = {}
-        if isinstance(flux, ProfileSeries):
-            sensors = fem.Constant(self.domain.mesh, flux(0.0))
-            terms["heat_flux"] = _between(flux.positions, sensors, ufl.SpatialCoordinate(self.domain.mesh)[0])
-            self._outer_values.append((sensors, flux))
-        elif flux is not None:
-            terms["heat_flux"] = self._constant(flux(0.0))
-            self._outer_values.append((terms["heat_flux"], flux))
-        if flux is not None:
-            terms["heat_flux"] *= self._constant(operation.outer_heat_flux_factor)
-        if coefficient is not None:
-            ambient = operation.ambient_temperature
-            terms |= {"coefficient": self._constant(coefficient), "ambient": self._constant(ambient(0.0))}
-            self._outer_values.append((terms["ambient"], ambient))
-        return OuterWall(ds, **terms)
-
-    def set_boundary_values(self, time):
-        """Give the boundary conditions of flow and heat their values at a time (s)."""
-        operation = self.scene.operation
-        self._drive_temperature.value = operation.inlet_temperature(time)
-        drive = operation.pressure_drop or operation.inlet_velocity or operation.mass_flow
-        self._drive.value = drive(time)
-        self.set_heat_values(time)
-
-    def set_heat_values(self, time):
-        """Give those of the heat alone: what flows in during a step is what the flow was solved for."""
-        self._inlet_temperature.value = self.scene.operation.inlet_temperature(time)
-        for constant_value, series in self._outer_values:
-            constant_value.value = series(time)
 
     def _make_probes(self):
         named = {
@@ -545,30 +409,15 @@ class Discretisation:
             self.communicator.allreduce(float(np.max(values, initial=-np.inf)), op=max),
         )
 
-    def property_laws(self):
-        """All property laws in use: (owner, name of the property, law)."""
-        owners = [self.fluid, self.beads] + ([self.wall_material] if self.has_wall else [])
-        return [(owner.name, name, law) for owner in owners for name, law in owner.laws().items()]
-
-    def sources(self):
-        """Where the closures and properties of this run come from, by what they are used for."""
-        bed = self.scene.bed
-        porosity = POROSITY_MODELS[bed.porosity_model].source if self.profile is None else str(bed.porosity_profile)
-        sources = {"drag": self.drag.source, "nusselt": self.nusselt.source, "porosity": porosity}
-        if self.equations.model is not None:
-            sources["turbulence"] = "Launder, Spalding 1974; Chen, Patel 1988; Nakayama, Kuwahara 1999; thesis eq. 7.33"
-        if self.scene.model.bead_modes is not None:
-            sources["bead interior"] = bead_interior.SOURCE
-        return sources | {f"{owner} {name}": law.source for owner, name, law in self.property_laws()}
-
     def highest_mach_number(self):
         """Largest nodal |u|/c with the speed of sound of an ideal gas; 0 for a liquid (collective)."""
-        density = self.fluid.density
+        fluid = self.laws.fluid
+        density = fluid.density
         if not density.compressible:
             return 0.0
         velocity = self.flow.fields()["velocity"].x.array.reshape(-1, self.domain.mesh.geometry.dim)
         fastest = self.communicator.allreduce(float(np.max(np.linalg.norm(velocity, axis=1), initial=0.0)), op=max)
-        temperature = float(self._inlet_temperature.value)
-        heat_capacity = self.fluid.heat_capacity(temperature)
+        temperature = float(self.boundary.inlet_temperature.value)
+        heat_capacity = fluid.heat_capacity(temperature)
         ratio = heat_capacity / (heat_capacity - density.gas_constant)
         return fastest / np.sqrt(ratio * density.gas_constant * temperature)

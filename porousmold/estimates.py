@@ -34,12 +34,13 @@ class Estimates:
         return self.heating_duration / LARGEST_STEP_FRACTION
 
 
-def estimate(scene, bed_size, fluid, beads, wall, drag, nusselt, bulk_porosity):
-    """Estimates of a scene with its property laws and correlations.
+def estimate(scene, bed_size, laws):
+    """Estimates of a scene with its `laws.Laws`.
 
     `bed_size` is (length, width, cross-section) of the bed as `bed_size(scene)` gives it for molds and pipes.
     """
-    operation, bead_diameter, phi = scene.operation, scene.bed.bead_diameter, bulk_porosity
+    operation, bead_diameter, phi = scene.operation, scene.bed.bead_diameter, laws.bulk_porosity
+    fluid, beads, wall, drag, nusselt = laws.fluid, laws.beads, laws.wall, laws.drag, laws.nusselt
     temperature = operation.inlet_temperature.values[-1]
     pressure = operation.outlet_pressure
     if operation.pressure_drop is not None:

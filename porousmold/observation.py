@@ -24,11 +24,11 @@ def profile_near_wall(problem, fraction=0.5, points=120):
         return None
     values = {name: probe(function) for name, function in problem.flow.fields().items()}
     temperature, beads = (probe(function)[:, 0] for function in (problem.temperature, problem.bead_temperature))
-    if problem.profile is None:
+    if problem.scene.profile is None:
         bed = problem.scene.bed
         porosity = POROSITY_MODELS[bed.porosity_model](distance, bed.bead_diameter, bed.bulk_porosity)
     else:
-        porosity = problem.profile(distance, problem.scene.bed.bead_diameter)[0]
+        porosity = problem.scene.profile(distance, problem.scene.bed.bead_diameter)[0]
     columns = {
         "wall_distance": distance,
         "porosity": porosity + np.zeros_like(distance),
@@ -45,11 +45,11 @@ def profile_near_wall(problem, fraction=0.5, points=120):
     }
     if problem.equations.model is not None:
         absolute = values["pressure"][:, 0] + problem.scene.operation.outlet_pressure
-        viscosity = problem.fluid.viscosity(temperature)
+        viscosity = problem.laws.fluid.viscosity(temperature)
         layers = TwoLayerState(
             values["turbulent_kinetic_energy"][:, 0],
             values["dissipation_rate"][:, 0],
-            problem.fluid.density(absolute, temperature),
+            problem.laws.fluid.density(absolute, temperature),
             viscosity,
             np.maximum(distance, 1e-12),
             problem.estimates.speed**2,

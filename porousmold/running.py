@@ -177,7 +177,7 @@ def summarise(simulation, heating_time_error=None, failure=None, interrupted=Fal
     bounds = [min(lows), max(highs)] if recorded else None
     used = dict.fromkeys(("fluid_heat", "pumping_work", "energy_spent", "mean_power"))
     if recorded:
-        used = energy_use(history, simulation.problem.fluid, scene.operation, simulation.heating_time)
+        used = energy_use(history, simulation.problem.laws.fluid, scene.operation, simulation.heating_time)
     return {
         "status": "failed" if failure else "interrupted" if interrupted else "done",
         "failure": str(failure) if failure else None,
@@ -204,7 +204,7 @@ def summarise(simulation, heating_time_error=None, failure=None, interrupted=Fal
         "bead_biot_number": simulation.problem.estimates.bead_biot_number,
         "bead_reynolds_number": simulation.problem.estimates.reynolds_number,
         "model": scene.as_tables()["model"],
-        "sources": simulation.problem.sources(),
+        "sources": simulation.problem.laws.sources(scene, simulation.problem.has_wall),
         "versions": {
             "porousmold": __version__,
             "dolfinx": dolfinx.__version__,
@@ -231,7 +231,7 @@ def warnings_of(simulation, bounds):
             f"bead Biot number {estimates.bead_biot_number:.2g} > {HIGHEST_BIOT_NUMBER}: "
             "beads are taken as isothermal, which they are not (see model.bead_modes)"
         )
-    low, high = simulation.problem.nusselt.reynolds_range
+    low, high = simulation.problem.laws.nusselt.reynolds_range
     if not low <= estimates.reynolds_number <= high:
         found.append(
             f"bead Reynolds number {estimates.reynolds_number:.3g} is outside {low:g} to {high:g}, "
@@ -243,7 +243,7 @@ def warnings_of(simulation, bounds):
             found.append(
                 f"Mach number {mach:.2g} > {HIGHEST_MACH_NUMBER}: the energy balance is that of low Mach numbers"
             )
-        for owner, law_name, law in simulation.problem.property_laws():
+        for owner, law_name, law in simulation.problem.laws.properties(simulation.problem.has_wall):
             first, last = law.temperature_range
             if bounds[0] < first or bounds[1] > last:
                 found.append(

@@ -135,7 +135,7 @@ class Simulation:
         problem.property_temperature.x.array[:] = problem.part_of_heat(ahead, 0).x.array
         if self.scene.model.flow_update == "quasi-steady":
             problem.flow_temperature.x.array[:] = problem.property_temperature.x.array
-            problem.set_boundary_values(self.time + 0.5 * step)
+            problem.boundary.set(self.time + 0.5 * step)
 
     def _foresee_flow(self, step):
         """Start the flow's iterations from its course over the last two steps, at whose middles it was solved."""
@@ -254,8 +254,8 @@ class Simulation:
         for number, function in enumerate(problem.memory):
             function.x.array[:] = array_of(f"memory/{number}", function.function_space)
         # a frozen flow keeps what it was solved for
-        problem.set_boundary_values(self.time if self.scene.model.flow_update != "frozen" else 0.0)
-        problem.set_heat_values(self.time)
+        problem.boundary.set(self.time if self.scene.model.flow_update != "frozen" else 0.0)
+        problem.boundary.set_heat(self.time)
 
     def _counters(self):
         heat = self.problem.heat

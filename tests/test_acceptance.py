@@ -60,10 +60,10 @@ def test_developed_flow_peak_and_shear():
     assert speed[-1] == pytest.approx(3.526, rel=0.01)
     assert speed.max() == pytest.approx(6.640, rel=0.01)
     assert y[speed.argmax()] == pytest.approx(0.246e-3, abs=0.02e-3)
-    viscosity = problem.fluid.viscosity(363.15)
+    viscosity = problem.laws.fluid.viscosity(363.15)
     # near the wall the shear stress falls by the pressure gradient times the distance
     assert viscosity * speed[1] / y[1] + 8000.0 * y[1] / 2 == pytest.approx(1.429, rel=0.01)
-    conductivity = problem.fluid.conductivity(363.15) + problem.fluid.heat_capacity(
+    conductivity = problem.laws.fluid.conductivity(363.15) + problem.laws.fluid.heat_capacity(
         363.15
     ) * viscosity / 0.85 * np.array(profile["eddy_viscosity_ratio"])
     near = y <= 2e-3

@@ -59,7 +59,8 @@ def test_insulated_bed_has_no_wall_to_heat(full):
     bed = marched(model__wall="insulated")
     assert bed.heating_time < 0.8 * full.heating_time
     assert bed.problem.heat.balance.stored < full.problem.heat.balance.stored
-    assert "aluminium density" not in bed.problem.sources() and "aluminium density" in full.problem.sources()
+    sources, with_wall = (m.problem.laws.sources(m.scene, m.problem.has_wall) for m in (bed, full))
+    assert "aluminium density" not in sources and "aluminium density" in with_wall
     thin_air = marched(model__wall="thin", wall__density=1e-3, wall__conductivity=1e-3)
     assert bed.heating_time == pytest.approx(thin_air.heating_time, rel=2e-3)
 
@@ -164,10 +165,11 @@ def test_plug_flow_takes_the_drag_of_the_bulk():
     simulation = marched(model__flow="plug", bed__porosity_model="constant", operation__end_time=1.0)
     problem, scene = simulation.problem, simulation.scene
     phi, d, temperature = 0.4, scene.bed.bead_diameter, 298.15
-    viscosity = problem.fluid.viscosity(temperature)
-    density = problem.fluid.density(101325.0 + 4000.0, temperature)
+    laws = problem.laws
+    viscosity = laws.fluid.viscosity(temperature)
+    density = laws.fluid.density(101325.0 + 4000.0, temperature)
     flux = simulation.history["mass_flow"][0] / (scene.geometry.cavity_height / 2)
-    gradient = problem.drag.coefficient(phi, d, density, viscosity, flux / (phi * density)) * flux / (phi**2 * density)
+    gradient = laws.drag.coefficient(phi, d, density, viscosity, flux / (phi * density)) * flux / (phi**2 * density)
     assert gradient * scene.geometry.length == pytest.approx(8000.0, rel=2e-3)
 
 

@@ -41,12 +41,13 @@ class BeadModes:
     def begin_step(self, inverse_time):
         """Start a step whose stages all have theta = 1/`inverse_time` (s)."""
         self._interior.inverse_time.value = inverse_time
+        self._step_ratio, self._step_resistance = self._values(self._ratio), self._values(self._unit_resistance)
         self._starts = [mode.x.array[self._in_bed] for mode in self.functions]
         self._rates = []
 
     def begin_stage(self, weights):
         """Start a stage: `weights` (s) are those of the earlier stages' rates."""
-        ratio, lag = self._values(self._ratio), self._interior.lag.x.array
+        ratio, lag = self._step_ratio, self._interior.lag.x.array
         self._known = [
             start + sum(weight * rates[number] for weight, rates in zip(weights, self._rates, strict=False))
             for number, start in enumerate(self._starts)
@@ -57,7 +58,7 @@ class BeadModes:
 
     def end_stage(self):
         """Take the modes that belong to the temperatures which the stage was solved for."""
-        ratio, driven = self._values(self._ratio), 2.0 * self._values(self._unit_resistance) * self._values(self._flux)
+        ratio, driven = self._step_ratio, 2.0 * self._step_resistance * self._values(self._flux)
         rates = []
         for mode, known, mu in zip(self.functions, self._known, self._interior.eigenvalues, strict=True):
             now = (ratio * known + driven) / (ratio + mu**2)

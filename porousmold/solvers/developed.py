@@ -130,11 +130,12 @@ class DevelopedFlow(SteadyFlow):
         nodes = scalars.tabulate_dof_coordinates()
         self._column = self.columns.of(nodes)
         self._column_of_unknown = self.columns.of(self._coordinates_of_unknowns())
-        speed = ufl.split(self.unknown)[0] if self._turbulent else self.unknown
-        self._streamfunction = Streamfunction(domain, weighted * speed)
+        present = ufl.split(self.unknown)[0] if self._turbulent else self.unknown
+        self._streamfunction = Streamfunction(domain, weighted * present)
         self.streamfunction = self._streamfunction.function
         self._stations = self.columns.total(self._column[: self._owned], np.ones(self._owned))
-        self._take_parts([numbers for _, numbers in self._parts()], self._turbulent)
+        speed, *turbulence = (numbers for _, numbers in self._parts())
+        self._take_parts([speed], turbulence)
         self._reset_counters()
 
     def _parts(self):

@@ -74,14 +74,14 @@ class SteadyFlow:
         held = np.concatenate([held_unknowns(domain, self.space, turbulent), *fixed])
         self._system = NewtonSystem(residual, self.unknown, np.unique(held), keep_jacobian=True, blocks=self._blocks())
         self.state = FlowState.of(ufl.split(self.unknown), equations.scales)
-        self._take_parts([fenicsx.collapse(self.space, part)[1] for part in range(4 if turbulent else 2)], turbulent)
+        parts = [fenicsx.collapse(self.space, part)[1] for part in range(len(elements))]
+        self._take_parts(parts[:2], parts[2:])
         self._reset_counters()
 
-    def _take_parts(self, parts, turbulent):
-        """Note the local unknowns of each part, those of k and epsilon last, and the size below which a part counts as 0."""
-        self._turbulence_unknowns = np.concatenate(parts[-2:]) if turbulent else np.empty(0, int)
-        traces = [LEAST_VALUE] * (len(parts) - 2) + [TRACE_OF_TURBULENCE if turbulent else LEAST_VALUE] * 2
-        self._sizes = list(zip(parts, traces[-len(parts) :], strict=True))
+    def _take_parts(self, motion, turbulence):
+        """Note the local unknowns of velocity and pressure, of k and epsilon, and the size below which each counts as 0."""
+        self._turbulence_unknowns = np.concatenate([np.empty(0, int), *turbulence])
+        self._sizes = [(part, LEAST_VALUE) for part in motion] + [(part, TRACE_OF_TURBULENCE) for part in turbulence]
 
     def _reset_counters(self):
         self.newton_iterations = self.solves = self.continuation_steps = 0

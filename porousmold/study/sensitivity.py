@@ -10,8 +10,8 @@ import json
 import math
 from dataclasses import dataclass
 
-from ..discretisation import solid_of
 from ..errors import InputError
+from ..laws import Laws
 from .definition import QUIET, Case, Study
 from .running import run_study
 
@@ -35,11 +35,8 @@ class Elasticity:
 
 def parameters_of(scene):
     """{name: value (SI)} of the parameters that the scene has; properties of materials as constants."""
-    bed, wall = scene.bed, scene.wall
-    solids = {
-        "bed.bead_": solid_of(bed.bead_material, bed.bead_density, bed.bead_heat_capacity, bed.bead_conductivity),
-        "wall.": solid_of(wall.material, wall.density, wall.heat_capacity, wall.conductivity),
-    }
+    laws = Laws.of(scene)
+    solids = {"bed.bead_": laws.beads, "wall.": laws.wall}
     middle = 0.5 * (scene.operation.initial_temperature + scene.operation.inlet_temperature.values[-1])
     found = {}
     for name in PARAMETERS:

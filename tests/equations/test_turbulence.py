@@ -64,8 +64,8 @@ def test_uniform_bed_settles_at_damped_equilibrium(model):
     fields = problem.flow.fields()
     at = {name: PointProbe(problem.domain, [(0.5, 0.0)])(field)[0] for name, field in fields.items()}
     phi, diameter, speed = 0.4, 5e-3, at["velocity"][0]
-    density = problem.fluid.density(101325.0 + at["pressure"][0], 330.0)
-    reynolds = density * phi * speed * diameter / problem.fluid.viscosity(330.0)
+    density = problem.laws.fluid.density(101325.0 + at["pressure"][0], 330.0)
+    reynolds = density * phi * speed * diameter / problem.laws.fluid.viscosity(330.0)
     fraction = 1.0
     if model.startswith("damped"):
         fraction = closure.damping(reynolds)
