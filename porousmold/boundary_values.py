@@ -83,7 +83,8 @@ class BoundaryValues:
         if flux is not None:
             given = self._following(flux)
             if isinstance(flux, ProfileSeries):
-                given = _between(flux.positions, given, ufl.SpatialCoordinate(self._domain.mesh)[0])
+                sensors = fem.Constant(self._domain.mesh, flux.positions)
+                given = _between(sensors, given, ufl.SpatialCoordinate(self._domain.mesh)[0])
             terms["heat_flux"] = given * self._constant(operation.outer_heat_flux_factor)
         if coefficient is not None:
             ambient = self._following(operation.ambient_temperature)

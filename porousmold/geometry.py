@@ -197,9 +197,10 @@ def straight_bed(communicator, axial_nodes, across, *, axisymmetric=False):
         return named
 
     position = ufl.SpatialCoordinate(domain)
-    wall_distance = across[0].width - position[1]
+    widths = [fem.Constant(domain, float(direction.width)) for direction in across]  # another one needs no compilation
+    wall_distance = widths[0] - position[1]
     if len(across) == 2 and across[1].walled:
-        beside = across[1].width - position[2]
+        beside = widths[1] - position[2]
         wall_distance = ufl.conditional(ufl.lt(beside, wall_distance), beside, wall_distance)
     columns = (np.asarray(axial_nodes), across[0].nodes[: across[0].bed_cells + 1]) if len(across) == 1 else None
     length = float(axial_nodes[-1])
