@@ -5,9 +5,6 @@ Runs that are done already are not run again (`runs/curves`).
 """
 
 import json
-import os
-import subprocess
-import sys
 import time
 import tomllib
 from collections.abc import Callable
@@ -15,10 +12,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from mpi4py import MPI
 from scipy.optimize import curve_fit
 
 from porousmold.figures import STYLE, plt, save
 from porousmold.materials import AIR
+from porousmold.study.definition import Study
+from porousmold.study.running import run_study
 
 HERE = Path(__file__).parent
 OUT = HERE.parent / "runs" / "curves"
@@ -158,14 +158,11 @@ def curves():
     ]  # fmt: skip
 
 
-def run_studies(names, workers):
-    """Run every study on so many ranks; gives the seconds."""
+def run_studies(names):
+    """Run every study by the ranks there are (collective); gives the seconds."""
     begun = time.perf_counter()
-    root = ["--allow-run-as-root"] if os.geteuid() == 0 else []
-    start = ["mpirun", "--oversubscribe", *root, "-n", str(workers)] if workers > 1 else []
     for name in names:
-        command = [*start, sys.executable, "-m", "porousmold", "study", str(HERE / f"{name}.toml"), "--quiet"]
-        subprocess.run([*command, "--out", str(OUT / name)], check=True)
+        run_study(Study.load(HERE / f"{name}.toml"), OUT / name)
     return time.perf_counter() - begun
 
 
@@ -233,13 +230,17 @@ def report(curve):
 
 
 def main():
-    """Run, draw, write."""
-    PICTURES.mkdir(parents=True, exist_ok=True)
+    """Run on all ranks; draw and write on the first."""
     names = list(dict.fromkeys(curve.study for curve in curves()))
-    seconds = run_studies(names, 2)
+    seconds = run_studies(names)
+    if MPI.COMM_WORLD.rank > 0:
+        return
+    PICTURES.mkdir(parents=True, exist_ok=True)
     cases = sum(len(rows(name)) for name in names)
     lines = ["# The thesis's parametric curves", "", "Written by `make figures`; do not edit.", ""]
-    lines += [f"{cases} runs took {seconds:.0f} s on two ranks, one case each (those done before are not counted anew).",
+    lines += [f"{cases} runs took {seconds:.0f} s on {MPI.COMM_WORLD.size} ranks, one case each (those done before are not counted anew).",
+              "They have developed flow, the default mesh and steps / 0.6; with full flow their heating times differ by 0.03 % on the",
+              "median and 0.30 % at most.",
               "The thesis's curves themselves are not available as numbers; its statements are.", ""]  # fmt: skip
     for curve in curves():
         lines += report(curve)

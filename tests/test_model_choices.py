@@ -152,6 +152,18 @@ def test_developed_flow_is_the_full_one_without_its_entrance():
     assert developed.problem.mass_flow == pytest.approx(full.problem.mass_flow, rel=5e-3)
 
 
+def test_developed_flow_is_found_where_turbulence_dies_in_the_middle_of_the_bed():
+    """A damped model at a bead Reynolds number below 800: a long false transient, at whose end the forces have to follow."""
+    flows = []
+    for flow in ("full", "developed"):
+        scene = Scene.load(ALUMINIUM, geometry__cavity_height="70 mm", bed__bead_diameter="7 mm", model__flow=flow)
+        problem = Simulation(scene, MPI.COMM_SELF).problem
+        problem.guess_flow()
+        problem.flow.solve()
+        flows.append(problem.mass_flow)
+    assert flows[1] == pytest.approx(flows[0], rel=2e-3)
+
+
 @pytest.mark.parametrize("path", [ALUMINIUM, PIPE], ids=["mold", "pipe"])
 def test_plug_flow_has_no_unknowns_and_misses_the_fast_layer_at_the_wall(path):
     plug, developed = (marched(path, model__flow=flow) for flow in ("plug", "developed"))

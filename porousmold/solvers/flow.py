@@ -278,7 +278,8 @@ class SteadyFlow:
                 self._count(iterations)
                 if converged and self._physical():
                     return
-                self._restore(before)
+                self._go_on_from(before)
+                before = self._state()
                 steady_from *= 10.0
             self._inverse_step.value = 1.0 / step
             converged, iterations = self.newton(max_iterations=5, relative_update=1e-3)
@@ -293,6 +294,10 @@ class SteadyFlow:
                 failures += 1
             if failures > MOST_FAILURES or steady_from > LAST_PSEUDO_STEP * bead_transit:
                 self._fail(time, f"the false transient has come to steps of {step:.1e} s after {failures} failures")
+
+    def _go_on_from(self, before):
+        """Take up the false transient where it was before the steady equations did not converge."""
+        self._restore(before)
 
     def _fail(self, time, what):
         self._inverse_step.value = 0.0
