@@ -99,6 +99,8 @@ def _of_run(folder):
     ]))  # fmt: skip
     pictures = draw(folder) if (folder / "history.csv").is_file() else []  # it failed at the start
     parts.append("<h2>Pictures</h2>" + "".join(map(_picture, pictures)))
+    if (folder / "comparison.json").is_file():
+        parts += _compared(folder)
     parts.append("<h2>Scene</h2>")
     rows = [
         [f"{table}.{name}", float(value) if isinstance(value, int | float) and not isinstance(value, bool) else value,
@@ -110,6 +112,25 @@ def _of_run(folder):
     parts.append(_table(["of", "source"], [[name, source] for name, source in summary["sources"].items()]))
     parts.append("<h2>Versions</h2>" + _table(["of", "version"], list(summary["versions"].items())))
     return f"Heating of a {kind}: {folder.name}", "".join(parts)
+
+
+def _compared(folder):
+    """What `porousmold compare` left in the folder."""
+    found = json.loads((folder / "comparison.json").read_text(encoding="utf-8"))
+    head = ["sensor", "on average apart, K", "bias, K", "at most, K", "run uncertain by at most, K", "within errors"]
+    rows = [
+        [
+            name,
+            *(float(of[key]) for key in ("average", "bias", "largest", "largest_uncertainty")),
+            f"{of['within_errors']:.0%}",
+        ]
+        for name, of in found["sensors"].items()
+    ]
+    return [
+        f"<h2>Beside the measurement</h2><p>S_ave = {found['average_deviation']:.3f} K</p>",
+        _table(head, rows),
+        _picture(folder / "comparison.png"),
+    ]
 
 
 def _or_dash(value, unit):

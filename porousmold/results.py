@@ -18,7 +18,7 @@ from .whole_files import held, whole_file
 
 OUTPUTS = [
     *("result.json", "history.csv", "near_wall.csv", "fields.h5", "fields.xdmf", "scene.toml"),
-    *("temperatures.png", "near_wall.png", "fields.png", "report.html", NAME),
+    *("temperatures.png", "near_wall.png", "fields.png", "comparison.json", "comparison.png", "report.html", NAME),
 ]
 LOCK = ".lock"
 """File that a process which writes the folder holds."""

@@ -28,6 +28,21 @@ def test_a_run_s_page_holds_everything_and_needs_no_network(tmp_path):
         assert warning[:20] in page
 
 
+def test_a_comparison_stands_in_the_page_until_the_next_run(tmp_path):
+    (tmp_path / "sensors.csv").write_text("name, x [m], y [m]\nmiddle, 0.5, 0\n")
+    scene = coarse_scene(model__turbulence="none", model__flow="plug", operation__end_time=200.0,
+                         geometry__sensors=str(tmp_path / "sensors.csv"))  # fmt: skip
+    out = tmp_path / "run"
+    run(scene, out, MPI.COMM_SELF)
+    assert "measurement" not in write_report(out).read_text()
+    (tmp_path / "measured.csv").write_text("time [s], middle [degC]\n50, 30\n150, 40\n")
+    assert main(["compare", str(out), str(tmp_path / "measured.csv")]) == 0
+    page = write_report(out).read_text()
+    assert "measurement" in page and "middle" in page and page.count("data:image/png;base64,") == 4
+    run(scene, out, MPI.COMM_SELF)
+    assert "measurement" not in write_report(out).read_text()
+
+
 def test_a_study_s_page_has_a_row_for_every_case(tmp_path):
     path = tmp_path / "study.toml"
     path.write_text(f'[study]\nscene = "{ALUMINIUM}"\n[set]\nmodel.flow = "plug"\nsolver.axial_cells = 4\n'
