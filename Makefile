@@ -39,7 +39,7 @@ growth: .venv/installed  ## seconds and memory from 4k to 1M unknowns: docs/grow
 	$(PYTHON) studies/growth.py
 
 figures: .venv/installed  ## the thesis's parametric curves: docs/parametric.md
-	$(MPIRUN) -n 2 $(PYTHON) studies/figures.py $(COMPARED)
+	$(MPIRUN) -n 2 $(PYTHON) -m mpi4py studies/figures.py $(COMPARED)
 
 chapter-6: .venv/installed  ## the thesis's chapter 6, term by term: docs/chapter-6.md
 	$(PYTHON) studies/chapter_6.py

@@ -61,7 +61,7 @@ class BoundaryValues:
             return "mass_flow", value
         return "velocity", value, float(self._drive_temperature.value)
 
-    def outer_wall(self, ds):
+    def make_outer_wall(self, ds):
         """The `OuterWall` on the facets of a measure, None where the scene gives it no heat.
 
         Raises `InputError` where the mesh has no outer wall.

@@ -182,7 +182,7 @@ class Discretisation:
                 self.boundary.inlet_temperature,
                 ds(geometry.INLET),
                 ds(geometry.OUTLET),
-                self.boundary.outer_wall(ds(geometry.OUTER if domain.has_outer_wall else geometry.INTERFACE)),
+                self.boundary.make_outer_wall(ds(geometry.OUTER if domain.has_outer_wall else geometry.INTERFACE)),
                 dx(geometry.BED),
                 nodal_dx(geometry.BED),
                 dx(geometry.WALL),
@@ -335,7 +335,7 @@ class Discretisation:
     # -- what can be asked of the present state ---------------------------------------------------------------------
 
     def _integral(self, form):
-        return self.communicator.allreduce(float(fem.assemble_scalar(fenicsx.compiled_form(form))))
+        return self.value(fenicsx.compiled_form(form))
 
     def value(self, compiled):
         """Value of a compiled scalar form, the sum over all ranks."""

@@ -46,12 +46,8 @@ class Laws:
 
     def properties(self, has_wall):
         """All property laws in use: (owner, name of the property, law)."""
-        owners: list[Fluid | Solid] = [self.fluid, self.beads, self.wall]
-        return [
-            (owner.name, name, law)
-            for owner in owners[: None if has_wall else -1]
-            for name, law in owner.laws().items()
-        ]
+        owners: list[Fluid | Solid] = [self.fluid, self.beads, *([self.wall] if has_wall else [])]
+        return [(owner.name, name, law) for owner in owners for name, law in owner.laws().items()]
 
     def sources(self, scene, has_wall):
         """Where the closures and properties of the scene come from, by what they are used for."""

@@ -68,11 +68,13 @@ def field_snapshots(problem, snapshots, end_time):
     in_bed = fem.Function(space, name="in_bed")
     dimension = problem.domain.mesh.topology.dim
     in_bed.x.array[fem.locate_dofs_topological(space, dimension, problem.domain.cells(geometry.BED))] = 1.0
-    now = problem.state()
+    now, flow_temperature = problem.state(), problem.flow_temperature.x.array.copy()
     for index in sorted({int(np.argmin(np.abs(times - time))) for time in wanted}):
         time, state = snapshots[index]
         problem.set_state(state)
         temperature, beads = problem.temperature, problem.bead_temperature
+        problem.flow_temperature.x.array[:] = temperature.x.array  # the density that the velocity belongs to
         temperature.name, beads.name = "temperature", "bead_temperature"
         yield time, [in_bed, temperature, beads, *problem.flow.fields().values()]
     problem.set_state(now)
+    problem.flow_temperature.x.array[:] = flow_temperature

@@ -44,7 +44,7 @@ class PointProbe:
         return self._communicator.allreduce(result)
 
     @functools.cached_property
-    def _slopes(self):
+    def _gradients_at_points(self):
         """Gradients of the shape functions in every cell that holds a point: (number of the point, cell, gradients)."""
         return [(number, cell, _gradients(point, corners)) for number, cell, point, corners in self._holders]
 
@@ -52,7 +52,7 @@ class PointProbe:
         """Largest magnitude of a scalar function's gradient at each point, over all cells that hold it, on every rank."""
         table, values = fenicsx.dof_table(function.function_space), function.x.array
         result = np.zeros(self._count)
-        for number, cell, slopes in self._slopes:
+        for number, cell, slopes in self._gradients_at_points:
             result[number] = max(result[number], float(np.linalg.norm(values[table[cell]] @ slopes)))
         return self._communicator.allreduce(result, op=np.maximum)  # mpi4py's MAX is Python's max: not by elements
 

@@ -116,7 +116,13 @@ def _of_run(folder):
 
 def _compared(folder):
     """What `porousmold compare` left in the folder."""
-    found = json.loads((folder / "comparison.json").read_text(encoding="utf-8"))
+    try:
+        return _comparison(folder, json.loads((folder / "comparison.json").read_text(encoding="utf-8")))
+    except (OSError, ValueError, LookupError, TypeError, AttributeError):
+        return ['<p class="warning">The comparison in the folder is damaged: make it again by porousmold compare.</p>']
+
+
+def _comparison(folder, found):
     head = ["sensor", "on average apart, K", "bias, K", "at most, K", "run uncertain by at most, K", "within errors"]
     rows = [
         [

@@ -16,9 +16,10 @@ from .errors import InputError
 from .observation import field_snapshots, profile_near_wall
 from .whole_files import held, whole_file
 
+COMPARISON = ("comparison.json", "comparison.png")
 OUTPUTS = [
     *("result.json", "history.csv", "near_wall.csv", "fields.h5", "fields.xdmf", "scene.toml"),
-    *("temperatures.png", "near_wall.png", "fields.png", "comparison.json", "comparison.png", "report.html", NAME),
+    *("temperatures.png", "near_wall.png", "fields.png", *COMPARISON, "report.html", NAME),
 ]
 LOCK = ".lock"
 """File that a process which writes the folder holds."""
@@ -114,6 +115,8 @@ class RunFolder:
         profile = profile_near_wall(simulation.problem)
         with self._on_first_rank() as first:
             if first:
+                for name in COMPARISON:  # of an earlier part of the run
+                    (self.path / name).unlink(missing_ok=True)
                 history = simulation.history
                 self._write_table("history.csv", history.columns, history.units)
                 if profile is not None:

@@ -88,7 +88,7 @@ class Simulation:
                 raise KeyboardInterrupt
             step = control.propose(self.time)
             old_balance = replace(heat.balance)
-            start, marks = problem.state(), heat.monotone_steps.x.array.copy()
+            before = [function.x.array.copy() for function in problem.memory]
             try:
                 with problem.stopwatch("flow"):
                     self._foresee(step)
@@ -99,13 +99,13 @@ class Simulation:
                     error = heat.step(self.time, step, after_jump=control.after_jump(self.time), bounds=self._bounds)
                 self._check_direction()
             except SolveError as failure:
-                self._restore(start, marks, old_balance)
+                self._restore(before, old_balance)
                 control.reject_failed(step, failure)
                 continue
             if not control.accept(self.time + step, step, error):
-                self._restore(start, marks, old_balance)
+                self._restore(before, old_balance)
                 continue
-            self._previous, self._steps = start, [*self._steps[-1:], step]
+            self._previous, self._steps = before[: len(problem.functions)], [*self._steps[-1:], step]
             self.time += step
             self._record(step)
             self._keep_snapshot()
@@ -117,10 +117,21 @@ class Simulation:
         last_change = max(self.scene.operation.inlet_temperature.kinks, default=0.0)
         return self.heating_time is not None and self.time >= last_change * (1 - 1e-12)
 
-    def _restore(self, start, marks, balance):
-        self.problem.set_state(start)
-        self.problem.heat.monotone_steps.x.array[:] = marks
+    def _restore(self, before, balance):
+        for function, array in zip(self.problem.memory, before, strict=True):
+            function.x.array[:] = array
         self.problem.heat.balance = balance
+        self._set_boundary()
+
+    def _set_boundary(self):
+        """Give the boundary of the flow the values that the present flow was solved for, that of the heat those of now."""
+        solved_at = {
+            "frozen": 0.0,
+            "quasi-steady": self.time - 0.5 * self._steps[-1] if self._steps else 0.0,
+            "transient": self.time,
+        }[self.scene.model.flow_update]
+        self.problem.boundary.set(solved_at)
+        self.problem.boundary.set_heat(self.time)
 
     def _foresee(self, step):
         """Take the step's coefficients at the temperature extrapolated to its middle, where they belong (second order)."""
@@ -253,9 +264,7 @@ class Simulation:
         flow.recall_factors(lambda number, space: array_of(f"factors/{number}", space), constants)
         for number, function in enumerate(problem.memory):
             function.x.array[:] = array_of(f"memory/{number}", function.function_space)
-        # a frozen flow keeps what it was solved for
-        problem.boundary.set(self.time if self.scene.model.flow_update != "frozen" else 0.0)
-        problem.boundary.set_heat(self.time)
+        self._set_boundary()
 
     def _counters(self):
         heat = self.problem.heat

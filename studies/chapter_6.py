@@ -14,6 +14,7 @@ import numpy as np
 
 from porousmold import Scene, run
 from porousmold.closures.nusselt import NUSSELT_CORRELATIONS
+from porousmold.closures.turbulence import PRANDTL_TURBULENT
 from porousmold.errors import SolveError
 from porousmold.materials import SOLIDS
 from porousmold.results import read_table
@@ -28,7 +29,9 @@ VELOCITY = 0.515
 PLACES = (0.125, 0.25, 0.375, 0.5)
 RADIUS, THICKNESS = 0.0508, 0.00635
 IN_WALL = THICKNESS / 8.0
-TURBULENT_PRANDTL_RATIO = 0.71 / 0.9
+TURBULENT_PRANDTL_RATIO = 0.71 / PRANDTL_TURBULENT
+WIDE = ("vortmeyer-schuster", "cheng-hsu")
+"""Porosity models whose layer at the wall is the widest."""
 TIMES = (300.0, 600.0, 1200.0, 2400.0)
 
 
@@ -222,13 +225,9 @@ def _porosity(porosities):
     ]  # fmt: skip
 
 
-WIDE = ("vortmeyer-schuster", "cheng-hsu")
-"""Models whose layer at the wall is the widest."""
-
-
 def _rev(terms):
     off = terms["off"]
-    lines = ["", "## REV terms (DESIGN 2.3, 2.4; porosity of the packing, N-K)", "", *HEAD,
+    lines = ["", "## REV terms (porosity of the packing, N-K)", "", *HEAD,
              *(row(name, found, off) for name, found in terms.items()), ""]  # fmt: skip
     consistent = terms["consistent"]
     if not isinstance(consistent, str):

@@ -1,8 +1,8 @@
 """The thesis's parametric curves: runs the twelve studies of `pipe/curves` and `mold/curves`, draws the thirteen pictures
 and writes docs/parametric.md, each beside what the thesis says of it. Run: make figures (minutes; on two cores).
 
-Runs that are done already are not run again (`runs/curves`). With --against-full (minutes more; the Makefile gives it in
-COMPARED) the document tells how far the curves are from those of full flow.
+Runs that are done already are not run again (`runs/curves`). With --against-full (make figures COMPARED=--against-full, minutes
+more) the document tells how far the curves are from those of full flow.
 """
 
 import argparse
@@ -19,8 +19,8 @@ from scipy.optimize import curve_fit
 
 from porousmold.figures import STYLE, plt, save
 from porousmold.materials import AIR
-from porousmold.study.definition import Study
-from porousmold.study.running import collect, run_study
+from porousmold.study.definition import QUIET, Study
+from porousmold.study.running import run_study
 
 HERE = Path(__file__).parent
 OUT, FULL = HERE.parent / "runs" / "curves", HERE.parent / "runs" / "curves-full"
@@ -176,9 +176,9 @@ def deviation_from_full_flow(names):
         full = study.with_cases(
             [replace(case, scene=case.scene.with_changes(model__flow="full")) for case in study.cases]
         )
-        for one, other in zip(collect(study, OUT / name), run_study(full, FULL / name), strict=True):
-            if one.values["heating_time"] and other.values["heating_time"]:
-                found.append(abs(one.values["heating_time"] / other.values["heating_time"] - 1.0))
+        for one, other in zip(rows(name), run_study(full, FULL / name), strict=True):
+            if one["heating_time"] and other.values["heating_time"]:
+                found.append(abs(one["heating_time"] / other.values["heating_time"] - 1.0))
     return (
         f"With full flow the heating times of {len(found)} of them differ by {np.median(found):.2%} on the median and "
         f"{max(found):.2%} at most."
@@ -261,10 +261,13 @@ def main():
     if MPI.COMM_WORLD.rank > 0:
         return
     PICTURES.mkdir(parents=True, exist_ok=True)
+    command = " COMPARED=--against-full" if compared else ""
+    given = Study.load(HERE / f"{names[0]}.toml").common
+    chosen = ", ".join(f"{key} {value}" for key, value in given.items() if key not in QUIET)
     cases, ranks = sum(len(rows(name)) for name in names), MPI.COMM_WORLD.size
-    lines = ["# The thesis's parametric curves", "", "Written by `make figures`; do not edit.", ""]
+    lines = ["# The thesis's parametric curves", "", f"Written by `make figures{command}`; do not edit.", ""]
     lines += [f"{cases} runs took {seconds:.0f} s on {ranks} ranks, one case each (those done before are not counted anew).",
-              f"They have developed flow, the default mesh and steps x 0.6. {difference}".strip(),
+              f"All with {chosen}. {difference}".strip(),
               "The thesis's curves themselves are not available as numbers; its statements are.", ""]  # fmt: skip
     for curve in curves():
         lines += report(curve)

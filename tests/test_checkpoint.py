@@ -176,6 +176,19 @@ def test_the_order_of_nodes_does_not_depend_on_the_partition():
         assert together == pytest.approx(alone, abs=1e-14)
 
 
+def test_mass_balance_of_a_resumed_run_is_that_of_the_flow_it_stands_at(tmp_path):
+    """Stopped, and stopped again before another step: what flows in is what the flow was solved for, half a step ago."""
+    ramp = tmp_path / "ramp.csv"
+    ramp.write_text("time [s], mass flow [kg/s]\n0, 0.01\n200, 0.04\n")
+    scene = coarse_scene(operation__mass_flow=str(ramp), operation__pressure_drop=None, model__turbulence="none")
+    for steps in (8, 0):
+        with pytest.raises(RunInterrupted):
+            run(scene, tmp_path / "run", MPI.COMM_SELF, stop=stopped_after(steps), resume=True)
+        summary = json.loads((tmp_path / "run" / "result.json").read_text())
+        assert summary["time_steps"] == 8 and 20.0 < summary["end_time"] < 200.0
+        assert abs(summary["mass_imbalance"]) < 1e-5
+
+
 def test_on_another_number_of_ranks_after_kills(tmp_path):
     """1, then 2, then 3 ranks, each killed in the middle, with an inlet that changes and steps that adapt to it: the answer of
     an uninterrupted run on one rank."""

@@ -73,6 +73,19 @@ def test_fields_are_within_the_bounds_at_four_times(folder):
         assert len(fields["temperature"]) == len(nodes)
 
 
+def test_fields_of_plug_flow_are_those_of_their_time(tmp_path):
+    """The mass flow from velocity and density at the inlet's centre is that of the history at the time."""
+    scene = coarse_scene(model__flow="plug", model__turbulence="none", bed__porosity_model="constant")
+    history = run(scene, tmp_path, MPI.COMM_SELF).history
+    nodes, _, steps = read_fields(tmp_path / "fields.xdmf")
+    place = int(np.argmin(np.hypot(nodes[:, 0] - 0.5, nodes[:, 1])))
+    assert len(steps) == 4 and np.ptp(history["mass_flow"]) > 0.02 * history["mass_flow"][0]
+    for time, fields in steps.items():
+        density = (101325.0 + fields["pressure"][place]) / (287.055 * fields["temperature"][place])
+        flow = 0.025 * 0.4 * density * fields["velocity"][place, 0]
+        assert flow == pytest.approx(np.interp(time, history["time"], history["mass_flow"]), rel=1e-3)
+
+
 def test_pictures_can_be_drawn_again_and_only_from_a_run(folder, tmp_path):
     assert [path.name for path in draw(folder)] == ["temperatures.png", "near_wall.png", "fields.png"]
     assert main(["show", str(folder)]) == 0

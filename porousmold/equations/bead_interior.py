@@ -30,7 +30,7 @@ class BeadInterior:
     inverse_time: Any
 
     def step_ratio(self, temperature):
-        """c = R^2/(alpha theta) at a bead temperature (K)."""
+        """c = R^2/(alpha theta) at the temperature (K) of the properties."""
         beads = self.beads
         diffusivity = beads.conductivity(temperature) / (beads.density(temperature) * beads.heat_capacity(temperature))
         return (0.5 * self.bead_diameter) ** 2 / diffusivity * self.inverse_time

@@ -155,7 +155,7 @@ class EnergyEquations:
         return film if self.interior is None else overall_coefficient(film, self.interior.resistance(temperature))
 
     def exchange_coefficient(self, temperature):
-        """a_v h_sf per total volume, W/m3/K."""
+        """a_v h_sf per total volume, the beads' inside included, W/m3/K."""
         surface = specific_surface(self.bed.porosity, self.bed.bead_diameter)
         return surface * self.bead_coefficient(temperature)
 

@@ -141,9 +141,11 @@ def _test_range(options):
     liquids = {name: replace(test.setup, density=rho, viscosity=mu) for name, (rho, mu, _) in LIQUIDS.items()}
     if test.setup not in liquids.values():
         liquids["this liquid"] = test.setup
-    liquids = {
-        name: setup for name, setup in liquids.items() if setup.rate_and_offset(1.0)[1] > 0.0
-    }  # else it stays inside
+    # what stays inside cannot be measured
+    liquids = {name: setup for name, setup in liquids.items() if setup.rate_and_offset(1.0)[1] > 0.0}
+    if test.setup not in liquids.values():
+        raise InputError("setup.outlet_pressure", test.setup.outlet_pressure,
+                         "must be below the weight of the liquid's column, or none runs out", options.setup)  # fmt: skip
     permeabilities = np.geomspace(LEAST, GREATEST, GRID)
     from tqdm import tqdm
 

@@ -382,6 +382,10 @@ class PlugFlow:
 
     def fields(self):
         """Present velocity and pressure (SI) as functions by name (collective)."""
+        reduce = self.domain.communicator.allreduce
+        self._mass_flux.value = reduce(float(self.streamfunction.x.array.max(initial=0.0)), op=max) / reduce(
+            float(self._section.max(initial=0.0)), op=max
+        )  # that of the state that was set, which may be an earlier one
         vectors = fem.Function(fenicsx.lagrange_space(self.domain.mesh, 1, 2), name="velocity")
         vectors.interpolate(fenicsx.compiled_expression(self.state.velocity, vectors.function_space))
         pressure = fem.Function(self.pressure.function_space, name="pressure")

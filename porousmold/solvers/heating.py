@@ -179,7 +179,8 @@ class TransientHeat:
         `after_jump` takes the backward Euler method, which damps what a jump of the inlet excites and other methods let
         swing. Where a temperature leaves `bounds` (K), the cells around it become monotone and the step is repeated, in the
         end by the backward Euler method.
-        Raises `SolveError` if a stage does not converge; the unknown and the balance are then as before.
+        Raises `SolveError` if a stage does not converge: the balance is then as before, `functions` and `monotone_steps` are
+        the caller's to put back.
         """
         self._release_cells()
         first = BACKWARD_EULER if after_jump else STAGES
@@ -313,7 +314,6 @@ class TransientHeat:
             converged, iterations = self._system.solve(max_iterations=20, relative_update=STAGE_UPDATE)
             self.newton_iterations += iterations
         if not converged:
-            self.unknown.x.array[:] = self._start.x.array
             raise SolveError(
                 "energy (T_f, T_s, T_w)",
                 time,

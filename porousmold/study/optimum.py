@@ -100,6 +100,7 @@ class _Surface:
             raise InputError(
                 "study", f"{len(known)} of {len(rows)} cases reached their end", "is too few to search between"
             )
+        self._ends = places.min(axis=0), places.max(axis=0)
         self._logarithmic = np.all(places > 0.0, axis=0)
         places = self._scaled(places)
         self._low, self._high = places.min(axis=0), places.max(axis=0)
@@ -119,11 +120,9 @@ class _Surface:
         values = self._low + place * (self._high - self._low)
         values = np.where(self._logarithmic, np.exp(values), values)
         rounded = (float(f"{value:.{DIGITS}g}") for value in values)
-        # not beyond the bounds by rounding
-        ends = (np.where(self._logarithmic, np.exp(end), end) for end in (self._low, self._high))
-        return {
+        return {  # not beyond the bounds by rounding
             name: float(min(max(value, low), high))
-            for name, value, low, high in zip(self._names, rounded, *ends, strict=True)
+            for name, value, low, high in zip(self._names, rounded, *self._ends, strict=True)
         }
 
     def minimum(self, name, limits):
@@ -168,7 +167,8 @@ def search(study, aim, out, *, progress=lambda cases: None, stop=lambda: False):
         known = {where(case): case for case in study.cases if case.scene is not None}
         cases = [study.case(surface.settings(place)) for place in places]
         cases = [known.get(where(case), case) for case in cases]
-        more = {case.name: case for case in cases if where(case) not in known}
+        there = {case.name for case in study.cases}  # those that no scene can have, too
+        more = {case.name: case for case in cases if where(case) not in known and case.name not in there}
         study = study.with_cases([*study.cases, *more.values()])
         rows = run_study(study, out, progress=progress(len(study.cases)), stop=stop)
         found = {row.case.name: row for row in rows}
