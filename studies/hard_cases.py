@@ -55,6 +55,10 @@ def cases(folder):
     yield 7, "noisy inlet temperature (4 K every 20 s)", MOLD, LAMINAR | SHORT | {
         "operation.inlet_temperature": str(folder / "noisy.csv")}  # fmt: skip
     yield 7, "flow switched off and on", MOLD, LAMINAR | {"operation.pressure_drop": str(folder / "switched.csv")}
+    yield 7, "the same, damped turbulence", MOLD, {"operation.pressure_drop": str(folder / "switched.csv")}
+    yield 7, "the same, developed", MOLD, {"operation.pressure_drop": str(folder / "switched.csv"), "model.flow": "developed"}
+    yield 8, "turbulence dying in the bulk, developed", MOLD, {
+        "geometry.cavity_height": 0.07, "bed.bead_diameter": 0.007, "model.flow": "developed"}  # fmt: skip
     for pressure in (3e3, 5e3):
         yield 8, f"damping's switch in the bulk, {pressure:g} Pa", MOLD, SHORT | {"operation.pressure_drop": pressure}
     for model in ("k-epsilon", "nakayama-kuwahara"):
