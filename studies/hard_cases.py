@@ -56,7 +56,8 @@ def cases(folder):
         "operation.inlet_temperature": str(folder / "noisy.csv")}  # fmt: skip
     yield 7, "flow switched off and on", MOLD, LAMINAR | {"operation.pressure_drop": str(folder / "switched.csv")}
     yield 7, "the same, damped turbulence", MOLD, {"operation.pressure_drop": str(folder / "switched.csv")}
-    yield 7, "the same, developed", MOLD, {"operation.pressure_drop": str(folder / "switched.csv"), "model.flow": "developed"}
+    yield 7, "the same, developed", MOLD, {
+        "operation.pressure_drop": str(folder / "switched.csv"), "model.flow": "developed"}  # fmt: skip
     yield 8, "turbulence dying in the bulk, developed", MOLD, {
         "geometry.cavity_height": 0.07, "bed.bead_diameter": 0.007, "model.flow": "developed"}  # fmt: skip
     for pressure in (3e3, 5e3):
