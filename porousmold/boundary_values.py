@@ -22,12 +22,11 @@ class BoundaryValues:
     def __init__(self, scene, domain, inlet_area):
         self._scene, self._domain, self._inlet_area = scene, domain, inlet_area
         at_start = scene.operation.inlet_temperature(0.0)
-        self.inlet_temperature, self._drive, self._drive_temperature = map(self._constant, (at_start, 0.0, at_start))
+        self.inlet_temperature, self._drive, self._drive_temperature = map(
+            self._domain.constant, (at_start, 0.0, at_start)
+        )
         self._outer: list = []
         self.set(0.0)
-
-    def _constant(self, value):
-        return fem.Constant(self._domain.mesh, float(value))
 
     def set(self, time):
         """Give flow and heat their values at a time (s)."""
@@ -49,7 +48,7 @@ class BoundaryValues:
         if operation.pressure_drop is not None:
             return {"pressure": self._drive}
         if operation.mass_flow is not None:
-            return {"mass_flux": self._drive / self._constant(self._inlet_area)}
+            return {"mass_flux": self._drive / self._domain.constant(self._inlet_area)}
         return {"velocity": self._drive, "temperature": self._drive_temperature}
 
     def drive_of_stations(self):
@@ -70,7 +69,7 @@ class BoundaryValues:
         flux, coefficient = operation.outer_heat_flux, operation.outer_coefficient
         if self._scene.model.wall == "fixed-temperature":
             held = self._following(operation.wall_temperature)
-            return OuterWall(ds, coefficient=self._constant(HOLDING_COEFFICIENT), ambient=held)
+            return OuterWall(ds, coefficient=self._domain.constant(HOLDING_COEFFICIENT), ambient=held)
         if flux is None and coefficient is None:
             return None
         if not self._domain.has_outer_wall and self._scene.model.wall != "thin":
@@ -85,10 +84,10 @@ class BoundaryValues:
             if isinstance(flux, ProfileSeries):
                 sensors = fem.Constant(self._domain.mesh, flux.positions)
                 given = _between(sensors, given, ufl.SpatialCoordinate(self._domain.mesh)[0])
-            terms["heat_flux"] = given * self._constant(operation.outer_heat_flux_factor)
+            terms["heat_flux"] = given * self._domain.constant(operation.outer_heat_flux_factor)
         if coefficient is not None:
             ambient = self._following(operation.ambient_temperature)
-            terms |= {"coefficient": self._constant(coefficient), "ambient": ambient}
+            terms |= {"coefficient": self._domain.constant(coefficient), "ambient": ambient}
         return OuterWall(ds, **terms)
 
     def _following(self, series):

@@ -4,6 +4,7 @@ The only place that knows scene, closures, equations and solvers alike; `simulat
 """
 
 import contextlib
+import functools
 import time as clock
 from dataclasses import replace
 from typing import Any
@@ -68,7 +69,7 @@ class Discretisation:
             if scene.geometry.kind == "mesh":
                 axisymmetric = scene.geometry.symmetry == "axisymmetric"
                 self.domain = geometry.from_file(communicator, scene.geometry.mesh, axisymmetric=axisymmetric)
-                area = self._inlet_area()
+                area = self._inlet_area
                 self.estimates = estimate(scene, (self.domain.length, area, area), laws)
             else:
                 self.estimates = estimate(scene, bed_size(scene), laws)
@@ -76,21 +77,18 @@ class Discretisation:
         self._make_equations()
         self._make_probes()
 
+    @functools.cached_property
     def _inlet_area(self):
         weight = Coordinates(self.domain.mesh, self.domain.axisymmetric).weight
         ds = self.domain.facet_measure(QUADRATURE_DEGREE)
-        return self._integral(weight * self._constant(1.0) * ds(geometry.INLET))
-
-    def _constant(self, value):
-        """A number of the scene as UFL constant, so that another value needs no new compilation."""
-        return fem.Constant(self.domain.mesh, float(value))
+        return self._integral(weight * self.domain.constant(1.0) * ds(geometry.INLET))
 
     def _with_constants(self, material):
         """The material with its polynomials' coefficients as UFL constants."""
         return replace(
             material,
             **{
-                name: law.with_coefficients(self._constant(c) for c in law.coefficients)
+                name: law.with_coefficients(self.domain.constant(c) for c in law.coefficients)
                 for name, law in material.laws().items()
                 if hasattr(law, "coefficients")
             },
@@ -102,7 +100,7 @@ class Discretisation:
         profile = self.scene.profile
         if profile is None:
             model = POROSITY_MODELS[bed.porosity_model]
-            return model(distance, bead_diameter, self._constant(bed.bulk_porosity)), None
+            return model(distance, bead_diameter, self.domain.constant(bed.bulk_porosity)), None
         space = fenicsx.lagrange_space(self.domain.mesh)
         at_nodes = np.maximum(fenicsx.nodal_values(distance, space), 0.0)
         volume, difference = fem.Function(space), fem.Function(space)
@@ -117,11 +115,11 @@ class Discretisation:
         coordinates = Coordinates(domain.mesh, domain.axisymmetric)
         dx, ds = domain.cell_measure(QUADRATURE_DEGREE), domain.facet_measure(QUADRATURE_DEGREE)
         nodal_dx = domain.nodal_measure()
-        bead_diameter = self._constant(scene.bed.bead_diameter)
+        bead_diameter = self.domain.constant(scene.bed.bead_diameter)
         porosity, difference = self._porosity(bead_diameter)
         rev = None
         if model.rev_terms != "off":
-            largest = self._constant(scene.bed.averaging_diameter_ratio * scene.bed.bead_diameter)
+            largest = self.domain.constant(scene.bed.averaging_diameter_ratio * scene.bed.bead_diameter)
             rev = rev_vector(difference, domain.wall_distance, largest)
         bed = Bed(
             porosity,
@@ -132,18 +130,20 @@ class Discretisation:
             self.laws.nusselt,
             rev,
         )
-        fluid = FluidState(self._with_constants(self.laws.fluid), self._constant(operation.outlet_pressure))
+        fluid = FluidState(self._with_constants(self.laws.fluid), self.domain.constant(operation.outlet_pressure))
         if isinstance(self.laws.fluid.density, ConstantDensity):
-            liquid = ConstantDensity(self._constant(self.laws.fluid.density.value), "scene")
+            liquid = ConstantDensity(self.domain.constant(self.laws.fluid.density.value), "scene")
             fluid = replace(fluid, fluid=replace(fluid.fluid, density=liquid))
         estimates = self.estimates
         scales = FlowScales(
-            self._constant(estimates.speed), self._constant(estimates.pressure_gradient * domain.length), bead_diameter
+            self.domain.constant(estimates.speed),
+            self.domain.constant(estimates.pressure_gradient * domain.length),
+            bead_diameter,
         )
         gravity = None
         if operation.gravity != 0.0:
             others = [0.0] * (domain.mesh.geometry.dim - 1)
-            gravity = ufl.as_vector([self._constant(operation.gravity), *others])
+            gravity = ufl.as_vector([self.domain.constant(operation.gravity), *others])
         self.equations = FlowEquations(
             bed,
             fluid,
@@ -153,15 +153,14 @@ class Discretisation:
             gravity,
             published_pressure_term=model.rev_terms == "as-published",
         )
-        inlet_area = self._inlet_area()
-        self.boundary = BoundaryValues(scene, domain, inlet_area)
+        self.boundary = BoundaryValues(scene, domain, self._inlet_area)
         self.flow_temperature = fem.Function(fenicsx.lagrange_space(domain.mesh))
         self.property_temperature = fem.Function(self.flow_temperature.function_space)
         for function in (self.flow_temperature, self.property_temperature):
             function.x.array[:] = operation.initial_temperature
         openings = [
             Opening(ds(geometry.INLET), **self.boundary.drive()),
-            Opening(ds(geometry.OUTLET), pressure=self._constant(0.0)),
+            Opening(ds(geometry.OUTLET), pressure=self.domain.constant(0.0)),
         ]
         with self.stopwatch("compile"):
             self.flow: Any
@@ -189,7 +188,7 @@ class Discretisation:
                 nodal_dx(geometry.WALL),
                 self._thin_wall(ds(geometry.INTERFACE)),
                 self.two_temperatures,
-                self._constant(model.exchange_factor),
+                self.domain.constant(model.exchange_factor),
                 domain.straight,
                 openings[0] if model.flow == "full" else None,
                 self._bead_interior(bed),
@@ -218,7 +217,10 @@ class Discretisation:
             inflow = coordinates.weight * self.energy_equations.inward_mass_flux
             self._mass_in = fenicsx.compiled_form(inflow * ds(geometry.INLET))
             self._inlet_pressure = fenicsx.compiled_form(
-                coordinates.weight * self.flow_state.pressure / self._constant(inlet_area) * ds(geometry.INLET)
+                coordinates.weight
+                * self.flow_state.pressure
+                / self.domain.constant(self._inlet_area)
+                * ds(geometry.INLET)
             )
             temperature = ufl.split(self.heat.unknown)[0] if self.two_temperatures else self.heat.unknown
             self.outlet_heat = fenicsx.compiled_form(outflow * temperature * ds(geometry.OUTLET))
@@ -298,7 +300,7 @@ class Discretisation:
             return None
         thickness, curved = self.scene.wall.thickness, self.scene.geometry.kind == "pipe"
         ratio = thickness / bed_size(self.scene)[1] if curved else 0.0
-        return ThinWall(ds, self._constant(thickness * (1.0 + 0.5 * ratio)), self._constant(1.0 + ratio))
+        return ThinWall(ds, self.domain.constant(thickness * (1.0 + 0.5 * ratio)), self.domain.constant(1.0 + ratio))
 
     def _bead_interior(self, bed):
         modes = self.scene.model.bead_modes
@@ -306,7 +308,7 @@ class Discretisation:
             return None
         lag = fem.Function(self.flow_temperature.function_space)
         eigenvalues = tuple(bead_interior.eigenvalues(modes))
-        return BeadInterior(eigenvalues, bed.beads, bed.bead_diameter, lag, self._constant(1.0))
+        return BeadInterior(eigenvalues, bed.beads, bed.bead_diameter, lag, self.domain.constant(1.0))
 
     def _make_probes(self):
         named = {

@@ -54,6 +54,10 @@ class Domain:
         """Whether any facet of any rank lies on the outer wall."""
         return self.communicator.allreduce(len(self.facets(OUTER)) > 0, op=max_of)
 
+    def constant(self, value):
+        """A number as UFL constant, so that another value needs no new compilation."""
+        return fem.Constant(self.mesh, float(value))
+
     def cells(self, *tags):
         """Local cells with any of the tags, sorted."""
         return np.sort(np.concatenate([self.cell_tags.find(tag) for tag in tags]).astype(np.int32))

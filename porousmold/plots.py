@@ -10,8 +10,7 @@ from matplotlib.ticker import MaxNLocator
 
 from .errors import InputError
 from .figures import STYLE, plt, save
-from .results import LOCK, read_table
-from .whole_files import held
+from .results import hold, read_table
 
 PLACES = {"centre": ("bed centre", "-"), "bed_side": ("wall, bed side", "--"), "outer": ("wall, outside", ":")}
 # Margins are given, not found: letting matplotlib measure them doubles the time of every picture.
@@ -30,11 +29,7 @@ def draw(folder):
         heating_time = summary["heating_time"]
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputError("RUN", str(folder), f"has a damaged result.json: {error}") from error
-    try:
-        lock = held(folder / LOCK)
-    except OSError as error:
-        raise InputError("RUN", str(folder), f"cannot be drawn: {error.strerror or error}") from error
-    with lock, plt.rc_context(STYLE):
+    with hold(folder, "drawn"), plt.rc_context(STYLE):
         drawn = [_temperatures(folder, heating_time)]
         if (folder / "near_wall.csv").is_file():
             drawn.append(_near_wall(folder))

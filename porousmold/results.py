@@ -27,6 +27,15 @@ FIELDS_PART = ".fields.part"
 """Folder in which the two files of the fields are written, to take their places together."""
 
 
+def hold(folder, purpose):
+    """The lock of a run's folder, held until it is closed; `InputError` where it cannot be had, so that nothing can be
+    `purpose` ("drawn", ...)."""
+    try:
+        return held(folder / LOCK)
+    except OSError as error:
+        raise InputError("RUN", str(folder), f"cannot be {purpose}: {error.strerror or error}") from error
+
+
 class RunFolder:
     """A folder that a run writes, held against other processes until `close()`.
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..units import to_si
-from ..whole_files import held, output_file
+from ..whole_files import output_file
 
 
 def add_commands(commands):
@@ -63,7 +63,7 @@ def _rotameter(options):
 
 
 def _compare(options):
-    from ..results import LOCK
+    from ..results import hold
     from .comparison import POSITION_ERROR, SENSOR_ERROR, average_deviation, compare
     from .pictures import draw_comparison
 
@@ -82,11 +82,7 @@ def _compare(options):
             for d in found
         },
     }
-    try:
-        lock = held(folder / LOCK)
-    except OSError as error:
-        raise InputError("RUN", str(folder), f"cannot be written: {error.strerror or error}") from error
-    with lock:
+    with hold(folder, "written"):
         picture = draw_comparison(folder / "comparison.png", found)
         with output_file(folder / "comparison.json") as temporary:
             temporary.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")

@@ -244,9 +244,9 @@ class DevelopedFlow(SteadyFlow):
     def _go_on_from(self, before):
         """The same with the forces that the steady equations came to: the false transient has none of its own, and what they
         change at once may be more than Newton's method follows."""
-        gradients, wandered = self._gradients, not self._update < FOLLOWED_UPDATE
+        gradients, followed = self._gradients, self._update < FOLLOWED_UPDATE
         super()._go_on_from(before)
-        if not wandered:
+        if followed:
             self._set_gradients(gradients)
 
     def _imposed_mass_flow(self, gradients, flow, slope):
@@ -311,9 +311,8 @@ class PlugFlow:
         self.domain, self.equations, self.temperature = domain, equations, temperature
         self._drive, self._area, self._fluid, self._resistance = drive, area, fluid, resistance
         scalars = fenicsx.lagrange_space(domain.mesh)
-        self.pressure, self.streamfunction = fem.Function(scalars), fem.Function(scalars)
+        self.pressure, self.streamfunction, self._mass_flux = (fem.Function(scalars) for _ in range(3))
         self.columns = Columns(domain)
-        self._mass_flux = fem.Constant(domain.mesh, 0.0)
         density = equations.fluid.density(self.pressure, temperature)
         velocity = ufl.as_vector([self._mass_flux / (equations.bed.porosity * density), 0.0])
         self.state = FlowState(velocity, self.pressure)
@@ -328,7 +327,7 @@ class PlugFlow:
     @property
     def functions(self):
         """What the state of the flow is kept in."""
-        return [self.pressure, self.streamfunction]
+        return [self.pressure, self.streamfunction, self._mass_flux]
 
     def guess_equilibrium(self):
         """Nothing to guess."""
@@ -360,7 +359,7 @@ class PlugFlow:
             mass_flux = value[0] / self._area
         else:
             mass_flux = value[0] * law.density(self.pressure.x.array.max(initial=0.0) + reference, value[1])
-        self._mass_flux.value = mass_flux
+        self._mass_flux.x.array[:] = mass_flux
         self.pressure.x.array[:] = pressures(mass_flux)[self._column]
         self.streamfunction.x.array[:] = mass_flux * self._section
         self.solves += 1
@@ -373,19 +372,13 @@ class PlugFlow:
         self.solve(time)
 
     def factors(self):
-        """Nothing is factorised; the mass flux stands in the place of the constants."""
-        return [], [float(self._mass_flux.value)]
+        """Nothing is factorised."""
 
     def recall_factors(self, array_of, constants):
-        """Take the mass flux that `factors()` told of."""
-        self._mass_flux.value = constants[0]
+        """Nothing was factorised."""
 
     def fields(self):
         """Present velocity and pressure (SI) as functions by name (collective)."""
-        reduce = self.domain.communicator.allreduce
-        self._mass_flux.value = reduce(float(self.streamfunction.x.array.max(initial=0.0)), op=max) / reduce(
-            float(self._section.max(initial=0.0)), op=max
-        )  # that of the state that was set, which may be an earlier one
         vectors = fem.Function(fenicsx.lagrange_space(self.domain.mesh, 1, 2), name="velocity")
         vectors.interpolate(fenicsx.compiled_expression(self.state.velocity, vectors.function_space))
         pressure = fem.Function(self.pressure.function_space, name="pressure")
