@@ -94,6 +94,14 @@ class Discretisation:
             },
         )
 
+    def _turbulence_model(self):
+        """The laws' with its numbers as UFL constants; None without turbulence."""
+        model = self.laws.turbulence
+        if model is None:
+            return None
+        numbers = {name: getattr(model, name) for name in ("blend_half_width", "longest_eddy")}
+        return replace(model, **{name: self.domain.constant(value) for name, value in numbers.items()})
+
     def _porosity(self, bead_diameter):
         """phi_V and, with REV terms, phi_V - phi_A, over the mesh."""
         bed, distance = self.scene.bed, self.domain.wall_distance
@@ -149,7 +157,7 @@ class Discretisation:
             fluid,
             coordinates,
             scales,
-            self.laws.turbulence,
+            self._turbulence_model(),
             gravity,
             published_pressure_term=model.rev_terms == "as-published",
         )

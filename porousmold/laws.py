@@ -40,7 +40,7 @@ class Laws:
             _solid(wall.material, wall.density, wall.heat_capacity, wall.conductivity),
             DRAG_LAWS[model.drag],
             NUSSELT_CORRELATIONS[model.nusselt],
-            TURBULENCE_MODELS[model.turbulence] if model.flow != "plug" else None,
+            _turbulence(model),
             bed.bulk_porosity if scene.profile is None else scene.profile.bulk_porosity,
         )
 
@@ -59,6 +59,13 @@ class Laws:
         if scene.model.bead_modes is not None:
             sources["bead interior"] = bead_interior.SOURCE
         return sources | {f"{owner} {name}": law.source for owner, name, law in self.properties(has_wall)}
+
+
+def _turbulence(model):
+    chosen = TURBULENCE_MODELS[model.turbulence]
+    if chosen is None or model.flow == "plug":
+        return None
+    return replace(chosen, blend_half_width=model.blend_half_width, longest_eddy=model.longest_eddy)
 
 
 def _fluid(given):

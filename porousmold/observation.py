@@ -53,6 +53,8 @@ def profile_near_wall(problem, fraction=0.5, points=120):
             viscosity,
             np.maximum(distance, 1e-12),
             problem.estimates.speed**2,
+            problem.laws.turbulence.blend_half_width,
+            problem.laws.turbulence.longest_eddy * problem.scene.bed.bead_diameter,
         )
         columns["turbulent_kinetic_energy"] = values["turbulent_kinetic_energy"][:, 0]
         columns["eddy_viscosity_ratio"] = layers.eddy_viscosity / viscosity

@@ -102,6 +102,10 @@ KEYS: dict[str, dict[str, Key]] = {
             ("none", "k-epsilon", "nakayama-kuwahara", "damped-nakayama-kuwahara"),
             "damped-nakayama-kuwahara",
         ),
+        "blend_half_width": Key("", "half-width, in Re_y, of the blend between the wall's layer and k-epsilon around Re_y = 200; "
+                                    "published: 20", 120.0, low=1.0, high=200.0, closed=True),
+        "longest_eddy": Key("", "largest length k^1.5/epsilon of the turbulence over the bead diameter; published: none, "
+                                "which 1e6 is", 1.0, low=0.1, high=1e9, closed=True),
         "energy": _choice("temperatures of fluid and beads, or one for both", ("two-temperature", "one-temperature"),
                           "two-temperature"),
         "wall": _choice("wall: resolved, of one temperature through its thickness, held at operation.wall_temperature, or none",

@@ -11,7 +11,16 @@ Near the wall (enhanced wall treatment with y+ about 1, which is the two-layer m
     mu_t  = rho C_mu l_mu sqrt(k),        eps   = k^1.5/l_eps       where Re_y < 200,
 
 C_l = kappa C_mu^-3/4, A_mu = 70, A_eps = 2 C_l (Chen and Patel, AIAA J. 26 (1988) 641-648), blended into the outer
-layer by (1 + tanh((Re_y - 200)/A))/2, A = 20/atanh(0.98) (Jongen's blend, as in Fluent's theory guide).
+layer by (1 + tanh((Re_y - 200)/A))/2 (Jongen's blend, as in Fluent's theory guide), A = W/atanh(0.98).
+
+Two choices of ours, both of them keys of a scene (`model.blend_half_width`, `model.longest_eddy`):
+
+- W = 120 in place of Fluent's 20. Between beads without bead sources Re_y settles at 200 to 270 over most of the bed; with
+  W = 20 all of it lies inside the blend, where the two layers' epsilon differ, and Newton's method goes to and fro.
+- epsilon >= k^1.5 (1/(5 C_l y) + 1/L) in the outer layer, with L one bead diameter: no eddy between beads is longer than
+  a bead. Without it the lengths grow to tens of bead diameters where bead sources fade out, with mu_t/mu up to 1800.
+
+`docs/theory.md` has their effect. W = 20 and a large `longest_eddy` are the published form.
 
 Beads (eq. 6.19-6.22): S_k = f_d rho eps_inf, S_eps = f_d rho eps_inf^2/k_inf; f_d of eq. 7.33 fades them out
 below a local bead Reynolds number of 900. A uniform bed settles at k = f_d k_inf, epsilon = f_d eps_inf.
@@ -35,7 +44,9 @@ C_LENGTH = KAPPA * C_MU**-0.75
 A_MU = 70.0
 A_EPSILON = 2.0 * C_LENGTH
 REYNOLDS_SWITCH = 200.0
-BLEND_WIDTH = 20.0 / atanh(0.98)
+PUBLISHED_HALF_WIDTH = 20.0
+BLEND_LEVEL = atanh(0.98)
+LONGEST_WALL_LENGTH = 5.0
 DAMPING_START, DAMPING_END = 800.0, 900.0
 
 
@@ -44,12 +55,21 @@ def wall_reynolds_number(density, wall_distance, kinetic_energy, viscosity):
     return density * wall_distance * sqrt(kinetic_energy) / viscosity
 
 
-def outer_fraction(reynolds_wall):
-    """Weight (1 + tanh x)/2, x = (Re_y - 200)/A, of the outer (k-epsilon) layer: 0 at the wall to 1 far from it.
+def outer_fraction(reynolds_wall, half_width):
+    """Weight (1 + tanh x)/2, x = atanh(0.98) (Re_y - 200)/`half_width`, of the outer (k-epsilon) layer.
 
-    Written 1/(1 + exp(-2 x)): UFL's derivative of tanh overflows beyond x = 355, which Re_y = 3300 reaches.
+    It rises from 1 % at Re_y = 200 - half_width to 99 % at 200 + half_width. Written 1/(1 + exp(-2 x)): UFL's derivative
+    of tanh overflows beyond x = 355, which Re_y = 3300 reaches.
     """
-    return 1.0 / (1.0 + exp(-2.0 * (reynolds_wall - REYNOLDS_SWITCH) / BLEND_WIDTH))
+    return 1.0 / (1.0 + exp(-2.0 * BLEND_LEVEL * (reynolds_wall - REYNOLDS_SWITCH) / half_width))
+
+
+def least_dissipation_rate(kinetic_energy, wall_distance, largest_eddy):
+    """k^1.5 (1/(5 C_l y) + 1/L) in m2/s3: epsilon of the longest length k^1.5/epsilon that the outer layer may have.
+
+    That is five times the length of a wall layer, and `largest_eddy` L (m), whichever is shorter.
+    """
+    return kinetic_energy**1.5 * (1.0 / (LONGEST_WALL_LENGTH * C_LENGTH * wall_distance) + 1.0 / largest_eddy)
 
 
 def inner_dissipation_rate(kinetic_energy, reynolds_wall, wall_distance, kinematic_viscosity):

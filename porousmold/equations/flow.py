@@ -119,6 +119,8 @@ class FlowEquations:
             viscosity,
             self.bed.wall_distance,
             self.scales.kinetic_energy,
+            self.model.blend_half_width,
+            self.model.longest_eddy * self.bed.bead_diameter,
         )
 
     def momentum(self, state, temperature, old_velocity=None, inverse_step=0.0, body_force=None):

@@ -1,15 +1,15 @@
 r"""Weak form of the two-layer k-epsilon equations with bead sources.
 
-Theory and constants: `porousmold.closures.turbulence`. Two regularisations, neither active in a converged solution:
+Theory, constants and the bound on epsilon (`least_dissipation_rate`): `porousmold.closures.turbulence`. That bound is
+active in converged solutions: at the wall's side of the outer layer, and where bead sources fade out.
 
-- epsilon enters the outer layer's formulas no smaller than k^1.5/(5 C_l y), a turbulent length five times that of a
-  wall layer, so that Newton's early iterates cannot divide by zero;
-- in the inner layer epsilon is tied to its algebraic value by a relaxation 100 times faster than its own turnover
-  (`INNER_RELAXATION`), which is the smooth form of "epsilon is not solved there": the k equation and the eddy
-  viscosity use the algebraic value itself, weighted by the blend.
+In the inner layer epsilon is tied to its algebraic value by a relaxation 100 times faster than its own turnover
+(`INNER_RELAXATION`), which is the smooth form of "epsilon is not solved there": the k equation and the eddy viscosity use
+the algebraic value itself, weighted by the blend.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import ufl
 
@@ -18,15 +18,20 @@ from ..closures.functions import positive_part
 from .stabilisation import streamline_time_scale
 
 INNER_RELAXATION = 100.0
-LONGEST_LENGTH = 5.0
 
 
 @dataclass(frozen=True)
 class TurbulenceModel:
-    """Which terms a scene switches on: bead sources at all, and their damping."""
+    """Which terms a scene switches on: bead sources at all, and their damping.
+
+    `blend_half_width` is that of `closures.turbulence.outer_fraction`, `longest_eddy` the bound on k^1.5/epsilon over the
+    bead diameter; numbers or UFL constants.
+    """
 
     bead_sources: bool = False
     damped: bool = False
+    blend_half_width: Any = 120.0
+    longest_eddy: Any = 1.0
 
     def source_fraction(self, bead_reynolds_number):
         """f_d of the bead sources: 0, 1 or the damping of eq. 7.33."""
@@ -38,20 +43,23 @@ class TurbulenceModel:
 class TwoLayerState:
     """Everything of the turbulence that follows from k, epsilon, density, viscosity and wall distance at a point.
 
-    `scale` (m2/s2) sets the width of the smooth positive part of k; arguments are UFL or numpy.
+    `scale` (m2/s2) sets the width of the smooth positive part of k, `half_width` is that of the layers' blend,
+    `largest_eddy` (m) the bound on k^1.5/epsilon; arguments are UFL or numpy.
     """
 
-    def __init__(self, kinetic_energy, dissipation_rate, density, viscosity, wall_distance, scale):
+    def __init__(
+        self, kinetic_energy, dissipation_rate, density, viscosity, wall_distance, scale, half_width, largest_eddy
+    ):
         self.kinetic_energy = kinetic_energy
         self.kinematic_viscosity = viscosity / density
         k = positive_part(kinetic_energy, 1e-9 * scale)
-        shortest = k**1.5 / (LONGEST_LENGTH * closure.C_LENGTH * wall_distance)
-        self.dissipation_positive = shortest + positive_part(
-            dissipation_rate - shortest, 1e-3 * shortest + 1e-9 * scale**1.5 / wall_distance
+        least = closure.least_dissipation_rate(k, wall_distance, largest_eddy)
+        self.dissipation_positive = least + positive_part(
+            dissipation_rate - least, 1e-3 * least + 1e-9 * scale**1.5 / wall_distance
         )
         reynolds = closure.wall_reynolds_number(density, wall_distance, k, viscosity)
         self.reynolds_wall = reynolds
-        self.outer = closure.outer_fraction(reynolds)
+        self.outer = closure.outer_fraction(reynolds, half_width)
         self.turnover_inner = closure.inner_dissipation_rate(1.0, reynolds, wall_distance, self.kinematic_viscosity)
         self.turnover_outer = self.dissipation_positive / k
         self.eddy_viscosity = self.outer * closure.outer_eddy_viscosity(density, k, self.dissipation_positive) + (

@@ -23,9 +23,6 @@ GAUSS_DEGREE = 3
 LARGEST_CHANGE = 0.3
 """Largest change of dp/dx in one iteration, as a part of the largest of all stations or of the scale."""
 
-FOLLOWED_UPDATE = 0.1
-"""Last update of an unfinished solution up to which its forces are of use."""
-
 
 class Columns:
     """Sums over the columns of nodes of a straight bed, its stations, on all ranks alike. Lengths in m."""
@@ -221,8 +218,6 @@ class DevelopedFlow(SteadyFlow):
         update = super()._iterate()
         if not np.isfinite(update):
             return np.inf
-        if self._inverse_step.value > 0.0:  # a false transient of the profiles; their forces are put right in the end
-            return update
         push = fenicsx.petsc_vector(self.unknown).duplicate()
         fenicsx.assemble_vector(push, self._push)
         push.scale(-1.0)
@@ -240,14 +235,6 @@ class DevelopedFlow(SteadyFlow):
         relative = np.max(np.abs(change)) / max(np.max(np.abs(gradients)), LEAST_VALUE * scale)
         self._set_gradients(gradients)
         return max(self._updates(before)[0], relative)
-
-    def _go_on_from(self, before):
-        """The same with the forces that the steady equations came to: the false transient has none of its own, and what they
-        change at once may be more than Newton's method follows."""
-        gradients, followed = self._gradients, self._update < FOLLOWED_UPDATE
-        super()._go_on_from(before)
-        if followed:
-            self._set_gradients(gradients)
 
     def _imposed_mass_flow(self, gradients, flow, slope):
         kind, *value = self._drive()

@@ -16,11 +16,24 @@ CONVERGED_UPDATE = 1e-8
 STAGNATED_UPDATE = 1e-7
 """Update that is good enough where rounding lets it fall no further."""
 
-FIRST_PSEUDO_STEP = 0.1
-STEADY_PSEUDO_STEP = 1e3
-LAST_PSEUDO_STEP = 1e9
-"""Pseudo-time steps, in transit times of one bead at the reference speed, with which the false transient starts, first
-tries the steady equations, and gives up."""
+FIRST_PSEUDO_STEP = 0.3
+ENDLESS_PSEUDO_STEP = 1e7
+"""Pseudo-time steps, in transit times of one bead at the reference speed: the first one, and that beyond which the steady
+equations themselves are solved."""
+
+STEP_FACTORS = ((0.1, 4.0), (0.3, 2.0), (0.7, 1.2), (1.5, 0.7))
+"""Factors of the next pseudo-time step, each up to a relative update of the part that changes most."""
+FAILED_STEP_FACTOR = 0.125
+"""Factor of a pseudo-time step after which the state is not taken."""
+DIRECT_ITERATIONS = 8
+"""Iterations that Newton's method has to bring its updates below 0.7."""
+MOST_PSEUDO_STEPS = 200
+"""Iterations after which the flow counts as without solution."""
+LEAST_REMAINDER = 0.1
+"""Part of k and epsilon that a pseudo-time step leaves at least."""
+
+CONVERGED_PARTS = 1e-5
+"""The same of every part (velocity, pressure, k, epsilon) on its own."""
 
 KEPT_TOLERANCE = 0.02
 """Part of the tolerance to be met with kept factors, whose last update says less of the error."""
@@ -32,17 +45,11 @@ FRESH_ITERATIONS = 8
 """Iterations with a new Jacobian each before the flow is solved from its start; where turbulence sets in or dies k may pass
 through negative values on the way."""
 
-WANDERING = 8
-"""Iterations after which updates of half the unknown tell that Newton's method has no hold."""
-
 TRACE_OF_TURBULENCE = 1e-4
 """k over the reference speed squared that counts as none."""
 
 LEAST_VALUE = 1e-6
 """Scaled velocity or pressure that counts as none."""
-
-MOST_FAILURES = 30
-"""Pseudo-time steps that may fail before the flow counts as without solution."""
 
 
 class SteadyFlow:
@@ -122,14 +129,60 @@ class SteadyFlow:
         self.unknown.x.scatter_forward()
 
     def solve(self, time=0.0):
-        """Converge the steady flow; raises `SolveError` (named with `time`) if continuation does not either."""
+        """Converge the steady flow; raises `SolveError` (named with `time`) if it is not found.
+
+        Iterations of Newton's method; where they lead away, implicit steps of a false transient from the same start, of
+        one iteration each. Steps grow as the updates fall, until they are endless again.
+        """
+        self.solves += 1
         start = self._state()
-        converged, iterations = self.newton(max_iterations=16, relative_update=CONVERGED_UPDATE)
-        self._count(iterations)
-        if converged and self._physical():
-            return
-        self._restore(start)
-        self._continue_in_pseudo_time(time)
+        scales = self.equations.scales
+        transit = float(scales.length.value / scales.speed.value)
+        step, direct = np.inf, True
+        for iteration in range(MOST_PSEUDO_STEPS):
+            before, last = self._state(), self._update
+            endless = step > ENDLESS_PSEUDO_STEP
+            update = self._pseudo_step(np.inf if endless else step * transit)
+            if endless and self._converged(update, last):
+                return
+            factor = next((factor for limit, factor in STEP_FACTORS if update < limit), None)
+            if direct:
+                if not np.isfinite(update) or (iteration >= DIRECT_ITERATIONS and update > 0.7):
+                    self._restore(start)
+                    step, direct = FIRST_PSEUDO_STEP, False
+            elif factor is None:
+                self._restore(before)
+                step = min(step, ENDLESS_PSEUDO_STEP) * FAILED_STEP_FACTOR
+            elif not endless or factor < 1.0:
+                step = min(step, ENDLESS_PSEUDO_STEP) * factor
+        self._inverse_step.value = 0.0
+        self._fail(time, f"the false transient has come to steps of {step * transit:.1e} s")
+
+    def _pseudo_step(self, step):
+        """One Newton iteration of an implicit step (s) of a false transient, or of the steady equations where it is endless.
+
+        Gives the relative update of the part that changes most, infinite where the iteration fails.
+        """
+        before = self._state()
+        self._previous.x.array[:] = self.unknown.x.array
+        self._inverse_step.value = 1.0 / step
+        self._system.renew_jacobian()
+        self._update = self._iterate()
+        self.newton_iterations += 1
+        if np.isfinite(step):
+            self.continuation_steps += 1
+        if not np.isfinite(self._update):
+            return np.inf
+        if np.isfinite(step):
+            numbers = self._turbulence_unknowns
+            old, now = before[0][numbers], self.unknown.x.array[numbers]
+            self.unknown.x.array[numbers] = np.where(old > 0.0, np.maximum(now, LEAST_REMAINDER * old), now)
+        return self._updates(before[0])[1]
+
+    def _converged(self, update, last):
+        """Whether the steady equations are solved; `last` is the update before the present one."""
+        small = self._update < CONVERGED_UPDATE or max(self._update, last) < STAGNATED_UPDATE
+        return small and update < CONVERGED_PARTS and self._physical()
 
     def _blocks(self):
         """Unknowns of u and p, of k, and of epsilon."""
@@ -137,17 +190,6 @@ class SteadyFlow:
             return ()
         parts = [fenicsx.collapse(self.space, part)[1] for part in range(4)]
         return np.concatenate(parts[:2]), parts[2], parts[3]
-
-    def newton(self, max_iterations, relative_update):
-        """Newton's method with a new Jacobian at every iteration, given up where it wanders: (converged, iterations)."""
-        for iteration in range(1, max_iterations + 1):
-            self._system.renew_jacobian()
-            self._update = self._iterate()
-            if not np.isfinite(self._update) or (iteration >= WANDERING and self._update > 0.5):
-                return False, iteration
-            if self._update < relative_update:
-                return True, iteration
-        return self._update < STAGNATED_UPDATE, max_iterations
 
     def _iterate(self):
         """One iteration with the present factors; gives its relative update, infinite where it fails."""
@@ -242,10 +284,6 @@ class SteadyFlow:
             factors |= {"turbulent_kinetic_energy": speed**2, "dissipation_rate": speed**3 / length}
         return factors
 
-    def _count(self, iterations):
-        self.solves += 1
-        self.newton_iterations += iterations
-
     def _physical(self):
         """No NaN, and no clearly negative k: coarse cells undershoot by a hundredth of the largest value, which passes, as
         does a trace of the speed squared where there is no turbulence."""
@@ -261,56 +299,13 @@ class SteadyFlow:
     def _kinetic_energy_unknowns(self):
         return self._turbulence_unknowns[: self._turbulence_unknowns.size // 2]
 
-    def _continue_in_pseudo_time(self, time):
-        """Implicit steps of a false transient, larger while Newton's method follows, cut to a quarter where not.
-
-        Ends with the steady equations themselves as soon as they converge from where the transient has come to.
-        """
-        bead_transit = float(self.equations.scales.length.value / self.equations.scales.speed.value)
-        step, failures = FIRST_PSEUDO_STEP * bead_transit, 0
-        steady_from = STEADY_PSEUDO_STEP * bead_transit
-        while True:
-            before = self._state()
-            self._previous.x.array[:] = self.unknown.x.array
-            if step >= steady_from:
-                self._inverse_step.value = 0.0
-                converged, iterations = self.newton(max_iterations=20, relative_update=CONVERGED_UPDATE)
-                self._count(iterations)
-                if converged and self._physical():
-                    return
-                self._go_on_from(before)
-                before = self._state()
-                steady_from *= 10.0
-            self._inverse_step.value = 1.0 / step
-            converged, iterations = self.newton(max_iterations=5, relative_update=1e-3)
-            self._count(iterations)
-            self.continuation_steps += 1
-            if converged:
-                self._remove_negative_turbulence()
-                step *= 4.0 if iterations <= 2 else 2.0 if iterations <= 3 else 1.2
-            else:
-                self._restore(before)
-                step /= 4.0
-                failures += 1
-            if failures > MOST_FAILURES or steady_from > LAST_PSEUDO_STEP * bead_transit:
-                self._fail(time, f"the false transient has come to steps of {step:.1e} s after {failures} failures")
-
-    def _go_on_from(self, before):
-        """Take up the false transient where it was before the steady equations did not converge."""
-        self._restore(before)
-
     def _fail(self, time, what):
-        self._inverse_step.value = 0.0
         raise SolveError(
             "flow (u, p, k, epsilon)",
             time,
             f"{what}, residual {self._system.residual_norm:.3e}, last update {self._update:.3e}",
             "a finer mesh (solver.axial_cells, solver.first_cell), model.turbulence = 'none', or a smaller pressure drop",
         )
-
-    def _remove_negative_turbulence(self):
-        values = self.unknown.x.array
-        values[self._turbulence_unknowns] = np.maximum(values[self._turbulence_unknowns], 0.0)
 
 
 def held_unknowns(domain, space, turbulent):
