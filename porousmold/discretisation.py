@@ -122,7 +122,7 @@ class Discretisation:
         model, operation = scene.model, scene.operation
         coordinates = Coordinates(domain.mesh, domain.axisymmetric)
         dx, ds = domain.cell_measure(QUADRATURE_DEGREE), domain.facet_measure(QUADRATURE_DEGREE)
-        nodal_dx = domain.nodal_measure()
+        nodal_dx, nodal_ds = domain.nodal_measure(), domain.nodal_facet_measure()
         bead_diameter = self.domain.constant(scene.bed.bead_diameter)
         porosity, difference = self._porosity(bead_diameter)
         rev = None
@@ -167,8 +167,8 @@ class Discretisation:
         for function in (self.flow_temperature, self.property_temperature):
             function.x.array[:] = operation.initial_temperature
         openings = [
-            Opening(ds(geometry.INLET), **self.boundary.drive()),
-            Opening(ds(geometry.OUTLET), pressure=self.domain.constant(0.0)),
+            Opening(ds(geometry.INLET), nodal_ds(geometry.INLET), **self.boundary.drive()),
+            Opening(ds(geometry.OUTLET), nodal_ds(geometry.OUTLET), pressure=self.domain.constant(0.0)),
         ]
         with self.stopwatch("compile"):
             self.flow: Any
@@ -176,6 +176,7 @@ class Discretisation:
             carrier: FlowEquations = self.equations
             if model.flow == "full":
                 self.flow = SteadyFlow(domain, self.equations, openings, self.flow_temperature, dx)
+                self.flow.initial_guess = self._guess_flow
             else:
                 self.flow = self._simpler_flow(model.flow)
                 carrier = CarriedByStreamfunction(**vars(self.equations), streamfunction=self.flow.streamfunction)
@@ -233,24 +234,23 @@ class Discretisation:
             temperature = ufl.split(self.heat.unknown)[0] if self.two_temperatures else self.heat.unknown
             self.outlet_heat = fenicsx.compiled_form(outflow * temperature * ds(geometry.OUTLET))
 
-    def guess_flow(self):
-        """Give the flow something to start from: the developed profiles where the bed is straight, in three dimensions the
-        flow over two of them at the same distance from the wall."""
-        if self.scene.model.flow != "full":
-            self.flow.guess_equilibrium()
-            return
+    def _guess_flow(self):
+        """Initial guess of the full flow: the developed profiles where the bed is straight, in three dimensions the flow over
+        two of them at the same distance from the wall."""
         self.flow.guess_uniform()
-        if not self.domain.straight:
-            return
-        if self.domain.columns is None:
-            with contextlib.suppress(SolveError):
+        with contextlib.suppress(SolveError):  # then the uniform one has to do
+            if self.domain.columns is not None:
+                self._developed_flow.start()
+                self.flow.guess(self._developed_flow.fields())
+                return True
+            if self.domain.straight:
                 self.flow.guess(self._flow_in_the_plane())
-            return
-        developed = self._simpler_flow("developed")
-        developed.guess_equilibrium()
-        with contextlib.suppress(SolveError):  # then the full flow has to find its own way
-            developed.solve()
-            self.flow.guess(developed.fields())
+                return True
+        return self.laws.turbulence is None
+
+    @functools.cached_property
+    def _developed_flow(self):
+        return self._simpler_flow("developed")
 
     def _flow_in_the_plane(self):
         """Fields of the same scene in two dimensions, on this three-dimensional mesh by distance along and to the wall."""
@@ -260,8 +260,7 @@ class Discretisation:
             _, half_height, area = bed_size(self.scene)
             narrower["operation__mass_flow"] = operation.mass_flow(0.0) * half_height / area
         plane = Discretisation(self.scene.with_changes(**narrower), MPI.COMM_SELF)
-        plane.guess_flow()
-        plane.flow.solve()
+        plane.flow.start()
         space = self.flow_temperature.function_space
         nodes = space.tabulate_dof_coordinates()
         distance = np.maximum(fenicsx.nodal_values(self.domain.wall_distance, space), 0.0)

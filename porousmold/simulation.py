@@ -78,8 +78,7 @@ class Simulation:
         problem, flow, heat = self.problem, self.problem.flow, self.problem.heat
         if not self.history.columns:  # else it goes on from a checkpoint
             with problem.stopwatch("flow"):
-                problem.guess_flow()
-                flow.solve()
+                flow.start()
             self._check_direction()
             self._record(0.0)
             self._keep_snapshot()

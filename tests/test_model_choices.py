@@ -158,8 +158,7 @@ def test_developed_flow_is_found_where_turbulence_dies_in_the_middle_of_the_bed(
     for flow in ("full", "developed"):
         scene = Scene.load(ALUMINIUM, geometry__cavity_height="70 mm", bed__bead_diameter="7 mm", model__flow=flow)
         problem = Simulation(scene, MPI.COMM_SELF).problem
-        problem.guess_flow()
-        problem.flow.solve()
+        problem.flow.start()
         flows.append(problem.mass_flow)
     assert flows[1] == pytest.approx(flows[0], rel=2e-3)
 

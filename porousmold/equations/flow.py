@@ -86,10 +86,11 @@ class Momentum:
 
 @dataclass(frozen=True)
 class Opening:
-    """An inlet or outlet: its measure, and one of the gauge pressure outside (Pa), the mass flux in (kg/m2/s) and the
-    superficial velocity in (m/s), whose fluid comes at `temperature` (K)."""
+    """An inlet or outlet: its measure, that with quadrature at the nodes, and one of the gauge pressure outside (Pa), the mass
+    flux in (kg/m2/s) and the superficial velocity in (m/s), whose fluid comes at `temperature` (K)."""
 
     ds: ufl.Measure
+    nodes: ufl.Measure
     pressure: Any = None
     mass_flux: Any = None
     velocity: Any = None
@@ -255,7 +256,11 @@ class FlowEquations:
         return form + storage * changes * dx
 
     def _turbulence_inflow(self, opening, state, tests, m):
-        """What flows in is in equilibrium with the beads, k = f_d k_inf and epsilon = f_d eps_inf, on a small floor."""
+        """What flows in is in equilibrium with the beads, k = f_d k_inf and epsilon = f_d eps_inf, on a small floor.
+
+        Each node of the inlet by itself, and with a large weight: what diffuses back from the wall's layer behind it would
+        undershoot beside the layer, to a k far below zero.
+        """
         bed, speed = self.bed, m.speed
         outward = bed.porosity * m.density * ufl.dot(state.velocity, ufl.FacetNormal(self.coordinates.mesh))
         inward = ufl.conditional(ufl.lt(outward, 0.0), -outward, 0.0)
@@ -270,8 +275,11 @@ class FlowEquations:
             k_size * (state.kinetic_energy - k_in) * tests[2]
             + epsilon_size * (state.dissipation_rate - epsilon_in) * tests[3]
         )
-        return self.coordinates.weight * inward * difference * opening.ds
+        return INFLOW_WEIGHT * self.coordinates.weight * inward * difference * opening.nodes
 
 
 INLET_INTENSITY = 1e-5
 """k of the inflow over |u|^2 where no bead source acts: 0.26 % intensity. Changes no heating time by > 0.01 %."""
+
+INFLOW_WEIGHT = 1e3
+"""Weight of the inflow's k and epsilon at the inlet against what diffuses back to it."""

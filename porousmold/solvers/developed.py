@@ -165,13 +165,21 @@ class DevelopedFlow(SteadyFlow):
     def functions(self):
         return [self.unknown, self.pressure, self.gradient, self.streamfunction]
 
-    def guess_equilibrium(self):
-        """Start from the speed at which the local drag balances the pressure gradient of the scales, fading in a layer at
-        the wall, and from the beads' turbulence in local equilibrium."""
+    def initial_guess(self):
+        """Start from the speed at which the local drag balances the pressure gradient, fading in a layer at the wall, and from
+        the beads' undamped turbulence in local equilibrium.
+
+        The pressure gradient is that of the scales, or as the pressure drop imposes it at present.
+        """
         equations, scales = self.equations, self.equations.scales
         bed, law, space = equations.bed, self._fluid, self.pressure.function_space
-        gradient = float(scales.pressure.value) / self.columns.along[-1]
-        self._set_gradients(np.full(len(self.columns.along), -gradient))
+        kind, *value = self._drive()
+        pressure_drop = value[0] if kind == "pressure_drop" else float(scales.pressure.value)
+        self._set_gradients(np.full(len(self.columns.along), -pressure_drop / self.columns.along[-1]))
+        if not value[0]:
+            self.unknown.x.array[:] = 0.0
+            return True
+        gradient = pressure_drop / self.columns.along[-1]
         speed, diameter = float(scales.speed.value), float(bed.bead_diameter.value)
         porosity, distance = (
             fenicsx.nodal_values(expression, space) for expression in (bed.porosity, bed.wall_distance)
@@ -184,9 +192,8 @@ class DevelopedFlow(SteadyFlow):
         local *= -np.expm1(-distance / np.sqrt(2.0 * viscosity * speed / gradient))
         fields = [local / speed]
         if self._turbulent:
-            fraction = equations.model.source_fraction(density * porosity * local * diameter / viscosity)
-            energy = fraction * closure.bead_kinetic_energy(porosity, local) + 0.01 * local**2
-            rate = fraction * closure.bead_dissipation_rate(porosity, local, diameter) + 0.01 * local**3 / diameter
+            energy = closure.bead_kinetic_energy(porosity, local) + 0.01 * local**2
+            rate = closure.bead_dissipation_rate(porosity, local, diameter) + 0.01 * local**3 / diameter
             fields += [energy / speed**2, rate * diameter / speed**3]
         given = fem.Function(space)
         for values, (part, numbers) in zip(fields, self._parts(), strict=True):
@@ -195,6 +202,7 @@ class DevelopedFlow(SteadyFlow):
             there.interpolate(given)
             self.unknown.x.array[numbers] = there.x.array
         self._clear_held()
+        return not self._turbulent or (equations.model.bead_sources and not equations.model.damped)
 
     @property
     def _gradients(self):
@@ -246,6 +254,11 @@ class DevelopedFlow(SteadyFlow):
             return value[0] * self._area * self._fluid.density(absolute, value[1])
         widths = self.columns.widths
         return (-value[0] - np.sum(widths * (gradients - flow / slope))) / np.sum(widths / slope)
+
+    def start(self, time=0.0):
+        """Find the profiles of all stations from the initial guess, and carry their mass flow by the stream function."""
+        super().start(time)
+        self._streamfunction.renew()
 
     def solve(self, time=0.0):
         """Converge the profiles of all stations, and carry their mass flow by the stream function."""
@@ -316,8 +329,9 @@ class PlugFlow:
         """What the state of the flow is kept in."""
         return [self.pressure, self.streamfunction, self._mass_flux]
 
-    def guess_equilibrium(self):
-        """Nothing to guess."""
+    def start(self, time=0.0):
+        """The same as `solve`: there is nothing to guess."""
+        self.solve(time)
 
     def solve(self, time=0.0):
         """The mass flux that belongs to the pressure drop, or the pressure that belongs to the mass flux."""

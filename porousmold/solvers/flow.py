@@ -1,5 +1,7 @@
 """The quasi-steady flow: Newton's method, and pseudo-transient continuation where that fails."""
 
+import logging
+
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -10,11 +12,14 @@ from ..errors import SolveError
 from ..geometry import BED, INTERFACE, SIDE, SYMMETRY, WALL
 from .newton import NewtonSystem
 
+LOG = logging.getLogger(__name__)
+
 CONVERGED_UPDATE = 1e-8
 """Relative update of the scaled unknown at which the flow counts as converged."""
 
-STAGNATED_UPDATE = 1e-7
-"""Update that is good enough where rounding lets it fall no further."""
+STAGNATED_UPDATE = 1e-4
+"""The same where the updates fall no further: where k is all but 0 in coarse cells, Newton's method goes to and fro between
+small values of either sign. Of parts ten times as much. A hundredth of what a time step of the default tolerance accepts."""
 
 FIRST_PSEUDO_STEP = 0.3
 ENDLESS_PSEUDO_STEP = 1e7
@@ -25,10 +30,10 @@ STEP_FACTORS = ((0.1, 4.0), (0.3, 2.0), (0.7, 1.2), (1.5, 0.7))
 """Factors of the next pseudo-time step, each up to a relative update of the part that changes most."""
 FAILED_STEP_FACTOR = 0.125
 """Factor of a pseudo-time step after which the state is not taken."""
-DIRECT_ITERATIONS = 8
-"""Iterations that Newton's method has to bring its updates below 0.7."""
-MOST_PSEUDO_STEPS = 200
-"""Iterations after which the flow counts as without solution."""
+MOST_NEWTON_ITERATIONS, HALF_OF_THEM = 16, 8
+"""Iterations of Newton's method, and those after which its updates must be below 0.7."""
+MOST_PSEUDO_STEPS = 150
+"""Iterations from one initial guess after which another one is tried."""
 LEAST_REMAINDER = 0.1
 """Part of k and epsilon that a pseudo-time step leaves at least."""
 
@@ -52,11 +57,18 @@ LEAST_VALUE = 1e-6
 """Scaled velocity or pressure that counts as none."""
 
 
+def silent(text):
+    """Observe nothing."""
+
+
 class SteadyFlow:
     """The flow over the bed of a domain for a given temperature field.
 
     `equations` are `FlowEquations`; `openings` the inlet and outlet; `temperature` the function (K) that density and
     viscosity are taken at. The scaled unknown is `unknown`; `state` has the fields with units.
+
+    `initial_guess()` may be replaced by a better one;
+    `observe(text)` is called after every iteration, and may raise.
     """
 
     kept_iterations = 5
@@ -93,6 +105,7 @@ class SteadyFlow:
     def _reset_counters(self):
         self.newton_iterations = self.solves = self.continuation_steps = 0
         self._update = np.inf
+        self.observe = silent
 
     @property
     def unknowns(self):
@@ -103,6 +116,11 @@ class SteadyFlow:
     def linear_iterations(self):
         """Iterations of the last linear solve: 1 where it was factorised."""
         return self._system.linear_iterations
+
+    def initial_guess(self):
+        """Give the flow something to start from; tells whether it is so near that Newton's method should be tried."""
+        self.guess_uniform()
+        return self.equations.model is None
 
     def guess_uniform(self, velocity=1.0, turbulence_intensity=0.05):
         """Start from one (scaled) velocity along x[0] everywhere off the wall, and a uniform turbulence."""
@@ -128,35 +146,68 @@ class SteadyFlow:
         self.unknown.x.array[self._system.held] = 0.0
         self.unknown.x.scatter_forward()
 
+    def start(self, time=0.0):
+        """Find the steady flow from the initial guess; raises `SolveError` like `solve`.
+
+        Where there are a laminar and a turbulent flow, the false transient, which starts from the beads' undamped
+        turbulence, ends at the turbulent one.
+        """
+        self.solves += 1
+        if not self._find_from_guess(time):
+            self._fail(time)
+
     def solve(self, time=0.0):
         """Converge the steady flow; raises `SolveError` (named with `time`) if it is not found.
 
-        Iterations of Newton's method; where they lead away, implicit steps of a false transient from the same start, of
-        one iteration each. Steps grow as the updates fall, until they are endless again.
+        By Newton's method from the present flow; where that leads away, by a false transient from the initial guess for
+        the present temperature and, in the end, by one from the present flow.
         """
         self.solves += 1
-        start = self._state()
+        present = self._state()
+        if self._find(np.inf, time):
+            return
+        if self._find_from_guess(time):
+            return
+        self._restore(present)
+        if not self._find(FIRST_PSEUDO_STEP, time):
+            self._restore(present)
+            self._fail(time)
+
+    def _find_from_guess(self, time):
+        near = self.initial_guess()
+        guess = self._state()
+        if near and self._find(np.inf, time):
+            return True
+        self._restore(guess)
+        return self._find(FIRST_PSEUDO_STEP, time)
+
+    def _find(self, step, time):
+        """Iterate from the present flow until the steady equations are solved; tells whether they are.
+
+        One Newton iteration for each implicit step of a false transient; the first one is `step` bead transits long, later
+        ones grow as the updates fall, until they are endless. `step` = inf is Newton's method alone.
+        """
         scales = self.equations.scales
         transit = float(scales.length.value / scales.speed.value)
-        step, direct = np.inf, True
-        for iteration in range(MOST_PSEUDO_STEPS):
+        newton = np.isinf(step)
+        for iteration in range(1, (MOST_NEWTON_ITERATIONS if newton else MOST_PSEUDO_STEPS) + 1):
             before, last = self._state(), self._update
             endless = step > ENDLESS_PSEUDO_STEP
             update = self._pseudo_step(np.inf if endless else step * transit)
+            LOG.debug("t = %g s: step of %.1e bead transits, update %.1e, of a part %.1e", time, step, self._update, update)
+            self.observe(f"flow: iteration {iteration}, update {self._update:.0e}")
             if endless and self._converged(update, last):
-                return
-            factor = next((factor for limit, factor in STEP_FACTORS if update < limit), None)
-            if direct:
-                if not np.isfinite(update) or (iteration >= DIRECT_ITERATIONS and update > 0.7):
-                    self._restore(start)
-                    step, direct = FIRST_PSEUDO_STEP, False
-            elif factor is None:
+                return True
+            factor = next((factor for limit, factor in STEP_FACTORS if update < limit), FAILED_STEP_FACTOR)
+            if newton:
+                if not np.isfinite(update) or (iteration >= HALF_OF_THEM and factor < 1.0):
+                    break
+                continue
+            if factor == FAILED_STEP_FACTOR:
                 self._restore(before)
-                step = min(step, ENDLESS_PSEUDO_STEP) * FAILED_STEP_FACTOR
-            elif not endless or factor < 1.0:
+            if factor < 1.0 or not endless:
                 step = min(step, ENDLESS_PSEUDO_STEP) * factor
-        self._inverse_step.value = 0.0
-        self._fail(time, f"the false transient has come to steps of {step * transit:.1e} s")
+        return False
 
     def _pseudo_step(self, step):
         """One Newton iteration of an implicit step (s) of a false transient, or of the steady equations where it is endless.
@@ -181,8 +232,9 @@ class SteadyFlow:
 
     def _converged(self, update, last):
         """Whether the steady equations are solved; `last` is the update before the present one."""
-        small = self._update < CONVERGED_UPDATE or max(self._update, last) < STAGNATED_UPDATE
-        return small and update < CONVERGED_PARTS and self._physical()
+        small = self._update < CONVERGED_UPDATE and update < CONVERGED_PARTS
+        stagnated = 0.5 * last < self._update < STAGNATED_UPDATE and update < 10.0 * STAGNATED_UPDATE
+        return (small or stagnated) and self._physical()
 
     def _blocks(self):
         """Unknowns of u and p, of k, and of epsilon."""
@@ -228,6 +280,7 @@ class SteadyFlow:
         for _ in range(self.kept_iterations):
             self._update = self._iterate()
             self.newton_iterations += 1
+            self.observe("")
             if self._update < KEPT_TOLERANCE * tolerance and self._physical():
                 return
             if not self._update < SLOWEST_CONTRACTION * last:
@@ -239,6 +292,7 @@ class SteadyFlow:
             self._system.renew_jacobian()
             self._update = self._iterate()
             self.newton_iterations += 1
+            self.observe("")
             if not np.isfinite(self._update):
                 break
             if max(self._update, self._updates(before)[1] / LOOSER_PARTS) < tolerance and self._physical():
@@ -299,11 +353,12 @@ class SteadyFlow:
     def _kinetic_energy_unknowns(self):
         return self._turbulence_unknowns[: self._turbulence_unknowns.size // 2]
 
-    def _fail(self, time, what):
+    def _fail(self, time):
+        self._inverse_step.value = 0.0
         raise SolveError(
             "flow (u, p, k, epsilon)",
             time,
-            f"{what}, residual {self._system.residual_norm:.3e}, last update {self._update:.3e}",
+            f"no false transient ends, residual {self._system.residual_norm:.3e}, last update {self._update:.3e}",
             "a finer mesh (solver.axial_cells, solver.first_cell), model.turbulence = 'none', or a smaller pressure drop",
         )
 
