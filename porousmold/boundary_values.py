@@ -46,7 +46,7 @@ class BoundaryValues:
         """What drives the flow, as terms of the `Opening` at the inlet."""
         operation = self._scene.operation
         if operation.pressure_drop is not None:
-            return {"pressure": self._drive}
+            return {"pressure": self._drive, "mean_square": self._domain.constant(0.0)}
         if operation.mass_flow is not None:
             return {"mass_flux": self._drive / self._domain.constant(self._inlet_area)}
         return {"velocity": self._drive, "temperature": self._drive_temperature}

@@ -168,7 +168,12 @@ class Discretisation:
             function.x.array[:] = operation.initial_temperature
         openings = [
             Opening(ds(geometry.INLET), nodal_ds(geometry.INLET), **self.boundary.drive()),
-            Opening(ds(geometry.OUTLET), nodal_ds(geometry.OUTLET), pressure=self.domain.constant(0.0)),
+            Opening(
+                ds(geometry.OUTLET),
+                nodal_ds(geometry.OUTLET),
+                pressure=self.domain.constant(0.0),
+                mean_square=self.domain.constant(0.0),
+            ),
         ]
         with self.stopwatch("compile"):
             self.flow: Any

@@ -87,7 +87,11 @@ class Momentum:
 @dataclass(frozen=True)
 class Opening:
     """An inlet or outlet: its measure, that with quadrature at the nodes, and one of the gauge pressure outside (Pa), the mass
-    flux in (kg/m2/s) and the superficial velocity in (m/s), whose fluid comes at `temperature` (K)."""
+    flux in (kg/m2/s) and the superficial velocity in (m/s), whose fluid comes at `temperature` (K).
+
+    `mean_square` (m2/s2) goes with a pressure: what flows in then comes from a room of one total pressure, which is `pressure`
+    and the dynamic pressure of that speed. As the mean square of the entering velocity it makes `pressure` the static one.
+    """
 
     ds: ufl.Measure
     nodes: ufl.Measure
@@ -95,6 +99,7 @@ class Opening:
     mass_flux: Any = None
     velocity: Any = None
     temperature: Any = None
+    mean_square: Any = None
 
 
 @dataclass(frozen=True)
@@ -217,12 +222,29 @@ class FlowEquations:
         parallel = phi * m.effective_viscosity * ufl.dot(ufl.grad(state.velocity).T, normal)
         form = -weight * momentum_scale * ufl.dot(parallel, v) * opening.ds
         if opening.pressure is not None:
-            traction = phi * (state.pressure - opening.pressure) * ufl.dot(normal, v)
+            pressure = state.pressure - opening.pressure
+            traction = phi * pressure * ufl.dot(normal, v)
+            if opening.mean_square is not None:
+                inward = self.inward_speed(state)
+                along = state.velocity + inward * normal
+                traction += phi * m.density * (0.5 * inward**2 - 0.5 * opening.mean_square) * ufl.dot(normal, v)
+                traction -= phi * m.density * inward * ufl.dot(along, v)
             return form + weight * (mass_scale * outward * q - momentum_scale * traction) * opening.ds
         flux = self.flux_given(opening, state)
         incoming = -flux / (phi * m.density) * normal
         momentum = flux * ufl.dot(state.velocity - incoming, v)
         return form + weight * (momentum_scale * momentum - mass_scale * flux * q) * opening.ds
+
+    def inward_speed(self, state):
+        """Speed (m/s) at which the fluid comes in through a boundary; 0 where it leaves."""
+        inward = -ufl.dot(state.velocity, ufl.FacetNormal(self.coordinates.mesh))
+        return ufl.conditional(ufl.gt(inward, 0.0), inward, 0.0)
+
+    def entering(self, opening, state, temperature):
+        """Forms of the mass flow (kg/s) that comes in, and of that times its speed squared (kg m2/s3)."""
+        density, inward = self.fluid.density(state.pressure, temperature), self.inward_speed(state)
+        flux = self.coordinates.weight * self.bed.porosity * density * inward
+        return flux * opening.ds, flux * inward**2 * opening.ds
 
     def flux_given(self, opening, state):
         """Mass flux in (kg/m2/s) that an opening gives; None where its pressure is given. The velocity there follows it only
@@ -262,8 +284,7 @@ class FlowEquations:
         undershoot beside the layer, to a k far below zero.
         """
         bed, speed = self.bed, m.speed
-        outward = bed.porosity * m.density * ufl.dot(state.velocity, ufl.FacetNormal(self.coordinates.mesh))
-        inward = ufl.conditional(ufl.lt(outward, 0.0), -outward, 0.0)
+        inward = bed.porosity * m.density * self.inward_speed(state)
         fraction = self.model.source_fraction(bed.reynolds_number(m.density, speed, m.viscosity))
         k_in = fraction * closure.bead_kinetic_energy(bed.porosity, speed) + INLET_INTENSITY * speed**2
         epsilon_in = (

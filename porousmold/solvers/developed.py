@@ -194,6 +194,11 @@ class DevelopedFlow(SteadyFlow):
         if self._turbulent:
             energy = closure.bead_kinetic_energy(porosity, local) + 0.01 * local**2
             rate = closure.bead_dissipation_rate(porosity, local, diameter) + 0.01 * local**3 / diameter
+            distance = np.maximum(distance, 1e-3 * np.min(distance[distance > 0.0]))
+            layer = closure.wall_reynolds_number(density, distance, energy, viscosity)
+            outer = closure.outer_fraction(layer, float(equations.model.blend_half_width.value))
+            inner = closure.inner_dissipation_rate(energy, layer, distance, viscosity / density)
+            rate = outer * rate + (1.0 - outer) * inner
             fields += [energy / speed**2, rate * diameter / speed**3]
         given = fem.Function(space)
         for values, (part, numbers) in zip(fields, self._parts(), strict=True):

@@ -1,6 +1,7 @@
 """The quasi-steady flow: Newton's method, and pseudo-transient continuation where that fails."""
 
 import logging
+from collections.abc import Sequence
 
 import numpy as np
 import ufl
@@ -23,10 +24,11 @@ small values of either sign. Of parts ten times as much. A hundredth of what a t
 
 FIRST_PSEUDO_STEP = 0.3
 ENDLESS_PSEUDO_STEP = 1e7
-"""Pseudo-time steps, in transit times of one bead at the reference speed: the first one, and that beyond which the steady
-equations themselves are solved."""
+LEAST_PSEUDO_STEP = 1e-9
+"""Pseudo-time steps, in transit times of one bead at the reference speed: the first one, that beyond which the steady
+equations themselves are solved, and that below which no solution is expected."""
 
-STEP_FACTORS = ((0.1, 4.0), (0.3, 2.0), (0.7, 1.2), (1.5, 0.7))
+STEP_FACTORS = ((1e-3, 1e4), (1e-2, 40.0), (0.1, 4.0), (0.3, 2.0), (0.7, 1.2), (1.5, 0.7))
 """Factors of the next pseudo-time step, each up to a relative update of the part that changes most."""
 FAILED_STEP_FACTOR = 0.125
 """Factor of a pseudo-time step after which the state is not taken."""
@@ -71,6 +73,7 @@ class SteadyFlow:
     `observe(text)` is called after every iteration, and may raise.
     """
 
+    _entering: Sequence = ()
     kept_iterations = 5
     """Iterations with kept factors before the flow's Jacobian is renewed."""
 
@@ -95,12 +98,21 @@ class SteadyFlow:
         self.state = FlowState.of(ufl.split(self.unknown), equations.scales)
         parts = [fenicsx.collapse(self.space, part)[1] for part in range(len(elements))]
         self._take_parts(parts[:2], parts[2:])
+        self._entering = [
+            (opening.mean_square, *map(fenicsx.compiled_form, equations.entering(opening, self.state, temperature)))
+            for opening in openings
+            if opening.mean_square is not None
+        ]
         self._reset_counters()
 
     def _take_parts(self, motion, turbulence):
-        """Note the local unknowns of velocity and pressure, of k and epsilon, and the size below which each counts as 0."""
+        """Note the local unknowns of velocity and pressure, of k and epsilon, and the size below which each counts as 0.
+
+        All but the pressure evolve in a false transient: it belongs to its velocity, however short the step.
+        """
         self._turbulence_unknowns = np.concatenate([np.empty(0, int), *turbulence])
         self._sizes = [(part, LEAST_VALUE) for part in motion] + [(part, TRACE_OF_TURBULENCE) for part in turbulence]
+        self._evolving = self._sizes[:1] + self._sizes[len(motion) :]
 
     def _reset_counters(self):
         self.newton_iterations = self.solves = self.continuation_steps = 0
@@ -203,6 +215,8 @@ class SteadyFlow:
                 if not np.isfinite(update) or (iteration >= HALF_OF_THEM and factor < 1.0):
                     break
                 continue
+            if step < LEAST_PSEUDO_STEP:
+                break
             if factor == FAILED_STEP_FACTOR:
                 self._restore(before)
             if factor < 1.0 or not endless:
@@ -228,7 +242,7 @@ class SteadyFlow:
             numbers = self._turbulence_unknowns
             old, now = before[0][numbers], self.unknown.x.array[numbers]
             self.unknown.x.array[numbers] = np.where(old > 0.0, np.maximum(now, LEAST_REMAINDER * old), now)
-        return self._updates(before[0])[1]
+        return self._updates(before[0], self._evolving)[1]
 
     def _converged(self, update, last):
         """Whether the steady equations are solved; `last` is the update before the present one."""
@@ -245,22 +259,31 @@ class SteadyFlow:
 
     def _iterate(self):
         """One iteration with the present factors; gives its relative update, infinite where it fails."""
+        for mean_square, *forms in self._entering:
+            flow, moment = (self.domain.communicator.allreduce(float(fem.assemble_scalar(form))) for form in forms)
+            mean_square.value = moment / flow if flow > 0.0 else 0.0
         converged, iterations = self._system.solve(max_iterations=1, relative_update=1e-14)
         if not iterations:  # there is nothing left to solve, as in a fluid at rest
             return 0.0 if converged else np.inf
         return self._system.relative_update
 
-    def _updates(self, before):
-        """Relative update since the array `before`: of all unknowns, and the largest of the parts, as k and epsilon hardly count
-        in that of all."""
+    def _updates(self, before, parts=None):
+        """Update since the array `before`, relative to the geometric mean of then and now, so that growth shows like decay.
+
+        Of all unknowns of the parts (default: all), and the largest of a part, as k and epsilon hardly count in that of all.
+        """
+        parts = parts or self._sizes
         squares = [
-            [change @ change, now @ now, len(now)]
-            for numbers, _ in self._sizes
-            for now, change in [(self.unknown.x.array[numbers], self.unknown.x.array[numbers] - before[numbers])]
+            [change @ change, now @ now, old @ old, len(now)]
+            for numbers, _ in parts
+            for now, old in [(self.unknown.x.array[numbers], before[numbers])]
+            for change in [now - old]
         ]
-        changes, values, counts = self.domain.communicator.allreduce(np.array(squares)).T
-        values = np.maximum(values, np.array([trace for _, trace in self._sizes]) ** 2 * np.maximum(counts, 1))
-        return float(np.sqrt(changes.sum() / values.sum())), float(np.sqrt(np.max(changes / values)))
+        changes, values, old_values, counts = self.domain.communicator.allreduce(np.array(squares)).T
+        least = np.array([trace for _, trace in parts]) ** 2 * np.maximum(counts, 1)
+        of_all = np.sqrt(max(values.sum(), least.sum()) * max(old_values.sum(), least.sum()))
+        of_parts = np.sqrt(np.maximum(values, least) * np.maximum(old_values, least))
+        return float(np.sqrt(changes.sum() / of_all)), float(np.sqrt(np.max(changes / of_parts)))
 
     def extrapolate(self, previous, factor):
         """Foresee the state `factor` times as far ahead as `previous` (arrays of `functions`) lies behind."""
