@@ -33,8 +33,8 @@ def developed_state(unknown, pressure, scales, turbulent):
     return FlowState(velocity, pressure, parts[1] * scales.kinetic_energy, parts[2] * scales.dissipation_rate)
 
 
-def developed_residual(equations, unknown, previous, inverse_step, pressure, gradient, temperature, dx):
-    """Form of the scaled residual at all stations; `dx` has its quadrature at the nodes along the flow.
+def developed_residual(equations, unknown, previous, inverse_step, pressure, gradient, temperature, dx, nodes):
+    """Form of the scaled residual at all stations; `dx` has its quadrature at the nodes along the flow, `nodes` at all nodes.
 
     `equations` are `FlowEquations`, `gradient` is dp/dx (Pa/m), `inverse_step` (1/s) that of a pseudo-time step.
     """
@@ -55,15 +55,17 @@ def developed_residual(equations, unknown, previous, inverse_step, pressure, gra
         force -= phi * density * equations.gravity[0]
     test = tests[0] * equations.bed.bead_diameter / scales.pressure
     form = force * test + phi * effective * u.dx(1) * test.dx(1)
+    local = 0.0 * test
     if turbulent:
         m = Momentum(density, viscosity, effective, speed, layers, None, None, None)
         terms = turbulence_terms(state, m, bed, equations.model, u.dx(1) ** 2)
         olds = old.kinetic_energy, old.dissipation_rate
-        for (field, diffusivity, reaction), before, size, test in zip(
+        for (field, diffusivity, production, reaction), before, size, test in zip(
             terms, olds, equations.turbulence_sizes(), tests[1:], strict=True
         ):
-            form += size * ((reaction + storage * (field - before)) * test + diffusivity * field.dx(1) * test.dx(1))
-    return coordinates.weight * form * dx
+            form += size * ((storage * (field - before) - production) * test + diffusivity * field.dx(1) * test.dx(1))
+            local += size * reaction * test
+    return coordinates.weight * form * dx + coordinates.nodal_weight * local * nodes
 
 
 @dataclass(frozen=True)

@@ -123,7 +123,7 @@ class FlowEquations:
             state.dissipation_rate,
             density,
             viscosity,
-            self.bed.wall_distance,
+            ufl.max_value(self.bed.wall_distance, LEAST_WALL_DISTANCE * self.bed.bead_diameter),
             self.scales.kinetic_energy,
             self.model.blend_half_width,
             self.model.longest_eddy * self.bed.bead_diameter,
@@ -172,18 +172,18 @@ class FlowEquations:
         """Superficial mass flux phi rho u (kg/m2/s) as inlets and outlets have it."""
         return self.bed.porosity * self.fluid.density(state.pressure, temperature) * state.velocity
 
-    def residual(self, scaled, previous, inverse_step, temperature, openings, dx, sources=None):
+    def residual(self, scaled, previous, inverse_step, temperature, openings, dx, nodes, sources=None):
         """Form of the scaled unknown's residual.
 
         `previous` is the scaled unknown one pseudo-time step ago and `inverse_step` (1/s) the step's inverse, 0 for
-        the steady equations; `temperature` (K) is given; `dx` is over the bed; `sources` (momentum in N/m3, mass in
+        the steady equations; `temperature` (K) is given; `dx` is over the bed, `nodes` too with quadrature at the nodes; `sources` (momentum in N/m3, mass in
         kg/m3/s, and with turbulence those of k and epsilon) are for manufactured solutions.
         """
         state, old = (FlowState.of(ufl.split(f), self.scales) for f in (scaled, previous))
         tests = ufl.TestFunctions(scaled.function_space)
-        return self.residual_of(state, old, tests, inverse_step, temperature, openings, dx, sources)
+        return self.residual_of(state, old, tests, inverse_step, temperature, openings, dx, nodes, sources)
 
-    def residual_of(self, state, old, tests, inverse_step, temperature, openings, dx, sources=None):
+    def residual_of(self, state, old, tests, inverse_step, temperature, openings, dx, nodes, sources=None):
         """`residual` of two `FlowState`s and the test functions of the flow's unknowns."""
         coordinates, scales = self.coordinates, self.scales
         weight, phi = coordinates.weight, self.bed.porosity
@@ -206,7 +206,7 @@ class FlowEquations:
         for opening in openings:
             form += self._opening(opening, state, v, q, m, momentum_scale, mass_scale)
         if self.model is not None:
-            form += self._turbulence(state, old, tests, m, inverse_step, dx)
+            form += self._turbulence(state, old, tests, m, inverse_step, dx, nodes)
             for opening in openings:
                 form += self._turbulence_inflow(opening, state, tests, m)
             if sources:
@@ -266,11 +266,12 @@ class FlowEquations:
         rate = self.scales.speed / self.scales.length
         return 1.0 / (self.scales.kinetic_energy * rate), 1.0 / (self.scales.dissipation_rate * rate)
 
-    def _turbulence(self, state, old, tests, m, inverse_step, dx):
+    def _turbulence(self, state, old, tests, m, inverse_step, dx, nodes):
         storage = self.coordinates.weight * self.bed.porosity * m.density * inverse_step
         k_test, epsilon_test = (size * test for size, test in zip(self.turbulence_sizes(), tests[2:4], strict=True))
+        coordinates = self.coordinates
         form = turbulence_residual(
-            state, (k_test, epsilon_test), m, self.bed, self.model, self.coordinates, metric(self.coordinates.mesh), dx
+            state, (k_test, epsilon_test), m, self.bed, self.model, coordinates, metric(coordinates.mesh), dx, nodes
         )
         changes = (state.kinetic_energy - old.kinetic_energy) * k_test + (
             state.dissipation_rate - old.dissipation_rate
@@ -304,3 +305,6 @@ INLET_INTENSITY = 1e-5
 
 INFLOW_WEIGHT = 1e3
 """Weight of the inflow's k and epsilon at the inlet against what diffuses back to it."""
+
+LEAST_WALL_DISTANCE = 1e-6
+"""In bead diameters, at the nodes on the wall: k is 0 there, whatever acts on it."""

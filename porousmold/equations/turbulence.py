@@ -73,22 +73,21 @@ class TwoLayerState:
 
 
 def turbulence_terms(state, m, bed, model, shear_rate_squared):
-    """(unknown, diffusivity, reaction) of the k and the epsilon equation, per total volume, so multiplied by the porosity.
+    """(unknown, diffusivity, production, reaction) of the k and the epsilon equation, per total volume, so multiplied by the
+    porosity.
 
     `state` is the flow's `FlowState`, `m` its `Momentum`, `shear_rate_squared` 2 S:S; what is transported is
-    reaction - div(diffusivity grad unknown).
+    reaction - production - div(diffusivity grad unknown). Of the two, the reaction needs the fields at a point alone.
     """
     k, epsilon = state.kinetic_energy, state.dissipation_rate
     phi, density, speed, layers = bed.porosity, m.density, m.speed, m.turbulence
     production = layers.eddy_viscosity * shear_rate_squared
-    k_source = production - density * layers.dissipation
-    epsilon_source = layers.turnover_outer * (
-        closure.C_EPSILON_1 * production - closure.C_EPSILON_2 * density * epsilon
-    )
+    k_sink = density * layers.dissipation
+    epsilon_sink = closure.C_EPSILON_2 * density * layers.turnover_outer * epsilon
     if model.bead_sources:
         bead_source = model.source_fraction(bed.reynolds_number(density, speed, m.viscosity)) * density
-        k_source += bead_source * closure.bead_dissipation_rate(phi, speed, bed.bead_diameter)
-        epsilon_source += (
+        k_sink -= bead_source * closure.bead_dissipation_rate(phi, speed, bed.bead_diameter)
+        epsilon_sink -= (
             closure.C_EPSILON_2
             * bead_source
             * closure.bead_dissipation_squared_over_energy(phi, speed, bed.bead_diameter)
@@ -101,34 +100,37 @@ def turbulence_terms(state, m, bed, model, shear_rate_squared):
         * (epsilon - layers.turnover_inner * k)
     )
     return (
-        (k, phi * (m.viscosity + layers.eddy_viscosity / closure.SIGMA_K), -phi * k_source),
+        (k, phi * (m.viscosity + layers.eddy_viscosity / closure.SIGMA_K), phi * production, phi * k_sink),
         (
             epsilon,
             phi * (m.viscosity + layers.eddy_viscosity / closure.SIGMA_EPSILON),
-            phi * (tie - layers.outer * epsilon_source),
+            phi * layers.outer * layers.turnover_outer * closure.C_EPSILON_1 * production,
+            phi * (tie + layers.outer * epsilon_sink),
         ),
     )
 
 
-def turbulence_residual(state, tests, m, bed, model, coordinates, metric, dx):
+def turbulence_residual(state, tests, m, bed, model, coordinates, metric, dx, nodes):
     """Residual of the k and epsilon equations over the bed without boundary and pseudo-time terms (form).
 
-    `tests` are the two test functions. Streamline upwinding: first order along the flow, where both vary little, in
-    exchange for fields without undershoots behind the inlet.
+    `tests` are the two test functions, `nodes` is dx with quadrature at the nodes. Streamline upwinding: first order along
+    the flow, where both vary little, in exchange for fields without undershoots behind the inlet. The reaction acts at each
+    node by itself: else k undershoots beside beads that feed it, in cells longer than it lives.
     """
     advection = bed.porosity * m.density * state.velocity
     terms = turbulence_terms(state, m, bed, model, coordinates.shear_rate_squared(state.velocity))
     form = 0
-    for (unknown, diffusivity, reaction), test in zip(terms, tests, strict=True):
+    for (unknown, diffusivity, production, reaction), test in zip(terms, tests, strict=True):
         along = ufl.dot(advection, ufl.grad(unknown))
         upwind = streamline_time_scale(metric, advection, diffusivity)
         form += (
             coordinates.weight
             * (
-                (along + reaction) * test
+                (along - production) * test
                 + diffusivity * ufl.dot(ufl.grad(unknown), ufl.grad(test))
                 + upwind * along * ufl.dot(advection, ufl.grad(test))
             )
             * dx
         )
+        form += coordinates.nodal_weight * reaction * test * nodes
     return form

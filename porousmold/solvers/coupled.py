@@ -45,7 +45,8 @@ class CoupledTransient:
         state, old = (FlowState.of(parts[:count], equations.scales) for parts in (now, before))
         temperature, beads, test, bead_test = now[count], now[-1], tests[count], tests[-1]
         dx = flow.dx
-        residual = equations.residual_of(state, old, tests, self._inverse_step, temperature, flow.openings, dx(BED))
+        measures = dx(BED), domain.nodal_measure()(BED)
+        residual = equations.residual_of(state, old, tests, self._inverse_step, temperature, flow.openings, *measures)
         residual += equations.mass_storage(
             state, old, temperature, before[count], tests[1], self._inverse_step, dx(BED)
         )

@@ -112,7 +112,7 @@ class DevelopedFlow(SteadyFlow):
         self.columns = Columns(domain)
         dx = domain.column_measure(GAUSS_DEGREE)
         arguments = (self.unknown, self._previous, self._inverse_step, self.pressure, self.gradient, temperature)
-        residual = developed_residual(equations, *arguments, dx(BED))
+        residual = developed_residual(equations, *arguments, dx(BED), domain.nodal_measure()(BED))
         push = ufl.derivative(residual, self.gradient, fem.Constant(domain.mesh, 1.0) * unit(scalars))
         nothing = fem.Constant(domain.mesh, 0.0)
         residual += nothing * ufl.inner(self.unknown, ufl.TestFunction(self.space)) * dx(WALL)

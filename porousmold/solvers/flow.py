@@ -18,10 +18,9 @@ LOG = logging.getLogger(__name__)
 CONVERGED_UPDATE = 1e-8
 """Relative update of the scaled unknown at which the flow counts as converged."""
 
-STAGNATED_UPDATE = 1e-4
-"""The same where the updates fall no further: where k is all but 0 in coarse cells, Newton's method goes to and fro between
-small values of either sign. Of parts ten times as much. A hundredth of what a time step of the default tolerance accepts."""
-
+STAGNATED_UPDATE = 1e-5
+"""The same of two iterations in succession: where k is all but 0 in coarse cells, Newton's method goes to and fro between small
+values of either sign. Of parts a hundred times as much. A thousandth of what a time step of the default tolerance accepts."""
 FIRST_PSEUDO_STEP = 0.3
 ENDLESS_PSEUDO_STEP = 1e7
 LEAST_PSEUDO_STEP = 1e-9
@@ -87,8 +86,9 @@ class SteadyFlow:
         self._previous = fem.Function(self.space)
         self._inverse_step = fem.Constant(domain.mesh, 0.0)
         self.openings, self.dx = openings, dx
+        measures = dx(BED), domain.nodal_measure()(BED)
         residual = equations.residual(
-            self.unknown, self._previous, self._inverse_step, temperature, openings, dx(BED), sources
+            self.unknown, self._previous, self._inverse_step, temperature, openings, *measures, sources
         )
         # the matrix needs entries for the unknowns that are held at 0 inside the wall
         nothing = fem.Constant(domain.mesh, 0.0)
@@ -247,7 +247,7 @@ class SteadyFlow:
     def _converged(self, update, last):
         """Whether the steady equations are solved; `last` is the update before the present one."""
         small = self._update < CONVERGED_UPDATE and update < CONVERGED_PARTS
-        stagnated = 0.5 * last < self._update < STAGNATED_UPDATE and update < 10.0 * STAGNATED_UPDATE
+        stagnated = max(self._update, last) < STAGNATED_UPDATE and update < 100.0 * STAGNATED_UPDATE
         return (small or stagnated) and self._physical()
 
     def _blocks(self):
