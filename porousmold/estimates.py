@@ -11,11 +11,16 @@ from .closures.nusselt import prandtl_number
 
 FIRST_CELL_IN_WALL_UNITS = 1.5
 LARGEST_STEP_FRACTION = 24.0
+LEAST_END_LENGTH = 1e-3
+"""Of the bed's length: shorter ends of the wall move the heating time by less than 0.05 %."""
 
 
 @dataclass(frozen=True)
 class Estimates:
-    """Of the developed flow in the middle of the bed at the inlet temperature (SI units)."""
+    """Of the developed flow in the middle of the bed at the inlet temperature (SI units).
+
+    `end_length` is that over which the wall's insulated end at the outlet is felt along it.
+    """
 
     speed: float
     pressure_gradient: float
@@ -27,6 +32,7 @@ class Estimates:
     first_cell: float
     wall_cells: int
     heating_duration: float
+    end_length: float
 
     @property
     def largest_step(self):
@@ -66,7 +72,7 @@ def estimate(scene, bed_size, laws):
     friction_velocity = math.sqrt(gradient * layer / density)
     first_cell = min(FIRST_CELL_IN_WALL_UNITS * viscosity / (density * friction_velocity), 0.01 * bead_diameter)
     bead_heat = (1.0 - phi) * beads.density(temperature) * beads.heat_capacity(temperature) * area * length
-    wall_heat, wall_cells = 0.0, 1
+    wall_heat, wall_cells, end_length = 0.0, 1, length
     if scene.wall.thickness is not None:
         thickness = scene.wall.thickness
         if scene.geometry.kind == "pipe":
@@ -76,6 +82,7 @@ def estimate(scene, bed_size, laws):
         wall_heat = wall.density(temperature) * wall.heat_capacity(temperature) * perimeter * thickness * length
         biot = coefficient * thickness / wall.conductivity(temperature)
         wall_cells = min(max(math.ceil(8.0 * math.sqrt(biot)), 1), 12)
+        end_length = max(thickness * max(1.0, 1.0 / math.sqrt(biot)), LEAST_END_LENGTH * length)
     return Estimates(
         speed=speed,
         pressure_gradient=gradient,
@@ -86,6 +93,7 @@ def estimate(scene, bed_size, laws):
         bead_biot_number=coefficient * bead_diameter / 6.0 / beads.conductivity(temperature),
         first_cell=first_cell,
         wall_cells=wall_cells,
+        end_length=end_length,
         heating_duration=(bead_heat + wall_heat) / (density * phi * speed * area * heat_capacity),
     )
 

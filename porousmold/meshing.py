@@ -9,6 +9,15 @@ AXIAL_GRADING = 1.5
 """Axial nodes at L (i/n)^1.5: the thermal front that starts sharp at the inlet meets small cells, and widens as they do."""
 
 
+def axial_nodes(length, cells, last_cell):
+    """Nodes (m) along the flow from 0 to `length`: graded from the inlet, the last of the `cells` halved until it is at most
+    `last_cell` (m) long, where the wall's end lets no heat out."""
+    nodes = length * np.linspace(0.0, 1.0, cells + 1) ** AXIAL_GRADING
+    while nodes[-1] - nodes[-2] > last_cell:
+        nodes = np.insert(nodes, -1, 0.5 * (nodes[-2] + nodes[-1]))
+    return nodes
+
+
 def straight_domain(scene, estimates, communicator):
     """Domain of a pipe or mold; what the scene leaves open is as its `estimates` say."""
     solver = scene.solver
@@ -32,6 +41,6 @@ def straight_domain(scene, estimates, communicator):
         else:  # nothing changes across the width: cells as wide as the bed is high
             cells = max(2, round(finer * half_width / half_height))
             across.append(geometry.Across(np.linspace(0.0, half_width, cells + 1), cells, walled=False))
-    axial_nodes = length * np.linspace(0.0, 1.0, axial_cells + 1) ** AXIAL_GRADING
+    along = axial_nodes(length, axial_cells, estimates.end_length / finer)
     axisymmetric = scene.geometry.kind == "pipe"
-    return geometry.straight_bed(communicator, axial_nodes, across, axisymmetric=axisymmetric)
+    return geometry.straight_bed(communicator, along, across, axisymmetric=axisymmetric)
