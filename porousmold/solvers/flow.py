@@ -20,7 +20,8 @@ CONVERGED_UPDATE = 1e-8
 
 STAGNATED_UPDATE = 1e-5
 """The same of two iterations in succession: where k is all but 0 in coarse cells, Newton's method goes to and fro between small
-values of either sign. Of parts a hundred times as much. A thousandth of what a time step of the default tolerance accepts."""
+values of either sign. A thousandth of what a time step of the default tolerance accepts; of parts, the same as that."""
+STAGNATED_PARTS = 0.05
 FIRST_PSEUDO_STEP = 0.3
 ENDLESS_PSEUDO_STEP = 1e7
 LEAST_PSEUDO_STEP = 1e-9
@@ -51,8 +52,8 @@ FRESH_ITERATIONS = 8
 """Iterations with a new Jacobian each before the flow is solved from its start; where turbulence sets in or dies k may pass
 through negative values on the way."""
 
-TRACE_OF_TURBULENCE = 1e-4
-"""k over the reference speed squared that counts as none."""
+TRACE_OF_TURBULENCE = 1e-3
+"""k over the reference speed squared that counts as none: its eddies are no more viscous than the fluid."""
 
 LEAST_VALUE = 1e-6
 """Scaled velocity or pressure that counts as none."""
@@ -247,7 +248,7 @@ class SteadyFlow:
     def _converged(self, update, last):
         """Whether the steady equations are solved; `last` is the update before the present one."""
         small = self._update < CONVERGED_UPDATE and update < CONVERGED_PARTS
-        stagnated = max(self._update, last) < STAGNATED_UPDATE and update < 100.0 * STAGNATED_UPDATE
+        stagnated = max(self._update, last) < STAGNATED_UPDATE and update < STAGNATED_PARTS
         return (small or stagnated) and self._physical()
 
     def _blocks(self):
@@ -362,8 +363,8 @@ class SteadyFlow:
         return factors
 
     def _physical(self):
-        """No NaN, and no clearly negative k: coarse cells undershoot by a hundredth of the largest value, which passes, as
-        does a trace of the speed squared where there is no turbulence."""
+        """No NaN, and no clearly negative k: what passes is a twentieth of the largest value, or a trace of the speed squared
+        where there is no turbulence."""
         if not self._turbulence_unknowns.size:
             return True
         values = self.unknown.x.array[self._kinetic_energy_unknowns()]
@@ -371,7 +372,7 @@ class SteadyFlow:
             self.domain.communicator.allreduce(float(value), op=op)
             for value, op in ((np.min(values, initial=0.0), min), (np.max(values, initial=0.0), max))
         )
-        return bool(low >= -0.05 * max(high, TRACE_OF_TURBULENCE))
+        return bool(low >= -max(0.05 * high, TRACE_OF_TURBULENCE))
 
     def _kinetic_energy_unknowns(self):
         return self._turbulence_unknowns[: self._turbulence_unknowns.size // 2]
