@@ -3,10 +3,7 @@
 import numpy as np
 
 from . import geometry
-from .estimates import bed_size
-
-AXIAL_GRADING = 1.5
-"""Axial nodes at L (i/n)^1.5: the thermal front that starts sharp at the inlet meets small cells, and widens as they do."""
+from .estimates import AXIAL_GRADING, bed_size
 
 
 def axial_nodes(length, cells, last_cell):
@@ -24,7 +21,7 @@ def straight_domain(scene, estimates, communicator):
     length, half_height, area = bed_size(scene)
     finer = solver.mesh_refinement
     first_cell = (solver.first_cell or estimates.first_cell) / finer
-    axial_cells = max(2, round(solver.axial_cells * finer))
+    axial_cells = max(2, round((solver.axial_cells or estimates.axial_cells) * finer))
     wall_cells = max(1, round((solver.wall_cells or estimates.wall_cells) * finer))
     resolved = scene.model.wall == "conjugate"
     wall_nodes = np.linspace(0.0, scene.wall.thickness, wall_cells + 1) if resolved else []

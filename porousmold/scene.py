@@ -120,7 +120,8 @@ KEYS: dict[str, dict[str, Key]] = {
         "drag": _choice("resistance of the beads", DRAG_LAWS, "macdonald"),
     },
     "solver": {
-        "axial_cells": Key("integer", "cells along the flow", 18, low=2, high=100000, closed=True),
+        "axial_cells": Key("integer", "cells along the flow; default from the expected width of the front, at least 18", low=2,
+                           high=100000, closed=True),
         "first_cell": _length("height of the cell at the wall; default from the expected wall shear"),
         "cell_growth": Key("", "largest ratio of neighbouring cells across the bed", 1.3, low=1.001, high=3.0),
         "wall_cells": Key("integer", "cells through the wall; default from its Biot number", low=1, high=1000, closed=True),
@@ -131,7 +132,7 @@ KEYS: dict[str, dict[str, Key]] = {
                         low=1e-4, high=0.2, closed=True),
         "first_step": Key("s", "first time step", 1.0, low=0.0, high=1e6),
         "step_growth": Key("", "ratio of successive steps", 1.5, low=1.0, high=10.0, closed=True),
-        "largest_step": Key("s", "largest time step; default a 24th of the time the fluid needs to bring the heat",
+        "largest_step": Key("s", "largest time step; default from how fast the front passes and the wall follows it",
                             low=0.0, high=1e7),
         "step_tolerance": Key("delta_degC", "estimated error of a step above which it is repeated smaller", 5.0,
                               low=0.0, high=1e3),
