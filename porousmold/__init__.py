@@ -23,8 +23,8 @@ except PackageNotFoundError:  # used from the source tree without installation
 __all__ = ["InputError", "Scene", "SolveError", "run"]
 
 
-def run(scene, out=None, communicator=None, progress=None, stop=lambda: False, resume=False):
+def run(scene, out=None, communicator=None, progress=None, stop=lambda: False, resume=False, observe=None):
     """Run a scene and give its result: see `porousmold.running.run`."""
     from .running import run as run_scene  # on demand: a scene can be checked without dolfinx
 
-    return run_scene(scene, out, communicator, progress, stop, resume)
+    return run_scene(scene, out, communicator, progress, stop, resume, observe)

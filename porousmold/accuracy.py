@@ -17,6 +17,8 @@ from .errors import SolveError
 MESH_ORDER, STEP_ORDER = 1.2, 1.5
 FINEST = 8.0
 """Largest refinement that is tried."""
+FINER = 1.5
+"""Factor on the cells in each direction where a solve has failed."""
 COARSEST_OF_ALL = 2.0
 """Refinement from which on a failed solve is the scene's own failure."""
 
@@ -25,10 +27,16 @@ def scenes_to_run(scene):
     """Generator of the scenes to march one after the other; send it the heating time (s, or None) of each.
 
     Where it failed, throw the `SolveError` in. The last one is the answer, and the generator's value its estimated relative
-    error: without `solver.accuracy` the scene itself and None, also None where the wall was not heated.
+    error: without `solver.accuracy` the scene itself, or if that fails on finer cells, and None, also None where the wall was
+    not heated.
     """
     if scene.solver.accuracy is None:
-        yield scene
+        try:
+            yield scene
+        except SolveError:
+            if scene.geometry.kind == "mesh":
+                raise
+            yield scene.with_changes(solver__mesh_refinement=FINER * scene.solver.mesh_refinement)
         return None
     wanted, refinement = scene.solver.accuracy, first_refinement(scene.solver.accuracy)
     while True:

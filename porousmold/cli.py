@@ -6,11 +6,11 @@ import sys
 import traceback
 from pathlib import Path
 
-from . import stop_signals
 from .errors import InputError, SolveError
 from .experiment.cli import add_commands as add_experiment_commands
 from .packing.cli import add_commands as add_packing_commands
 from .permeability.cli import add_commands as add_permeability_commands
+from .stop_signals import StopSignals
 from .study.cli import add_commands as add_study_commands
 
 DONE, BAD_INPUT, SOLVE_FAILED, INTERRUPTED = 0, 2, 3, 130
@@ -126,17 +126,18 @@ def _run(options):
     from .scene import Scene
 
     scene = Scene.from_file(options.scene, _settings(options.settings))
+    signals = StopSignals()
     out = Path(options.out) if options.out else Path("runs") / Path(options.scene).stem
     # dolfinx takes a second to import: only a scene that is sound pays for it
     from mpi4py import MPI
 
     from .running import RunInterrupted, run
 
-    signals = stop_signals.received()
     rank = MPI.COMM_WORLD.rank
     bar = None if options.quiet or rank else Bar(scene)
     try:
-        result = run(scene, out, progress=bar, stop=lambda: bool(signals), resume=options.resume)
+        observe = bar.phase if bar is not None else None
+        result = run(scene, out, progress=bar, stop=lambda: bool(signals), resume=options.resume, observe=observe)
     except RunInterrupted as error:
         return _end(INTERRUPTED, f"{error}; what was computed is in {out}, --resume goes on")
     except SolveError:
@@ -186,11 +187,15 @@ class Bar:
         from tqdm import tqdm
 
         self._margin, self._end_time = scene.operation.heating_margin, scene.operation.end_time
-        self._bar = tqdm(
-            total=1.0, unit="s", bar_format="{desc} |{bar}| {n:.0f}/{total:.0f} s simulated, {remaining} left"
-        )
-        self._bar.set_description_str("compiling or starting")
+        self._bar = tqdm(total=1.0, unit="s", bar_format="{desc}, {elapsed} elapsed")
         self._last = None
+        self.phase("starting")
+
+    def phase(self, text):
+        """Show what is being done before the first step of time, and within a long one."""
+        if text and self._last is None:
+            self._bar.set_description_str(text)
+            self._bar.refresh()
 
     def __call__(self, time, deficit, simulation):
         foreseen = 1.7 * simulation.problem.estimates.heating_duration
@@ -198,6 +203,7 @@ class Bar:
             rate = math.log(self._last[1] / deficit) / (time - self._last[0])
             foreseen = time + max(math.log(deficit / self._margin), 0.0) / rate
         first = self._last[2] if self._last is not None else deficit
+        self._bar.bar_format = "{desc} |{bar}| {n:.0f}/{total:.0f} s simulated, {elapsed} elapsed, {remaining} left"
         self._last = (time, deficit, first)
         self._bar.total = min(max(foreseen, time), self._end_time)
         self._bar.n = time

@@ -61,8 +61,8 @@ class Discretisation:
     Raises `InputError` for a mesh that cannot be used.
     """
 
-    def __init__(self, scene, communicator):
-        self.scene, self.communicator = scene, communicator
+    def __init__(self, scene, communicator, observe=lambda text: None):
+        self.scene, self.communicator, self._observe = scene, communicator, observe
         self.stopwatch = Stopwatch()
         self.laws = laws = Laws.of(scene)
         with self.stopwatch("mesh"):
@@ -73,7 +73,8 @@ class Discretisation:
                 self.estimates = estimate(scene, (self.domain.length, area, area), laws)
             else:
                 self.estimates = estimate(scene, bed_size(scene), laws)
-                self.domain = straight_domain(scene, self.estimates, communicator)
+                self.domain = straight_domain(scene, self.estimates, communicator, observe)
+        observe("compiling")
         self._make_equations()
         self._make_probes()
 
@@ -245,6 +246,7 @@ class Discretisation:
         self.flow.guess_uniform()
         with contextlib.suppress(SolveError):  # then the uniform one has to do
             if self.domain.columns is not None:
+                self._developed_flow.observe = self._observe
                 self._developed_flow.start()
                 self.flow.guess(self._developed_flow.fields())
                 return True
@@ -256,6 +258,20 @@ class Discretisation:
     @functools.cached_property
     def _developed_flow(self):
         return self._simpler_flow("developed")
+
+    def is_also_laminar(self):
+        """Whether beside the present turbulent flow there is a laminar one: where no bead source acts, and not asked of a
+        transient start (collective). Of the developed flow, where the bed is straight."""
+        model = self.laws.turbulence
+        undamped = model is None or (model.bead_sources and not model.damped)
+        if undamped or not self.flow.is_turbulent():
+            return False
+        flow = self.flow if self.scene.model.flow != "full" or self.domain.columns is None else self._developed_flow
+        return flow.is_also_laminar()
+
+    def observe_solvers(self, observe):
+        """Have `observe(text)` called at every iteration of flow and heat; it may raise."""
+        self._observe = self.flow.observe = self.heat.observe = observe
 
     def _flow_in_the_plane(self):
         """Fields of the same scene in two dimensions, on this three-dimensional mesh by distance along and to the wall."""

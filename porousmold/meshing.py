@@ -1,9 +1,37 @@
 """The mesh of a scene."""
 
+import math
+import os
+
 import numpy as np
 
 from . import geometry
+from .errors import InputError
 from .estimates import AXIAL_GRADING, bed_size
+
+
+BYTES_AN_UNKNOWN = {2: 10e3, 3: 40e3}
+"""Memory that factors, matrices and the rest need for an unknown of the flow, by dimensions of space (docs/growth.md)."""
+
+
+def _announce(scene, cells_along, across, observe):
+    cells = cells_along * math.prod(direction.cells for direction in across)
+    in_bed = cells_along * math.prod(direction.bed_cells for direction in across)
+    dimension = 1 + len(across)
+    turbulent = scene.model.turbulence != "none"
+    parts = {"full": dimension + 1, "developed": 1, "plug": 0}[scene.model.flow] + (2 if turbulent else 0)
+    unknowns = in_bed * max(parts, 1)
+    memory = BYTES_AN_UNKNOWN[dimension] * unknowns
+    observe(f"mesh of {cells} cells, about {unknowns:.2g} unknowns of the flow and {memory / 2**30:.1g} GiB")
+    machine = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    if memory > machine:
+        raise InputError(
+            "solver.mesh_refinement",
+            scene.solver.mesh_refinement,
+            f"makes a mesh of {cells} cells, whose flow needs about {memory / 2**30:.0f} GiB of memory; this machine has "
+            f"{machine / 2**30:.0f}",
+            scene.source,
+        )
 
 
 def axial_nodes(length, cells, last_cell):
@@ -15,8 +43,11 @@ def axial_nodes(length, cells, last_cell):
     return nodes
 
 
-def straight_domain(scene, estimates, communicator):
-    """Domain of a pipe or mold; what the scene leaves open is as its `estimates` say."""
+def straight_domain(scene, estimates, communicator, observe):
+    """Domain of a pipe or mold; what the scene leaves open is as its `estimates` say.
+
+    `observe(text)` is told its size. Raises `InputError` where it would need more memory than the machine has.
+    """
     solver = scene.solver
     length, half_height, area = bed_size(scene)
     finer = solver.mesh_refinement
@@ -39,5 +70,6 @@ def straight_domain(scene, estimates, communicator):
             cells = max(2, round(finer * half_width / half_height))
             across.append(geometry.Across(np.linspace(0.0, half_width, cells + 1), cells, walled=False))
     along = axial_nodes(length, axial_cells, estimates.end_length / finer)
+    _announce(scene, len(along) - 1, across, observe)
     axisymmetric = scene.geometry.kind == "pipe"
     return geometry.straight_bed(communicator, along, across, axisymmetric=axisymmetric)

@@ -16,12 +16,14 @@ from .energy_use import energy_use
 from .errors import InputError, SolveError
 from .results import RunFolder
 from .scene import SMALLEST_RATIO
-from .simulation import Simulation, temperature_bounds
+from .simulation import Simulation, silent, temperature_bounds
 
 HIGHEST_MACH_NUMBER = 0.3
 HIGHEST_BIOT_NUMBER = 0.1
 LARGEST_OVERSHOOT = 0.1
 FAILED = "failed"
+SOONEST_SAVING, SAVING_PART = 1.0, 0.02
+"""Seconds between two checkpoints at least, and the part of the time that they may take: a run that is killed loses little."""
 ROOM, FIELDS_KEPT = 10 * 2**20, 120
 """Bytes on the disk, and copies of all unknowns, that a run's files may need: snapshots, fields, a checkpoint and the next."""
 
@@ -45,24 +47,26 @@ class RunInterrupted(Exception):  # noqa: N818 - as KeyboardInterrupt, no error
     """The user stopped the run; what was computed is written."""
 
 
-def run(scene, out=None, communicator=None, progress=None, stop=lambda: False, resume=False):
+def run(scene, out=None, communicator=None, progress=None, stop=lambda: False, resume=False, observe=None):
     """Run a scene on a communicator (default: all ranks; collective) and give its `Result`.
 
     out: folder to write, or None to write nothing. progress: called as progress(time, deficit, simulation) after every
-    step. stop: called before every step; where it is true the run ends with `RunInterrupted`, its results written. resume:
+    step; observe: called as observe(text) with what is being done between steps. stop: called at every iteration; where it
+    is true the run ends with `RunInterrupted`, its results written as of the last step. resume:
     go on from the checkpoint in `out`, if there is one; a run that is done there is given as it stands. Raises `InputError`
     before anything is written, and `SolveError` after what was computed has been written.
     """
     communicator = communicator or MPI.COMM_WORLD
     if out is None:
-        return _Run(scene, None, communicator, progress, stop).result()
+        return _Run(scene, None, communicator, progress, stop, observe).result()
     folder = RunFolder(out, communicator, kept=resume)
     try:
         done = folder.finished(scene) if resume else None
         if done is not None:
             summary, columns, units = done
             return Result(summary, {name: np.array(values) for name, values in columns.items()}, units)
-        return _Run(scene, folder, communicator, progress, stop, folder.saved() if resume else None).result()
+        saved = folder.saved() if resume else None
+        return _Run(scene, folder, communicator, progress, stop, observe, saved).result()
     finally:
         folder.close()
 
@@ -73,8 +77,9 @@ class _Run:
     `outcomes` holds what came of the earlier marches: a heating time (s), None, or `FAILED`.
     """
 
-    def __init__(self, scene, folder, communicator, progress, stop, saved=None):
+    def __init__(self, scene, folder, communicator, progress, stop, observe, saved=None):
         self._start = clock.perf_counter()
+        self._observe = observe or silent
         self._scene, self._folder, self._communicator, self._stop = scene, folder, communicator, stop
         self._progress = progress
         self._scenes = scenes_to_run(scene)
@@ -91,10 +96,10 @@ class _Run:
                 )
             for outcome in memory.outcomes:
                 first = self._after(outcome)
-        self._simulation = Simulation(first, communicator)
+        self._simulation = Simulation(first, communicator, self._observe)
         if memory is not None:
             memory.restore(self._simulation)
-        self._due = clock.perf_counter() + scene.output.checkpoint_interval
+        self._due = clock.perf_counter() + min(scene.output.checkpoint_interval, SOONEST_SAVING)
         if folder is not None:
             folder.require(ROOM + FIELDS_KEPT * 8 * sum(self._simulation.problem.unknowns.values()))
 
@@ -114,6 +119,7 @@ class _Run:
                 failure, outcome = error, FAILED
             except KeyboardInterrupt as error:
                 interruption = error
+                self._stop()  # a rank that was told by another one sees its own signal
                 break
             try:
                 following = self._after(outcome)
@@ -124,7 +130,7 @@ class _Run:
                 self._outcomes.pop()
                 break
             failure = None
-            self._simulation = Simulation(following, self._communicator)
+            self._simulation = Simulation(following, self._communicator, self._observe)
         summary = self._write(failure, interruption)
         simulation = self._simulation
         result = Result(
@@ -141,8 +147,11 @@ class _Run:
 
     def _after_step(self, time, deficit):
         if self._folder is not None and self._communicator.bcast(clock.perf_counter() >= self._due):
+            begun = clock.perf_counter()
             self._folder.save(self._simulation, self._outcomes, self._mark)
-            self._due = clock.perf_counter() + self._scene.output.checkpoint_interval
+            now = clock.perf_counter()
+            worth = max(SOONEST_SAVING, (now - begun) / SAVING_PART)
+            self._due = now + min(self._scene.output.checkpoint_interval, worth)
         if self._progress:
             self._progress(time, deficit, self._simulation)
 
@@ -154,6 +163,9 @@ class _Run:
         summary["fingerprint"] = fingerprint(scene)
         if error is not None and error > scene.solver.accuracy:
             summary["warnings"].append(f"the estimated error {error:.2g} exceeds the accuracy asked for")
+        if scene.solver.accuracy is None and FAILED in self._outcomes:
+            cells = simulation.scene.solver.mesh_refinement
+            summary["warnings"].append(f"a solve failed on the scene's own cells; this is with mesh_refinement {cells:g}")
         unfinished = (failure or interruption) is not None
         with simulation.problem.stopwatch("output"):
             if folder is not None and simulation.history.columns:
@@ -197,6 +209,7 @@ def summarise(simulation, heating_time_error=None, failure=None, interrupted=Fal
         "time_steps": len(history["time"]) - 1 if recorded else 0,
         "rejected_steps": simulation.control.rejected,
         "repeated_steps": heat.repetitions,
+        "flow_regimes": simulation.regimes,
         "flow_solves": flow.solves,
         "continuation_steps": flow.continuation_steps,
         "newton_iterations": {"flow": flow.newton_iterations, "energy": heat.newton_iterations},
@@ -256,6 +269,10 @@ def warnings_of(simulation, bounds):
                 f"temperatures reached {beyond:.2g} K beyond those given, behind the sharp first front: "
                 "more solver.axial_cells lessen it"
             )
+    if len(simulation.regimes) > 1:
+        found.append(
+            "with these settings a laminar flow is steady, too; this is the turbulent one (flow_regimes), as if tripped"
+        )
     if scene.model.flow == "plug" and scene.model.turbulence != "none":
         found.append("plug flow carries no turbulence: model.turbulence has no effect")
     geometry = scene.geometry

@@ -14,6 +14,10 @@ from .solvers.time_control import TimeControl
 MOST_SNAPSHOTS = 32
 
 
+def silent(text):
+    """Observe nothing."""
+
+
 @dataclass
 class History:
     """What is recorded at every step: columns by name, each a list; `units` by the same names."""
@@ -34,12 +38,12 @@ class History:
 class Simulation:
     """A scene on a communicator, marched in time by `march()`; `history`, `heating_time` and the rest tell how.
 
-    `problem` is the `Discretisation`. Raises `InputError` like it.
+    `problem` is the `Discretisation`, `observe(text)` is told what is being done. Raises `InputError` like it.
     """
 
-    def __init__(self, scene, communicator):
-        self.scene = scene
-        self.problem = Discretisation(scene, communicator)
+    def __init__(self, scene, communicator, observe=silent):
+        self.scene, self._observe = scene, observe
+        self.problem = Discretisation(scene, communicator, observe)
         self.control = self._time_control()
         self.heating_time = self.heating_time_bed_side = None
         self.time = 0.0
@@ -48,6 +52,8 @@ class Simulation:
         self._snapshot_spacing = 0.0
         self._previous: list[np.ndarray] = []
         self._steps: list[float] = []
+        self.regimes: list[str] = []
+        self._last_flow: tuple[float, float, float] | None = None
         self._bounds = temperature_bounds(scene.operation)
         if (
             scene.model.rev_terms == "as-published"
@@ -70,21 +76,31 @@ class Simulation:
     def march(self, progress=lambda time, deficit: None, stop=lambda: False):
         """Heat until the whole wall is within the margin or the end time is reached.
 
-        `progress(time, deficit)` is called after every step, `stop()` before it: where it is true on any rank, all raise
-        `KeyboardInterrupt` together. Raises `SolveError` when a solve fails for good. In both cases history, snapshots and
+        `progress(time, deficit)` is called after every step, `stop()` at every iteration of the flow: where it is true on any
+        rank, all raise `KeyboardInterrupt` together. Raises `SolveError` when a solve fails for good. In both cases history, snapshots and
         balance stand at the last good step.
         """
         scene, operation, control = self.scene, self.scene.operation, self.control
         problem, flow, heat = self.problem, self.problem.flow, self.problem.heat
+
+        def observe(text):
+            self._observe(text)
+            if problem.communicator.allreduce(bool(stop()), op=max_of):
+                raise KeyboardInterrupt
+
+        problem.observe_solvers(observe)
+        observe("flow: initial guess")
         if not self.history.columns:  # else it goes on from a checkpoint
             with problem.stopwatch("flow"):
                 flow.start()
+                self.regimes = ["turbulent" if flow.is_turbulent() else "laminar"]
+                if problem.is_also_laminar():
+                    self.regimes.append("laminar")
             self._check_direction()
             self._record(0.0)
             self._keep_snapshot()
         while self.time < operation.end_time * (1 - 1e-12) and not self._heated_for_good():
-            if problem.communicator.allreduce(bool(stop()), op=max_of):
-                raise KeyboardInterrupt
+            observe("")
             step = control.propose(self.time)
             old_balance = replace(heat.balance)
             before = [function.x.array.copy() for function in problem.memory]
@@ -97,6 +113,9 @@ class Simulation:
                 with problem.stopwatch("energy"):
                     error = heat.step(self.time, step, after_jump=control.after_jump(self.time), bounds=self._bounds)
                 self._check_direction()
+            except KeyboardInterrupt:
+                self._restore(before, old_balance)
+                raise
             except SolveError as failure:
                 self._restore(before, old_balance)
                 control.reject_failed(step, failure)
@@ -124,13 +143,16 @@ class Simulation:
 
     def _set_boundary(self):
         """Give the boundary of the flow the values that the present flow was solved for, that of the heat those of now."""
-        solved_at = {
+        self.problem.boundary.set(self._flow_time())
+        self.problem.boundary.set_heat(self.time)
+
+    def _flow_time(self):
+        """Time (s) that the present flow was solved for."""
+        return {
             "frozen": 0.0,
             "quasi-steady": self.time - 0.5 * self._steps[-1] if self._steps else 0.0,
             "transient": self.time,
         }[self.scene.model.flow_update]
-        self.problem.boundary.set(solved_at)
-        self.problem.boundary.set_heat(self.time)
 
     def _foresee(self, step):
         """Take the step's coefficients at the temperature extrapolated to its middle, where they belong (second order)."""
@@ -171,10 +193,23 @@ class Simulation:
                 "a larger operation.pressure_drop, which must overcome operation.gravity",
             )
 
+    def _at_end_of_step(self, mass_flow, pressure_drop):
+        """Mass flow and pressure drop at the end of the last step: a flow solved for its middle goes on as it did between the
+        last two middles, unless what drives it has a kink on the way."""
+        now = (self._flow_time(), mass_flow, pressure_drop)
+        before, self._last_flow = self._last_flow, now
+        if now[0] == self.time or before is None or not 0.0 <= before[0] < now[0]:
+            return mass_flow, pressure_drop
+        if any(before[0] < kink < self.time for kink in self.control.kinks):
+            return mass_flow, pressure_drop
+        ahead = (self.time - now[0]) / (now[0] - before[0])
+        return tuple(value + ahead * (value - old) for value, old in zip(now[1:], before[1:], strict=True))
+
     def _record(self, step):
         operation, balance = self.scene.operation, self.problem.heat.balance
-        mass_flow = self.problem.mass_flow
-        outlet = self.problem.value(self.problem.outlet_heat) / mass_flow if mass_flow else float("nan")
+        solved = self.problem.mass_flow
+        outlet = self.problem.value(self.problem.outlet_heat) / solved if solved else float("nan")
+        mass_flow, pressure_drop = self._at_end_of_step(solved, self.problem.pressure_drop)
         rows = {
             "time": (self.time, "s"),
             "step": (step, "s"),
@@ -183,7 +218,7 @@ class Simulation:
             "deficit_wall": (self._deficit("wall"), "K"),
             "deficit_bed_side": (self._deficit("bed_side"), "K"),
             "mass_flow": (mass_flow, "kg/s"),
-            "pressure_drop": (self.problem.pressure_drop, "Pa"),
+            "pressure_drop": (pressure_drop, "Pa"),
             "heat_by_fluid": (balance.by_fluid, "J"),
             "heat_through_outer_wall": (balance.through_outer_wall, "J"),
             "heat_stored": (balance.stored, "J"),
@@ -222,6 +257,8 @@ class Simulation:
             "heating_time": self.heating_time,
             "heating_time_bed_side": self.heating_time_bed_side,
             "balance": vars(heat.balance),
+            "regimes": self.regimes,
+            "last_flow": self._last_flow,
             "columns": self.history.columns,
             "units": self.history.units,
             "snapshot_times": [time for time, _ in self.snapshots],
@@ -248,6 +285,7 @@ class Simulation:
         self.heating_time, self.heating_time_bed_side = numbers["heating_time"], numbers["heating_time_bed_side"]
         problem.heat.balance = type(problem.heat.balance)(**numbers["balance"])
         self.history = History(numbers["columns"], numbers["units"])
+        self.regimes, self._last_flow = numbers["regimes"], numbers["last_flow"]
         self._snapshot_spacing = numbers["snapshot_spacing"]
         for (owner, names), values in zip(self._counters(), numbers["counters"], strict=True):
             for name, value in zip(names, values, strict=True):

@@ -65,6 +65,7 @@ class CoupledTransient:
         self._system = NewtonSystem(residual, self._coupled, np.unique(np.concatenate(held)), keep_jacobian=True)
         self._parts = [fenicsx.collapse(self._space, part) for part in range(len(elements))]
         self.newton_iterations = 0
+        self.observe = lambda text: None
 
     @property
     def balance(self):
@@ -158,6 +159,7 @@ class CoupledTransient:
     def _solve(self, time, step):
         last = np.inf
         for _ in range(25):
+            self.observe("")
             if not last < 1e-2:
                 self._system.renew_jacobian()
             _, iterations = self._system.solve(max_iterations=1, relative_update=1e-14)

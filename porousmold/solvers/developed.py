@@ -370,6 +370,14 @@ class PlugFlow:
         self.streamfunction.x.array[:] = mass_flux * self._section
         self.solves += 1
 
+    def is_turbulent(self):
+        """It is not."""
+        return False
+
+    def is_also_laminar(self, time=0.0):
+        """There is but one flow."""
+        return False
+
     def extrapolate(self, previous, factor):
         """Nothing is iterated."""
 

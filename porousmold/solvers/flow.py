@@ -36,6 +36,8 @@ MOST_NEWTON_ITERATIONS, HALF_OF_THEM = 16, 8
 """Iterations of Newton's method, and those after which its updates must be below 0.7."""
 MOST_PSEUDO_STEPS = 150
 """Iterations from one initial guess after which another one is tried."""
+WIDE_BLEND, NARROWING = 120.0, 0.85
+"""Half-width (in Re_y) of the wall layer's blend that flows are found with, and its factor on the way to a narrower one."""
 LEAST_REMAINDER = 0.1
 """Part of k and epsilon that a pseudo-time step leaves at least."""
 
@@ -54,6 +56,9 @@ through negative values on the way."""
 
 TRACE_OF_TURBULENCE = 1e-3
 """k over the reference speed squared that counts as none: its eddies are no more viscous than the fluid."""
+
+REST_OF_TURBULENCE = 1e-5
+"""Part of k and epsilon from which a laminar flow is sought."""
 
 LEAST_VALUE = 1e-6
 """Scaled velocity or pressure that counts as none."""
@@ -166,7 +171,7 @@ class SteadyFlow:
         turbulence, ends at the turbulent one.
         """
         self.solves += 1
-        if not self._find_from_guess(time):
+        if not self._find_from_guess(time) and not self._find_by_narrowing(time):
             self._fail(time)
 
     def solve(self, time=0.0):
@@ -182,9 +187,26 @@ class SteadyFlow:
         if self._find_from_guess(time):
             return
         self._restore(present)
-        if not self._find(FIRST_PSEUDO_STEP, time):
-            self._restore(present)
-            self._fail(time)
+        if self._find(FIRST_PSEUDO_STEP, time) or self._find_by_narrowing(time):
+            return
+        self._restore(present)
+        self._fail(time)
+
+    def is_turbulent(self):
+        """Whether k is more than a trace anywhere (collective)."""
+        values = self.unknown.x.array[self._kinetic_energy_unknowns()]
+        highest = self.domain.communicator.allreduce(float(np.max(values, initial=0.0)), op=max)
+        return highest > TRACE_OF_TURBULENCE
+
+    def is_also_laminar(self, time=0.0):
+        """Whether the steady equations have a laminar solution beside the present turbulent one, which stays (collective)."""
+        if not self.is_turbulent():
+            return False
+        present = self._state()
+        self.unknown.x.array[self._turbulence_unknowns] *= REST_OF_TURBULENCE
+        found = self._find(FIRST_PSEUDO_STEP, time) and not self.is_turbulent()
+        self._restore(present)
+        return found
 
     def _find_from_guess(self, time):
         near = self.initial_guess()
@@ -193,6 +215,22 @@ class SteadyFlow:
             return True
         self._restore(guess)
         return self._find(FIRST_PSEUDO_STEP, time)
+
+    def _find_by_narrowing(self, time):
+        """Find the flow with a wide blend of the wall's layer, and follow it to the narrow one that the model asks for."""
+        if self.equations.model is None:
+            return False
+        width = self.equations.model.blend_half_width
+        wanted = float(width.value)
+        if wanted >= WIDE_BLEND:
+            return False
+        width.value = WIDE_BLEND
+        found = self._find_from_guess(time)
+        while found and float(width.value) > wanted:
+            width.value = max(wanted, NARROWING * float(width.value))
+            found = self._find(np.inf, time) or self._find(FIRST_PSEUDO_STEP, time)
+        width.value = wanted
+        return found
 
     def _find(self, step, time):
         """Iterate from the present flow until the steady equations are solved; tells whether they are.

@@ -154,6 +154,7 @@ class TransientHeat:
         }
         self.scalars = {name: fenicsx.compiled_form(form) for name, form in self.scalars.items() if form is not None}
         self.balance = HeatBalance()
+        self.observe = lambda text: None
         self.newton_iterations = 0
         self.repetitions = 0
         tables = (
@@ -255,6 +256,7 @@ class TransientHeat:
         outflows: list = []
         for stage, row in enumerate(stages):
             self._set_time(time + sum(row) * step)
+            self.observe("")
             if self.bead_modes:
                 self.bead_modes.begin_stage([weight * step for weight in row[:-1]])
             addend = self._stored_start.copy()

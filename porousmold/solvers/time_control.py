@@ -5,6 +5,9 @@ from dataclasses import dataclass, field
 SMALLEST_FRACTION = 1e-6
 """Steps below this fraction of the first step mean that no step converges."""
 
+MOST_FAILURES = 4
+"""Steps in succession that may fail to converge."""
+
 JUMP_STEPS = 3.0
 """First steps' lengths after a jump that count as near it."""
 
@@ -28,6 +31,7 @@ class TimeControl:
     kinks: tuple[float, ...] = ()
     step: float = field(init=False)
     rejected: int = field(init=False, default=0)
+    _failures: int = field(init=False, default=0)
 
     def __post_init__(self):
         self.first_step = min(self.first_step, self.largest_step / LARGEST_OVER_FIRST)
@@ -48,6 +52,7 @@ class TimeControl:
 
     def accept(self, time, step, error):
         """After a good step to `time`: give True, or False if its estimated `error` (K) asks for a repetition."""
+        self._failures = 0
         if error > self.tolerance and step > self.first_step * SMALLEST_FRACTION:
             self.rejected += 1
             self.step = step * max(0.2, 0.8 * (self.tolerance / error) ** 0.5)
@@ -65,8 +70,9 @@ class TimeControl:
         self.step = self.first_step if given_up else min(step, self.largest_step)
 
     def reject_failed(self, step, failure):
-        """After a step that did not converge: a quarter of it next; raises `failure` when that gets absurdly small."""
+        """After a step that did not converge: a quarter of it next; raises `failure` after `MOST_FAILURES` in succession."""
         self.rejected += 1
+        self._failures += 1
         self.step = step / 4.0
-        if self.step < self.first_step * SMALLEST_FRACTION:
+        if self._failures >= MOST_FAILURES or self.step < self.first_step * SMALLEST_FRACTION:
             raise failure

@@ -5,7 +5,7 @@ import re
 import sys
 from pathlib import Path
 
-from .. import stop_signals
+from ..stop_signals import StopSignals
 from ..errors import InputError
 from ..units import to_si
 
@@ -58,7 +58,7 @@ def _sensitivity(options):
 
     from .sensitivity import cases_around, elasticities, write
 
-    signals, first = stop_signals.received(), MPI.COMM_WORLD.rank == 0
+    signals, first = StopSignals(), MPI.COMM_WORLD.rank == 0
     bar = None if options.quiet or not first else Bar(len(cases_around(scene, step)))
     try:
         found = elasticities(scene, out, step=step, progress=bar, stop=lambda: bool(signals))
@@ -82,7 +82,7 @@ def _optimum(options):
     out = Path(options.out) if options.out else Path("runs") / Path(options.study).stem
     from mpi4py import MPI
 
-    signals, first = stop_signals.received(), MPI.COMM_WORLD.rank == 0
+    signals, first = StopSignals(), MPI.COMM_WORLD.rank == 0
     bars: list = []
 
     def bar(cases):
@@ -119,7 +119,7 @@ def _study(options):
 
     from .running import collect, run_study
 
-    signals = stop_signals.received()
+    signals = StopSignals()
     first = MPI.COMM_WORLD.rank == 0
     if options.collect:
         if not MPI.COMM_WORLD.bcast(out.is_dir()):
