@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from .closures.nusselt import prandtl_number, specific_surface
 
-FIRST_CELL_IN_WALL_UNITS = 1.5
+FIRST_CELL_IN_WALL_UNITS = 1.0
 FEWEST_AXIAL_CELLS = 18
 LARGEST_CELL, LARGEST_STEP = 0.5, 0.25
 """Of the front's width at the outlet, and of the time in which the wall's temperature changes there."""

@@ -110,24 +110,32 @@ def max_of(a, b):
     return max(a, b)
 
 
-def graded_coordinates(width, first_cell, growth):
-    """Nodes from 0 (the wall) to `width`, cells growing from about `first_cell` by at most about `growth`.
+WIDEST_CELL = 0.2
+"""Of the width across which cells are graded."""
 
-    The number of cells is the smallest whose growth does not exceed `growth`; the first cell is met exactly unless
-    it is wider than a uniform cell.
+
+def graded_coordinates(width, first_cell, growth, layer=0.0):
+    """Nodes from 0 (the wall) to `width`: cells from `first_cell` grow by at most `growth`, by its root up to the depth `layer`.
+
+    The number of cells is the smallest with that growth; the first cell is met exactly unless it is wider than a uniform
+    cell. No cell is wider than a fifth of the width but where `first_cell` is.
     """
     if first_cell >= width:
         return np.array([0.0, width])
-    count = int(np.ceil(np.log(1.0 + width * (growth - 1.0) / first_cell) / np.log(growth)))
 
-    def excess(ratio):
-        return first_cell * np.sum(ratio ** np.arange(count)) - width
+    def nodes(exponent, count=None):
+        size, depths = first_cell, [0.0]
+        while depths[-1] < width if count is None else len(depths) <= count:
+            depths.append(depths[-1] + size)
+            ratio = growth ** (exponent * (0.5 if depths[-1] < layer else 1.0))
+            size = min(size * ratio, max(WIDEST_CELL * width, first_cell))
+        return np.array(depths)
 
-    if excess(1.0) >= 0.0:
+    count = len(nodes(1.0)) - 1
+    if first_cell * count >= width:
         return np.linspace(0.0, width, count + 1)
-    sizes = first_cell * brentq(excess, 1.0, growth + 1e-6) ** np.arange(count)
-    nodes = np.concatenate([[0.0], np.cumsum(sizes)])
-    return nodes * (width / nodes[-1])
+    found = nodes(brentq(lambda exponent: nodes(exponent, count)[-1] - width, 0.0, 1.0), count)
+    return found * (width / found[-1])
 
 
 @dataclass(frozen=True)

@@ -58,7 +58,8 @@ def straight_domain(scene, estimates, communicator, observe):
     wall_nodes = np.linspace(0.0, scene.wall.thickness, wall_cells + 1) if resolved else []
 
     def to_wall(width):
-        nodes = geometry.graded_coordinates(width, first_cell, solver.cell_growth ** (1.0 / finer))
+        growth = solver.cell_growth ** (1.0 / finer)
+        nodes = geometry.graded_coordinates(width, first_cell, growth, layer=scene.bed.bead_diameter)
         return geometry.Across.to_wall(nodes, wall_nodes)
 
     across = [to_wall(half_height)]

@@ -165,7 +165,9 @@ class _Run:
             summary["warnings"].append(f"the estimated error {error:.2g} exceeds the accuracy asked for")
         if scene.solver.accuracy is None and FAILED in self._outcomes:
             cells = simulation.scene.solver.mesh_refinement
-            summary["warnings"].append(f"a solve failed on the scene's own cells; this is with mesh_refinement {cells:g}")
+            summary["warnings"].append(
+                f"a solve failed on the scene's own cells; this is with mesh_refinement {cells:g}"
+            )
         unfinished = (failure or interruption) is not None
         with simulation.problem.stopwatch("output"):
             if folder is not None and simulation.history.columns:

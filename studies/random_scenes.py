@@ -71,7 +71,11 @@ def _scene(bead_diameter, beads_across, kind, drive, pressure, wall, thickness, 
     if abs(first - second) < 20.0:
         second = first + (20.0 if first < 500.0 else -20.0)
     tables = {
-        "geometry": {"kind": kind, "length": values["length"], "cavity_height" if kind == "mold" else "diameter": width},
+        "geometry": {
+            "kind": kind,
+            "length": values["length"],
+            "cavity_height" if kind == "mold" else "diameter": width,
+        },
         "bed": {
             "bead_diameter": bead_diameter,
             "bead_conductivity": values["bead_conductivity"],
@@ -117,9 +121,7 @@ def outcome(task):
     start = time.process_time()
     scene = list(scenes(COUNT, SEED))[number].with_changes(**changes)
     try:
-        summary = run(
-            scene, communicator=MPI.COMM_SELF, stop=lambda: time.process_time() - start > patience
-        ).summary
+        summary = run(scene, communicator=MPI.COMM_SELF, stop=lambda: time.process_time() - start > patience).summary
     except (InputError, SolveError, RunInterrupted) as failure:
         return Outcome(None, time.process_time() - start, reason=f"{type(failure).__name__}: {failure}")
     operation = scene.operation

@@ -245,7 +245,9 @@ class SteadyFlow:
             before, last = self._state(), self._update
             endless = step > ENDLESS_PSEUDO_STEP
             update = self._pseudo_step(np.inf if endless else step * transit)
-            LOG.debug("t = %g s: step of %.1e bead transits, update %.1e, of a part %.1e", time, step, self._update, update)
+            LOG.debug(
+                "t = %g s: step of %.1e bead transits, update %.1e, of a part %.1e", time, step, self._update, update
+            )
             self.observe(f"flow: iteration {iteration}, update {self._update:.0e}")
             if endless and self._converged(update, last):
                 return True

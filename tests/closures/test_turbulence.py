@@ -67,9 +67,9 @@ def test_regularisation_is_inactive_where_turbulence_lives():
     """The state's eddy viscosity is the plain blend to 1e-3 for values as in the mold."""
     k, y, density, viscosity = np.array([9.0, 4.0, 1.0]), np.array([5e-4, 2e-3, 1e-2]), 1.0, 2e-5
     epsilon = k**1.5 / (t.C_LENGTH * y) * 0.8
-    state = TwoLayerState(k, epsilon, density, viscosity, y, 12.0)
+    state = TwoLayerState(k, epsilon, density, viscosity, y, 12.0, 20.0, 1e3)
     reynolds = t.wall_reynolds_number(density, y, k, viscosity)
-    weight = t.outer_fraction(reynolds)
+    weight = t.outer_fraction(reynolds, 20.0)
     plain = weight * t.outer_eddy_viscosity(density, k, epsilon) + (1 - weight) * t.inner_eddy_viscosity(
         density, k, reynolds, y
     )
@@ -81,8 +81,9 @@ def test_outer_fraction_and_its_ufl_derivative_stay_finite_far_from_the_wall():
     import ufl
     from ufl.algorithms import expand_derivatives
 
-    assert t.outer_fraction(np.array([0.0, 200.0, 1e5])) == pytest.approx([0.0, 0.5, 1.0], abs=1e-12)
+    assert t.outer_fraction(np.array([0.0, 200.0, 1e5]), 20.0) == pytest.approx([0.0, 0.5, 1.0], abs=1e-12)
+    assert t.outer_fraction(np.array([80.0, 320.0]), 120.0) == pytest.approx([0.01, 0.99], abs=1e-12)
     for value in (0.0, 200.0, 5e3, 1e5):
         reynolds = ufl.variable(ufl.as_ufl(value))
-        slope = expand_derivatives(ufl.diff(t.outer_fraction(reynolds), reynolds))
+        slope = expand_derivatives(ufl.diff(t.outer_fraction(reynolds, 20.0), reynolds))
         assert np.isfinite(float(slope(())))
