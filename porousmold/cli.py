@@ -129,10 +129,15 @@ def _run(options):
     signals = StopSignals()
     out = Path(options.out) if options.out else Path("runs") / Path(options.scene).stem
     # dolfinx takes a second to import: only a scene that is sound pays for it
-    from mpi4py import MPI
+    try:
+        from mpi4py import MPI
 
-    from .running import RunInterrupted, run
-
+        from .running import RunInterrupted, run
+    except ImportError:
+        if signals:  # an interrupted import of a compiled module comes as this
+            raise KeyboardInterrupt from None
+        raise
+    signals.listen()
     rank = MPI.COMM_WORLD.rank
     bar = None if options.quiet or rank else Bar(scene)
     try:

@@ -9,7 +9,6 @@ from . import geometry
 from .errors import InputError
 from .estimates import AXIAL_GRADING, bed_size
 
-
 BYTES_AN_UNKNOWN = {2: 10e3, 3: 40e3}
 """Memory that factors, matrices and the rest need for an unknown of the flow, by dimensions of space (docs/growth.md)."""
 

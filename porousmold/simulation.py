@@ -77,8 +77,8 @@ class Simulation:
         """Heat until the whole wall is within the margin or the end time is reached.
 
         `progress(time, deficit)` is called after every step, `stop()` at every iteration of the flow: where it is true on any
-        rank, all raise `KeyboardInterrupt` together. Raises `SolveError` when a solve fails for good. In both cases history, snapshots and
-        balance stand at the last good step.
+        rank, all raise `KeyboardInterrupt` together. Raises `SolveError` when a solve fails for good. In both cases history,
+        snapshots and balance stand at the last good step.
         """
         scene, operation, control = self.scene, self.scene.operation, self.control
         problem, flow, heat = self.problem, self.problem.flow, self.problem.heat

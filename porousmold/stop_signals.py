@@ -32,6 +32,10 @@ class StopSignals:
             _watch(reading, parent)
         os.close(reading)
         signal.set_wakeup_fd(self._writing, warn_on_full_buffer=False)
+        self.listen()
+
+    def listen(self) -> None:
+        """Take the signals; to be called again after an import of PETSc, which takes SIGTERM for itself."""
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, self._note)
             _only_once(number)

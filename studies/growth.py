@@ -53,7 +53,7 @@ def measure(dimensions, size, strategy):
     problem.flow.initial_guess()
     seconds = {}
     start = time.perf_counter()
-    problem.flow.renew(0.0, np.inf)
+    problem.flow.renew(0.0, math.inf)
     seconds["flow"] = time.perf_counter() - start
     start = time.perf_counter()
     problem.heat.step(0.0, 1.0, after_jump=True)

@@ -176,8 +176,9 @@ class FlowEquations:
         """Form of the scaled unknown's residual.
 
         `previous` is the scaled unknown one pseudo-time step ago and `inverse_step` (1/s) the step's inverse, 0 for
-        the steady equations; `temperature` (K) is given; `dx` is over the bed, `nodes` too with quadrature at the nodes; `sources` (momentum in N/m3, mass in
-        kg/m3/s, and with turbulence those of k and epsilon) are for manufactured solutions.
+        the steady equations; `temperature` (K) is given; `dx` is over the bed, `nodes` too with quadrature at the nodes;
+        `sources` (momentum in N/m3, mass in kg/m3/s, and with turbulence those of k and epsilon) are for manufactured
+        solutions.
         """
         state, old = (FlowState.of(ufl.split(f), self.scales) for f in (scaled, previous))
         tests = ufl.TestFunctions(scaled.function_space)

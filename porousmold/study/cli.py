@@ -5,8 +5,8 @@ import re
 import sys
 from pathlib import Path
 
-from ..stop_signals import StopSignals
 from ..errors import InputError
+from ..stop_signals import StopSignals
 from ..units import to_si
 
 DONE, INTERRUPTED = 0, 130
