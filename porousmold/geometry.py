@@ -6,6 +6,7 @@ symmetry (`SIDE` too). The bed's cells have the tag `BED`, those of the wall `WA
 `INLET` ... below. One mesh carries both, so that one temperature is continuous across the interface.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -110,15 +111,11 @@ def max_of(a, b):
     return max(a, b)
 
 
-WIDEST_CELL = 0.2
-"""Of the width across which cells are graded."""
-
-
-def graded_coordinates(width, first_cell, growth, layer=0.0):
+def graded_coordinates(width, first_cell, growth, layer=0.0, widest=math.inf):
     """Nodes from 0 (the wall) to `width`: cells from `first_cell` grow by at most `growth`, by its root up to the depth `layer`.
 
     The number of cells is the smallest with that growth; the first cell is met exactly unless it is wider than a uniform
-    cell. No cell is wider than a fifth of the width but where `first_cell` is.
+    cell. No other cell is wider than `widest`.
     """
     if first_cell >= width:
         return np.array([0.0, width])
@@ -128,7 +125,7 @@ def graded_coordinates(width, first_cell, growth, layer=0.0):
         while depths[-1] < width if count is None else len(depths) <= count:
             depths.append(depths[-1] + size)
             ratio = growth ** (exponent * (0.5 if depths[-1] < layer else 1.0))
-            size = min(size * ratio, max(WIDEST_CELL * width, first_cell))
+            size = min(size * ratio, max(widest, first_cell))
         return np.array(depths)
 
     count = len(nodes(1.0)) - 1

@@ -9,6 +9,8 @@ from . import geometry
 from .errors import InputError
 from .estimates import AXIAL_GRADING, bed_size
 
+WIDEST_CELL = 0.2
+"""Of the width from the wall to the middle of the bed."""
 BYTES_AN_UNKNOWN = {2: 10e3, 3: 40e3}
 """Memory that factors, matrices and the rest need for an unknown of the flow, by dimensions of space (docs/growth.md)."""
 
@@ -58,7 +60,9 @@ def straight_domain(scene, estimates, communicator, observe):
 
     def to_wall(width):
         growth = solver.cell_growth ** (1.0 / finer)
-        nodes = geometry.graded_coordinates(width, first_cell, growth, layer=scene.bed.bead_diameter)
+        nodes = geometry.graded_coordinates(
+            width, first_cell, growth, scene.bed.bead_diameter, WIDEST_CELL * width / finer
+        )
         return geometry.Across.to_wall(nodes, wall_nodes)
 
     across = [to_wall(half_height)]

@@ -44,7 +44,7 @@ LEAST_REMAINDER = 0.1
 CONVERGED_PARTS = 1e-5
 """The same of every part (velocity, pressure, k, epsilon) on its own."""
 
-KEPT_TOLERANCE = 0.02
+KEPT_TOLERANCE = 0.005
 """Part of the tolerance to be met with kept factors, whose last update says less of the error."""
 SLOWEST_CONTRACTION = 0.7
 """Ratio of successive updates beyond which kept factors are given up."""

@@ -84,7 +84,8 @@ def manufactured_errors(cells, axisymmetric):
     z, r = ufl.SpatialCoordinate(domain.mesh)
     phi = 0.4 + 0.5 * ufl.exp(-3.0 * domain.wall_distance)
     far = 1e4 + 0.0 * z  # from the wall: Re_y >> 200, the outer layer everywhere
-    equations = flow_equations(domain, phi, model=TurbulenceModel(), wall_distance=far, fluid=liquid(viscosity=0.01))
+    published = TurbulenceModel(blend_half_width=domain.constant(20.0), longest_eddy=domain.constant(1e6))
+    equations = flow_equations(domain, phi, model=published, wall_distance=far, fluid=liquid(viscosity=0.01))
     coordinates = equations.coordinates
     u = ufl.as_vector([(1.0 - r**2) * (1.0 + 0.3 * ufl.sin(np.pi * z)), 0.2 * r * (1.0 - r) * ufl.cos(np.pi * z)])
     k = 2.0 + ufl.sin(np.pi * z) * ufl.cos(np.pi * r)
