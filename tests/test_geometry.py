@@ -31,6 +31,15 @@ def test_graded_coordinates(width, fraction, growth):
     assert sizes[0] <= fraction * width * (1 + 1e-6)
 
 
+def test_coordinates_are_finer_within_the_layer_and_no_cell_too_wide():
+    nodes = graded_coordinates(0.025, 3e-5, 1.4, layer=0.005, widest=0.004)
+    sizes, depths = np.diff(nodes), nodes[1:-1]
+    ratios = sizes[1:] / sizes[:-1]
+    assert sizes[0] == pytest.approx(3e-5, rel=1e-6)
+    assert np.all(ratios[depths < 0.0049] <= 1.4**0.5 * (1 + 1e-6)) and np.any(ratios[depths > 0.0051] > 1.4**0.5)
+    assert np.max(sizes) <= 0.004 * (1 + 1e-6)
+
+
 @pytest.mark.parametrize("axisymmetric", [False, True])
 def test_volumes_and_areas(axisymmetric):
     domain = box((4, 3), axisymmetric=axisymmetric, length=2.0, width=0.5, wall=0.1)

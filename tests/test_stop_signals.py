@@ -1,0 +1,56 @@
+"""Commands that are told to stop: within seconds, with what was computed kept."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from .support import ALUMINIUM
+
+PATIENCE = 4.0
+"""Seconds that a stop may take here: two of the program's own, and a busy machine."""
+
+
+def stopped(out, settings, wait, numbers):
+    """(status, what it printed, seconds from the first signal to the end) of a run stopped after `wait` seconds."""
+    words = [word for setting in settings for word in ("--set", setting)]
+    command = [sys.executable, "-m", "porousmold", "run", str(ALUMINIUM), "--quiet", "--out", str(out), *words]
+    environment = os.environ | {"OMP_NUM_THREADS": "1"}
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=environment) as process:
+        time.sleep(wait)
+        start = time.perf_counter()
+        for number in numbers:
+            process.send_signal(number)
+            time.sleep(0.3)
+        _, printed = process.communicate(timeout=60)
+        return process.returncode, printed, time.perf_counter() - start
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_within_the_march(number, tmp_path):
+    status, printed, seconds = stopped(tmp_path / "out", ["solver.largest_step=0.05"], 15.0, [number])
+    assert status == 130 and "stopped at t =" in printed and "Traceback" not in printed
+    assert seconds < PATIENCE
+    summary = json.loads((tmp_path / "out" / "result.json").read_text())
+    assert summary["status"] == "interrupted" and summary["end_time"] > 0.0
+
+
+def test_while_it_starts(tmp_path):
+    status, printed, seconds = stopped(tmp_path / "out", [], 1.0, [signal.SIGINT])
+    assert status == 130 and "interrupted before the run began" in printed and "Traceback" not in printed
+    assert seconds < PATIENCE
+
+
+def test_within_the_flow_of_a_large_mesh(tmp_path):
+    status, printed, seconds = stopped(tmp_path / "out", ["solver.mesh_refinement=10"], 15.0, [signal.SIGTERM])
+    assert status == 130 or (status < 0 and "within a long call" in printed)
+    assert "Traceback" not in printed and seconds < PATIENCE
+
+
+def test_a_second_signal_ends_it_at_once(tmp_path):
+    status, _, seconds = stopped(tmp_path / "out", ["solver.mesh_refinement=10"], 15.0, [signal.SIGINT] * 2)
+    assert status in (-signal.SIGINT, 130) and seconds < 2.0
