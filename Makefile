@@ -5,7 +5,7 @@ export OMP_NUM_THREADS := 1
 MPIRUN := mpirun --oversubscribe $(if $(filter 0,$(shell id -u)),--allow-run-as-root)
 PARTS := 2
 
-.PHONY: heat test test-fast test-mpi check install tables packing speed-against-error hard-cases growth figures chapter-6 bead-interior permeability kill-test fuzz-test test-debian13 clean
+.PHONY: heat test test-fast test-mpi check install tables packing speed-against-error hard-cases random-scenes sweep growth figures chapter-6 bead-interior permeability kill-test fuzz-test test-debian13 clean
 
 heat: .venv/installed  ## heat the aluminium mold: summary and pictures in runs/aluminium
 	$(PYTHON) -m porousmold run studies/mold/aluminium.toml --out runs/aluminium
@@ -34,6 +34,12 @@ speed-against-error: .venv/installed  ## model ladder, meshes and steps: docs/sp
 
 hard-cases: .venv/installed  ## every hard case and what happened: docs/hard-cases.md
 	$(PYTHON) studies/hard_cases.py
+
+random-scenes: .venv/installed  ## 200 scenes drawn at random, their answers and errors: docs/random-scenes.md
+	$(PYTHON) studies/random_scenes.py
+
+sweep: .venv/installed  ## the strip of a workshop's sweep where bead sources fade out: 200 cases in runs/strip
+	$(MPIRUN) -n 2 $(PYTHON) -m mpi4py -m porousmold study studies/sweep/strip.toml
 
 growth: .venv/installed  ## seconds and memory from 4k to 1M unknowns: docs/growth.md
 	$(PYTHON) studies/growth.py

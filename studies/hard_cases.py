@@ -172,7 +172,8 @@ def main():
         "temperatures given (aim: < 0.1 K); steps are taken / rejected / repeated with monotone cells; iterations are the",
         "flow's of Newton's method, of which continuation counts those of false transients; s is CPU time, compilation included.",
         "",
-        "| row | case | ended | heating time, s | steps | iterations | continuation | over | under | imbalance | s | warnings or reason |",
+        "| row | case | ended | heating time, s | steps | iterations | continuation | over | under | imbalance | s | "
+        "warnings or reason |",
         "|" + "---|" * 12,
     ]
     bad = 0
