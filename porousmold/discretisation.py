@@ -17,6 +17,7 @@ from mpi4py import MPI
 from . import fenicsx, geometry
 from .boundary_values import BoundaryValues
 from .closures import bead_interior
+from .closures.turbulence import DAMPING_START
 from .equations.bead_interior import BeadInterior
 from .equations.coordinates import Coordinates
 from .equations.developed import CarriedByStreamfunction
@@ -260,14 +261,23 @@ class Discretisation:
         return self._simpler_flow("developed")
 
     def is_also_laminar(self):
-        """Whether beside the present turbulent flow there is a laminar one: where no bead source acts, and not asked of a
-        transient start (collective). Of the developed flow, where the bed is straight."""
-        model = self.laws.turbulence
-        undamped = model is None or (model.bead_sources and not model.damped)
-        if undamped or not self.flow.is_turbulent():
+        """Whether beside the present turbulent flow there is a laminar one: sought where no bead source acts (collective).
+
+        Of the developed flow, where the bed is straight.
+        """
+        if not self.flow.is_turbulent() or self._bead_sources_act():
             return False
         flow = self.flow if self.scene.model.flow != "full" or self.domain.columns is None else self._developed_flow
         return flow.is_also_laminar()
+
+    def _bead_sources_act(self):
+        model = self.laws.turbulence
+        if not (model.bead_sources and model.damped):
+            return model.bead_sources
+        m = self.equations.momentum(self.flow_state, self.flow_temperature)
+        reynolds = self.equations.bed.reynolds_number(m.density, m.speed, m.viscosity)
+        highest = np.nanmax(fenicsx.nodal_values(reynolds, self.flow_temperature.function_space), initial=0.0)
+        return self.communicator.allreduce(float(highest), op=max) > DAMPING_START
 
     def observe_solvers(self, observe):
         """Have `observe(text)` called at every iteration of flow and heat; it may raise."""

@@ -21,6 +21,7 @@ from .simulation import Simulation, silent, temperature_bounds
 HIGHEST_MACH_NUMBER = 0.3
 HIGHEST_BIOT_NUMBER = 0.1
 LARGEST_OVERSHOOT = 0.1
+LARGEST_UNDERSHOOT = 0.05
 FAILED = "failed"
 SOONEST_SAVING, SAVING_PART = 1.0, 0.02
 """Seconds between two checkpoints at least, and the part of the time that they may take: a run that is killed loses little."""
@@ -271,6 +272,11 @@ def warnings_of(simulation, bounds):
                 f"temperatures reached {beyond:.2g} K beyond those given, behind the sharp first front: "
                 "more solver.axial_cells lessen it"
             )
+    undershoot = simulation.problem.flow.largest_undershoot
+    if undershoot > LARGEST_UNDERSHOOT:
+        found.append(
+            f"k undershoots by {undershoot:.0%} of its largest value in the coarse cells behind the inlet, where it counts as 0"
+        )
     if len(simulation.regimes) > 1:
         found.append(
             "with these settings a laminar flow is steady, too; this is the turbulent one (flow_regimes), as if tripped"

@@ -306,7 +306,7 @@ class Simulation:
     def _counters(self):
         heat = self.problem.heat
         return (
-            (self.problem.flow, ("newton_iterations", "solves", "continuation_steps")),
+            (self.problem.flow, ("newton_iterations", "solves", "continuation_steps", "largest_undershoot")),
             (heat, ("newton_iterations", *(["repetitions"] if "repetitions" in vars(heat) else []))),
         )
 

@@ -328,6 +328,7 @@ class PlugFlow:
         bed = nodes[: self._owned, 1] <= self.columns.across[-1] * (1 + 1e-9)
         self._in_bed = np.flatnonzero(bed)
         self.newton_iterations = self.solves = self.continuation_steps = 0
+        self.largest_undershoot = 0.0
 
     @property
     def functions(self):

@@ -57,6 +57,9 @@ through negative values on the way."""
 TRACE_OF_TURBULENCE = 1e-3
 """k over the reference speed squared that counts as none: its eddies are no more viscous than the fluid."""
 
+LARGEST_UNDERSHOOT = 0.2
+"""Of the largest k: negative k in single coarse cells behind an inlet counts as none in all that follows from it."""
+
 REST_OF_TURBULENCE = 1e-5
 """Part of k and epsilon from which a laminar flow is sought."""
 
@@ -122,6 +125,7 @@ class SteadyFlow:
 
     def _reset_counters(self):
         self.newton_iterations = self.solves = self.continuation_steps = 0
+        self.largest_undershoot = 0.0
         self._update = np.inf
         self.observe = silent
 
@@ -403,8 +407,8 @@ class SteadyFlow:
         return factors
 
     def _physical(self):
-        """No NaN, and no clearly negative k: what passes is a twentieth of the largest value, or a trace of the speed squared
-        where there is no turbulence."""
+        """No NaN, and k no further below zero than a part of its largest value, or a trace of the speed squared where there is
+        no turbulence. `largest_undershoot` notes that part."""
         if not self._turbulence_unknowns.size:
             return True
         values = self.unknown.x.array[self._kinetic_energy_unknowns()]
@@ -412,7 +416,9 @@ class SteadyFlow:
             self.domain.communicator.allreduce(float(value), op=op)
             for value, op in ((np.min(values, initial=0.0), min), (np.max(values, initial=0.0), max))
         )
-        return bool(low >= -max(0.05 * high, TRACE_OF_TURBULENCE))
+        if high > TRACE_OF_TURBULENCE:
+            self.largest_undershoot = max(self.largest_undershoot, -low / high)
+        return bool(low >= -max(LARGEST_UNDERSHOOT * high, TRACE_OF_TURBULENCE))
 
     def _kinetic_energy_unknowns(self):
         return self._turbulence_unknowns[: self._turbulence_unknowns.size // 2]
