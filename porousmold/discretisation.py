@@ -34,6 +34,7 @@ from .probe import PointProbe
 from .sensors import read_sensors
 from .solvers.coupled import CoupledTransient
 from .solvers.developed import DevelopedFlow, PlugFlow
+from .solvers.equilibrium import local_equilibrium
 from .solvers.flow import SteadyFlow
 from .solvers.heating import TransientHeat
 
@@ -254,7 +255,29 @@ class Discretisation:
             if self.domain.straight:
                 self.flow.guess(self._flow_in_the_plane())
                 return True
+        if not self.domain.straight:
+            self.flow.guess(self._local_equilibrium())
         return self.laws.turbulence is None
+
+    def _local_equilibrium(self):
+        """Fields of the local equilibrium of drag and beads along x[0], for a mesh whose stations are not known."""
+        space = self.flow_temperature.function_space
+        along = space.tabulate_dof_coordinates()[:, 0] / self.domain.length
+        drive, estimates = self.boundary.drive_of_stations(), self.estimates
+        pressure_drop = drive[1] if drive[0] == "pressure_drop" else estimates.pressure_gradient * self.domain.length
+        pressure = pressure_drop * np.clip(1.0 - along, 0.0, 1.0)
+        gradient = max(pressure_drop / self.domain.length, 1e-6 * estimates.pressure_gradient)
+        temperature = self.flow_temperature.x.array
+        arrays = local_equilibrium(self.equations, self.laws.fluid, space, gradient, temperature, pressure)
+        names = ("speed", "turbulent_kinetic_energy", "dissipation_rate")
+        fields = {"pressure": pressure} | dict(zip(names, arrays, strict=False))
+        for name, values in fields.items():
+            fields[name] = fem.Function(space)
+            fields[name].x.array[:] = values
+        speed = fields.pop("speed")
+        fields["velocity"] = fem.Function(fenicsx.lagrange_space(self.domain.mesh, 1, self.domain.mesh.geometry.dim))
+        fields["velocity"].sub(0).interpolate(speed)
+        return fields
 
     @functools.cached_property
     def _developed_flow(self):

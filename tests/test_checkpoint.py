@@ -19,14 +19,14 @@ LAMINAR = {"model__turbulence": "none"}
 
 
 def stopped_after(steps):
-    """A `stop` for `run` that lets so many steps pass."""
-    calls = []
-    return lambda: calls.append(None) or len(calls) > steps
+    """`progress` and `stop` for `run` that let so many steps pass."""
+    left = list(range(steps))
+    return {"progress": lambda *_: left and left.pop(), "stop": lambda: not left}
 
 
 def interrupted(scene, out, steps):
     with pytest.raises(RunInterrupted):
-        run(scene, out, MPI.COMM_SELF, stop=stopped_after(steps))
+        run(scene, out, MPI.COMM_SELF, **stopped_after(steps))
     assert (out / NAME).is_file()
 
 
@@ -61,7 +61,7 @@ def test_with_an_inlet_that_changes_and_steps_that_adapt(tmp_path):
     assert whole.summary["rejected_steps"] > 0
     for steps in (4, 9, 14):
         with pytest.raises(RunInterrupted):
-            run(scene, tmp_path / "run", MPI.COMM_SELF, stop=stopped_after(steps), resume=True)
+            run(scene, tmp_path / "run", MPI.COMM_SELF, resume=True, **stopped_after(steps))
     assert_same(run(scene, tmp_path / "run", MPI.COMM_SELF, resume=True), whole, 1e-10)
 
 
@@ -183,7 +183,7 @@ def test_mass_balance_of_a_resumed_run_is_that_of_the_flow_it_stands_at(tmp_path
     scene = coarse_scene(operation__mass_flow=str(ramp), operation__pressure_drop=None, model__turbulence="none")
     for steps in (8, 0):
         with pytest.raises(RunInterrupted):
-            run(scene, tmp_path / "run", MPI.COMM_SELF, stop=stopped_after(steps), resume=True)
+            run(scene, tmp_path / "run", MPI.COMM_SELF, resume=True, **stopped_after(steps))
         summary = json.loads((tmp_path / "run" / "result.json").read_text())
         assert summary["time_steps"] == 8 and 20.0 < summary["end_time"] < 200.0
         assert abs(summary["mass_imbalance"]) < 1e-5

@@ -136,6 +136,7 @@ class CoupledTransient:
         stages = BACKWARD_EULER if after_jump else STAGES
         gamma = stages[0][0]
         self._gather()
+        self.flow.renew_inlet()
         self.heat.begin(step)
         start = self._coupled.x.array.copy()
         self._inverse_step.value = 1.0 / (gamma * step)

@@ -11,11 +11,11 @@ from dolfinx import fem
 from scipy.optimize import brentq
 
 from .. import fenicsx
-from ..closures import turbulence as closure
 from ..equations.developed import developed_residual, developed_state
 from ..equations.flow import FlowState
 from ..errors import SolveError
 from ..geometry import BED, INTERFACE, WALL
+from .equilibrium import local_equilibrium
 from .flow import LEAST_VALUE, SteadyFlow, unknowns_outside
 from .newton import NewtonSystem
 
@@ -166,40 +166,22 @@ class DevelopedFlow(SteadyFlow):
         return [self.unknown, self.pressure, self.gradient, self.streamfunction]
 
     def initial_guess(self):
-        """Start from the speed at which the local drag balances the pressure gradient, fading in a layer at the wall, and from
-        the beads' undamped turbulence in local equilibrium.
+        """Start from the local equilibrium of drag and beads, with their undamped turbulence.
 
         The pressure gradient is that of the scales, or as the pressure drop imposes it at present.
         """
-        equations, scales = self.equations, self.equations.scales
-        bed, law, space = equations.bed, self._fluid, self.pressure.function_space
+        equations, scales, space = self.equations, self.equations.scales, self.pressure.function_space
         kind, *value = self._drive()
         pressure_drop = value[0] if kind == "pressure_drop" else float(scales.pressure.value)
-        self._set_gradients(np.full(len(self.columns.along), -pressure_drop / self.columns.along[-1]))
+        gradient = pressure_drop / self.columns.along[-1]
+        self._set_gradients(np.full(len(self.columns.along), -gradient))
         if not value[0]:
             self.unknown.x.array[:] = 0.0
             return True
-        gradient = pressure_drop / self.columns.along[-1]
-        speed, diameter = float(scales.speed.value), float(bed.bead_diameter.value)
-        porosity, distance = (
-            fenicsx.nodal_values(expression, space) for expression in (bed.porosity, bed.wall_distance)
-        )
-        porosity, distance = np.clip(porosity, 0.0, 0.95), np.maximum(distance, 0.0)
-        temperature = self.temperature.x.array
-        viscosity = law.viscosity(temperature)
-        density = law.density(self.pressure.x.array + float(equations.fluid.reference_pressure.value), temperature)
-        local = bed.drag.speed(porosity * gradient, porosity, diameter, density, viscosity)
-        local *= -np.expm1(-distance / np.sqrt(2.0 * viscosity * speed / gradient))
-        fields = [local / speed]
-        if self._turbulent:
-            energy = closure.bead_kinetic_energy(porosity, local) + 0.01 * local**2
-            rate = closure.bead_dissipation_rate(porosity, local, diameter) + 0.01 * local**3 / diameter
-            distance = np.maximum(distance, 1e-3 * np.min(distance[distance > 0.0]))
-            layer = closure.wall_reynolds_number(density, distance, energy, viscosity)
-            outer = closure.outer_fraction(layer, float(equations.model.blend_half_width.value))
-            inner = closure.inner_dissipation_rate(energy, layer, distance, viscosity / density)
-            rate = outer * rate + (1.0 - outer) * inner
-            fields += [energy / speed**2, rate * diameter / speed**3]
+        temperature, pressure = self.temperature.x.array, self.pressure.x.array
+        fields = local_equilibrium(equations, self._fluid, space, gradient, temperature, pressure)
+        speed, length = float(scales.speed.value), float(scales.length.value)
+        fields = [field / size for field, size in zip(fields, (speed, speed**2, speed**3 / length), strict=False)]
         given = fem.Function(space)
         for values, (part, numbers) in zip(fields, self._parts(), strict=True):
             given.x.array[:] = values
@@ -229,8 +211,8 @@ class DevelopedFlow(SteadyFlow):
         """One Newton iteration of profiles, pressure gradients and mass flow together; its relative update."""
         before = self.unknown.x.array.copy()
         update = super()._iterate()
-        if not np.isfinite(update):
-            return np.inf
+        if not np.isfinite(update) or update == 0.0:  # a fluid at rest: there is no matrix either
+            return update
         push = fenicsx.petsc_vector(self.unknown).duplicate()
         fenicsx.assemble_vector(push, self._push)
         push.scale(-1.0)

@@ -302,11 +302,15 @@ class SteadyFlow:
         parts = [fenicsx.collapse(self.space, part)[1] for part in range(4)]
         return np.concatenate(parts[:2]), parts[2], parts[3]
 
-    def _iterate(self):
-        """One iteration with the present factors; gives its relative update, infinite where it fails."""
+    def renew_inlet(self):
+        """Take the mean square of the present entering velocity for the inlet's total pressure (collective)."""
         for mean_square, *forms in self._entering:
             flow, moment = (self.domain.communicator.allreduce(float(fem.assemble_scalar(form))) for form in forms)
             mean_square.value = moment / flow if flow > 0.0 else 0.0
+
+    def _iterate(self):
+        """One iteration with the present factors; gives its relative update, infinite where it fails."""
+        self.renew_inlet()
         converged, iterations = self._system.solve(max_iterations=1, relative_update=1e-14)
         if not iterations:  # there is nothing left to solve, as in a fluid at rest
             return 0.0 if converged else np.inf
