@@ -74,8 +74,9 @@ class Streamfunction:
         nodes = self.function.function_space.tabulate_dof_coordinates()
         self._node = tuple(nearest(grid, nodes[:, axis]) for axis, grid in enumerate((along, across)))
 
-    def renew(self):
-        """Integrate the present flux across the bed."""
+    def renew(self, total=None):
+        """Integrate the present flux across the bed, as a part of `total` (kg/s, or per metre of width; default: the mean of
+        all stations), so that the same mass flow passes every station whatever the iterations left."""
         along, across = self._domain.columns
         values = self._values()[self._bed].reshape(len(self._bed), 2, len(self._weights)) @ self._weights
         through = np.zeros((len(along), len(across) - 1, 2))
@@ -84,6 +85,10 @@ class Streamfunction:
             through[self._place[0] + end, self._place[1], end] = values[:, end] * heights
         through = self._domain.communicator.allreduce(through).max(axis=2, initial=0.0)
         table = np.hstack([np.zeros((len(along), 1)), np.cumsum(through, axis=1)])
+        through = table[:, -1]
+        total = through.mean() if total is None else total
+        if np.all(through > 0.0):
+            table *= total / through[:, None]
         self.function.x.array[:] = table[self._node]
 
 
@@ -242,20 +247,27 @@ class DevelopedFlow(SteadyFlow):
         widths = self.columns.widths
         return (-value[0] - np.sum(widths * (gradients - flow / slope))) / np.sum(widths / slope)
 
+    def _carry(self):
+        """Have the stream function carry the mass flow that is imposed."""
+        total = None
+        if self._drive()[0] != "pressure_drop":
+            total = self._imposed_mass_flow(self._gradients, None, None)
+        self._streamfunction.renew(total)
+
     def start(self, time=0.0):
         """Find the profiles of all stations from the initial guess, and carry their mass flow by the stream function."""
         super().start(time)
-        self._streamfunction.renew()
+        self._carry()
 
     def solve(self, time=0.0):
         """Converge the profiles of all stations, and carry their mass flow by the stream function."""
         super().solve(time)
-        self._streamfunction.renew()
+        self._carry()
 
     def renew(self, time, tolerance):
         """Follow a changed temperature."""
         super().renew(time, tolerance)
-        self._streamfunction.renew()
+        self._carry()
 
     def fields(self):
         """Present velocity, pressure and turbulence (SI) as functions by name (collective)."""
