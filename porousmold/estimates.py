@@ -11,7 +11,7 @@ from .closures.nusselt import prandtl_number, specific_surface
 
 FIRST_CELL_IN_WALL_UNITS = 1.0
 FEWEST_AXIAL_CELLS = 18
-LARGEST_CELL, LARGEST_STEP = 0.5, 0.25
+LARGEST_CELL, LARGEST_STEP = 0.42, 0.25
 """Of the front's width at the outlet, and of the time in which the wall's temperature changes there."""
 AXIAL_GRADING = 1.25
 """Axial nodes at L (i/n)^1.25: the thermal front that starts sharp at the inlet meets small cells, and widens as they do."""

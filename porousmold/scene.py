@@ -123,7 +123,7 @@ KEYS: dict[str, dict[str, Key]] = {
         "axial_cells": Key("integer", "cells along the flow; default from the expected width of the front, at least 18", low=2,
                            high=100000, closed=True),
         "first_cell": _length("height of the cell at the wall; default from the expected wall shear"),
-        "cell_growth": Key("", "largest ratio of neighbouring cells across the bed; within a bead of the wall its root", 1.4,
+        "cell_growth": Key("", "largest ratio of neighbouring cells across the bed; within a bead of the wall its root", 1.33,
                            low=1.001, high=3.0),
         "wall_cells": Key("integer", "cells through the wall; default from its Biot number", low=1, high=1000, closed=True),
         "mesh_refinement": Key("", "factor on the number of cells in each direction, given or by default", 1.0, low=0.1,

@@ -216,8 +216,8 @@ class DevelopedFlow(SteadyFlow):
         """One Newton iteration of profiles, pressure gradients and mass flow together; its relative update."""
         before = self.unknown.x.array.copy()
         update = super()._iterate()
-        if not np.isfinite(update) or update == 0.0:  # a fluid at rest: there is no matrix either
-            return update
+        if not np.isfinite(update):
+            return np.inf
         push = fenicsx.petsc_vector(self.unknown).duplicate()
         fenicsx.assemble_vector(push, self._push)
         push.scale(-1.0)

@@ -167,6 +167,9 @@ class NewtonSystem:
 
     def apply_inverse(self, vector):
         """Solution of the linear system with the present Jacobian and its factors, of one right-hand side (PETSc)."""
+        if self._jacobian_due:  # there was nothing to solve, as in a fluid at rest
+            self._assemble_jacobian(None, None, None, None)
+            self._snes.getKSP().setOperators(self.matrix, self.matrix)
         vector.array[self._held_owned] = 0.0
         result = vector.duplicate()
         self._snes.getKSP().solve(vector, result)
