@@ -23,7 +23,7 @@ class StopSignals:
 
     def __init__(self) -> None:
         self._received: list[int] = []
-        self._asked = False
+        self._asked = self._ending = False
         reading, self._writing = os.pipe()
         os.set_blocking(self._writing, False)
         parent = os.getpid()
@@ -54,8 +54,10 @@ class StopSignals:
 
     def _under_way(self) -> None:
         """Who has seen the signal ends in good order: it is given the time that it takes."""
-        signal.set_wakeup_fd(-1)
-        os.write(self._writing, b"\0")
+        if not self._ending:
+            self._ending = True
+            signal.set_wakeup_fd(-1)
+            os.write(self._writing, b"\0")
 
 
 def _only_once(number: int) -> None:
