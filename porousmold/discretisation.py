@@ -125,7 +125,7 @@ class Discretisation:
         model, operation = scene.model, scene.operation
         coordinates = Coordinates(domain.mesh, domain.axisymmetric)
         dx, ds = domain.cell_measure(QUADRATURE_DEGREE), domain.facet_measure(QUADRATURE_DEGREE)
-        nodal_dx, nodal_ds = domain.nodal_measure(), domain.nodal_facet_measure()
+        nodal_dx = domain.nodal_measure()
         bead_diameter = self.domain.constant(scene.bed.bead_diameter)
         porosity, difference = self._porosity(bead_diameter)
         rev = None
@@ -170,10 +170,9 @@ class Discretisation:
         for function in (self.flow_temperature, self.property_temperature):
             function.x.array[:] = operation.initial_temperature
         openings = [
-            Opening(ds(geometry.INLET), nodal_ds(geometry.INLET), **self.boundary.drive()),
+            Opening(ds(geometry.INLET), **self.boundary.drive()),
             Opening(
                 ds(geometry.OUTLET),
-                nodal_ds(geometry.OUTLET),
                 pressure=self.domain.constant(0.0),
                 mean_square=self.domain.constant(0.0),
             ),

@@ -99,12 +99,6 @@ class Domain:
         metadata = {"quadrature_degree": quadrature_degree}
         return ufl.Measure("ds", domain=self.mesh, subdomain_data=self.facet_tags, metadata=metadata)
 
-    def nodal_facet_measure(self):
-        """ds with quadrature at the nodes."""
-        facet = "interval" if self.mesh.topology.dim == 2 else "quadrilateral"
-        rule = fenicsx.vertex_rule(facet)
-        return ufl.Measure("ds", domain=self.mesh, subdomain_data=self.facet_tags, metadata=rule)
-
 
 def max_of(a, b):
     """Reduction for `allreduce` of Python objects."""

@@ -110,7 +110,7 @@ def flow_equations(
 
 def opening(domain, tag, quadrature_degree, **terms):
     """`Opening` of the boundary's part with the tag."""
-    return Opening(domain.facet_measure(quadrature_degree)(tag), domain.nodal_facet_measure()(tag), **terms)
+    return Opening(domain.facet_measure(quadrature_degree)(tag), **terms)
 
 
 @dataclass(frozen=True)

@@ -86,15 +86,14 @@ class Momentum:
 
 @dataclass(frozen=True)
 class Opening:
-    """An inlet or outlet: its measure, that with quadrature at the nodes, and one of the gauge pressure outside (Pa), the mass
-    flux in (kg/m2/s) and the superficial velocity in (m/s), whose fluid comes at `temperature` (K).
+    """An inlet or outlet: its measure, and one of the gauge pressure outside (Pa), the mass flux in (kg/m2/s) and the
+    superficial velocity in (m/s), whose fluid comes at `temperature` (K).
 
     `mean_square` (m2/s2) goes with a pressure: what flows in then comes from a room of one total pressure, which is `pressure`
     and the dynamic pressure of that speed. As the mean square of the entering velocity it makes `pressure` the static one.
     """
 
     ds: ufl.Measure
-    nodes: ufl.Measure
     pressure: Any = None
     mass_flux: Any = None
     velocity: Any = None
@@ -294,11 +293,22 @@ class FlowEquations:
             + INLET_INTENSITY * speed**3 / bed.bead_diameter
         )
         k_size, epsilon_size = self.turbulence_sizes()
+        normal = ufl.FacetNormal(self.coordinates.mesh)
+        cell = ufl.Jacobian(self.coordinates.mesh)
+
+        def lumped(value, test):
+            """What the integral of a product of linear functions lacks of its values at the nodes, along the inlet."""
+            slopes = [ufl.grad(f) - ufl.dot(ufl.grad(f), normal) * normal for f in (value, test)]
+            return ufl.dot(slopes[0], ufl.dot(cell * cell.T, slopes[1])) / 6.0
+
         difference = (
             k_size * (state.kinetic_energy - k_in) * tests[2]
             + epsilon_size * (state.dissipation_rate - epsilon_in) * tests[3]
         )
-        return INFLOW_WEIGHT * self.coordinates.weight * inward * difference * opening.nodes
+        difference += k_size * lumped(state.kinetic_energy, tests[2]) + epsilon_size * lumped(
+            state.dissipation_rate, tests[3]
+        )
+        return INFLOW_WEIGHT * self.coordinates.weight * inward * difference * opening.ds
 
 
 INLET_INTENSITY = 1e-5
