@@ -44,6 +44,12 @@ def axial_nodes(length, cells, last_cell):
     return nodes
 
 
+def refined(nodes, factor):
+    """Nodes of `factor` times as many cells, two at least: where it is a whole number every cell is cut evenly."""
+    cells = max(2, round((len(nodes) - 1) * factor))
+    return np.interp(np.linspace(0, len(nodes) - 1, cells + 1), np.arange(len(nodes)), nodes)
+
+
 def straight_domain(scene, estimates, communicator, observe):
     """Domain of a pipe or mold; what the scene leaves open is as its `estimates` say.
 
@@ -52,18 +58,15 @@ def straight_domain(scene, estimates, communicator, observe):
     solver = scene.solver
     length, half_height, area = bed_size(scene)
     finer = solver.mesh_refinement
-    first_cell = (solver.first_cell or estimates.first_cell) / finer
-    axial_cells = max(2, round((solver.axial_cells or estimates.axial_cells) * finer))
     wall_cells = max(1, round((solver.wall_cells or estimates.wall_cells) * finer))
     resolved = scene.model.wall == "conjugate"
     wall_nodes = np.linspace(0.0, scene.wall.thickness, wall_cells + 1) if resolved else []
 
     def to_wall(width):
-        growth = solver.cell_growth ** (1.0 / finer)
-        nodes = geometry.graded_coordinates(
-            width, first_cell, growth, scene.bed.bead_diameter, WIDEST_CELL * width / finer
-        )
-        return geometry.Across.to_wall(nodes, wall_nodes)
+        first_cell = solver.first_cell or estimates.first_cell
+        layer, widest = scene.bed.bead_diameter, WIDEST_CELL * width
+        nodes = geometry.graded_coordinates(width, first_cell, solver.cell_growth, layer, widest)
+        return geometry.Across.to_wall(refined(nodes, finer), wall_nodes)
 
     across = [to_wall(half_height)]
     if scene.geometry.width is not None:
@@ -73,7 +76,8 @@ def straight_domain(scene, estimates, communicator, observe):
         else:  # nothing changes across the width: cells as wide as the bed is high
             cells = max(2, round(finer * half_width / half_height))
             across.append(geometry.Across(np.linspace(0.0, half_width, cells + 1), cells, walled=False))
-    along = axial_nodes(length, axial_cells, estimates.end_length / finer)
+    along = axial_nodes(length, solver.axial_cells or estimates.axial_cells, estimates.end_length)
+    along = refined(along, finer)
     _announce(scene, len(along) - 1, across, observe)
     axisymmetric = scene.geometry.kind == "pipe"
     return geometry.straight_bed(communicator, along, across, axisymmetric=axisymmetric)

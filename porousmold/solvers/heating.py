@@ -55,8 +55,8 @@ class HeatBalance:
 
     @property
     def imbalance(self):
-        """What is missing, as a fraction of the heat put in (the larger of stored and brought in, at least 1e-3 J)."""
-        scale = max(abs(self.by_fluid + self.through_outer_wall), abs(self.stored), 1e-3)
+        """What is missing, as a fraction of the heat put in (the larger of stored and brought in, at least 1e-6 J)."""
+        scale = max(abs(self.by_fluid + self.through_outer_wall), abs(self.stored), 1e-6)
         return (self.by_fluid + self.through_outer_wall + self.by_rev_terms - self.stored) / scale
 
 
