@@ -35,7 +35,7 @@ from .sensors import read_sensors
 from .solvers.coupled import CoupledTransient
 from .solvers.developed import DevelopedFlow, PlugFlow
 from .solvers.equilibrium import local_equilibrium
-from .solvers.flow import SteadyFlow
+from .solvers.flow import SteadyFlow, silent
 from .solvers.heating import TransientHeat
 
 QUADRATURE_DEGREE = 2
@@ -63,7 +63,7 @@ class Discretisation:
     Raises `InputError` for a mesh that cannot be used.
     """
 
-    def __init__(self, scene, communicator, observe=lambda text: None):
+    def __init__(self, scene, communicator, observe=silent):
         self.scene, self.communicator, self._observe = scene, communicator, observe
         self.stopwatch = Stopwatch()
         self.laws = laws = Laws.of(scene)
@@ -241,7 +241,7 @@ class Discretisation:
             temperature = ufl.split(self.heat.unknown)[0] if self.two_temperatures else self.heat.unknown
             self.outlet_heat = fenicsx.compiled_form(outflow * temperature * ds(geometry.OUTLET))
 
-    def _guess_flow(self):
+    def _guess_flow(self) -> bool:
         """Initial guess of the full flow: the developed profiles where the bed is straight, in three dimensions the flow over
         two of them at the same distance from the wall."""
         self.flow.guess_uniform()
@@ -268,21 +268,24 @@ class Discretisation:
         gradient = max(pressure_drop / self.domain.length, 1e-6 * estimates.pressure_gradient)
         temperature = self.flow_temperature.x.array
         arrays = local_equilibrium(self.equations, self.laws.fluid, space, gradient, temperature, pressure)
-        names = ("speed", "turbulent_kinetic_energy", "dissipation_rate")
-        fields = {"pressure": pressure} | dict(zip(names, arrays, strict=False))
-        for name, values in fields.items():
-            fields[name] = fem.Function(space)
-            fields[name].x.array[:] = values
-        speed = fields.pop("speed")
-        fields["velocity"] = fem.Function(fenicsx.lagrange_space(self.domain.mesh, 1, self.domain.mesh.geometry.dim))
-        fields["velocity"].sub(0).interpolate(speed)
-        return fields
+
+        def function_of(values):
+            function = fem.Function(space)
+            function.x.array[:] = values
+            return function
+
+        speed, *turbulence = map(function_of, arrays)
+        velocity = fem.Function(fenicsx.lagrange_space(self.domain.mesh, 1, self.domain.mesh.geometry.dim))
+        velocity.sub(0).interpolate(speed)
+        names = ("turbulent_kinetic_energy", "dissipation_rate")
+        fields = {"velocity": velocity, "pressure": function_of(pressure)}
+        return fields | dict(zip(names, turbulence, strict=False))
 
     @functools.cached_property
     def _developed_flow(self):
         return self._simpler_flow("developed")
 
-    def is_also_laminar(self):
+    def is_also_laminar(self) -> bool:
         """Whether beside the present turbulent flow there is a laminar one: sought where no bead source acts (collective).
 
         Of the developed flow, where the bed is straight.
@@ -292,7 +295,7 @@ class Discretisation:
         flow = self.flow if self.scene.model.flow != "full" or self.domain.columns is None else self._developed_flow
         return flow.is_also_laminar()
 
-    def _bead_sources_act(self):
+    def _bead_sources_act(self) -> bool:
         model = self.laws.turbulence
         if not (model.bead_sources and model.damped):
             return model.bead_sources

@@ -44,13 +44,13 @@ class Estimates:
     length: float
 
     @property
-    def axial_cells(self):
+    def axial_cells(self) -> int:
         """Default number of cells along the flow: those at the outlet are shorter than the front is wide."""
         shortest = LARGEST_CELL * self.front_width
         return max(FEWEST_AXIAL_CELLS, math.ceil(AXIAL_GRADING * self.length / shortest))
 
     @property
-    def largest_step(self):
+    def largest_step(self) -> float:
         """Default cap of the time steps, s: a part of the time in which the front passes and the wall follows it."""
         passing = self.front_width / self.length * self.heating_duration
         return LARGEST_STEP * math.hypot(passing, self.wall_time)
@@ -125,7 +125,7 @@ def estimate(scene, bed_size, laws):
     )
 
 
-def wall_nusselt_number(reynolds_number):
+def wall_nusselt_number(reynolds_number: float) -> float:
     """Nu of the bed's wall with the bead diameter, 2 + 0.17 Re^0.79: an order of magnitude (Li, Finlayson, Chem. Eng. Sci. 32
     (1977) 1055-1066, and a bed at rest)."""
     return 2.0 + 0.17 * reynolds_number**0.79

@@ -105,7 +105,9 @@ def max_of(a, b):
     return max(a, b)
 
 
-def graded_coordinates(width, first_cell, growth, layer=0.0, widest=math.inf):
+def graded_coordinates(
+    width: float, first_cell: float, growth: float, layer: float = 0.0, widest: float = math.inf
+) -> np.ndarray:
     """Nodes from 0 (the wall) to `width`: cells from `first_cell` grow by at most `growth`, by its root up to the depth `layer`.
 
     The number of cells is the smallest with that growth; the first cell is met exactly unless it is wider than a uniform

@@ -2,12 +2,14 @@
 
 import math
 import os
+from collections.abc import Callable
 
 import numpy as np
 
 from . import geometry
 from .errors import InputError
 from .estimates import AXIAL_GRADING, bed_size
+from .scene import Scene
 
 WIDEST_CELL = 0.2
 """Of the width from the wall to the middle of the bed."""
@@ -15,7 +17,7 @@ BYTES_AN_UNKNOWN = {2: 10e3, 3: 40e3}
 """Memory that factors, matrices and the rest need for an unknown of the flow, by dimensions of space (docs/growth.md)."""
 
 
-def _announce(scene, cells_along, across, observe):
+def _announce(scene: Scene, cells_along: int, across: list[geometry.Across], observe: Callable[[str], None]) -> None:
     cells = cells_along * math.prod(direction.cells for direction in across)
     in_bed = cells_along * math.prod(direction.bed_cells for direction in across)
     dimension = 1 + len(across)
@@ -35,7 +37,7 @@ def _announce(scene, cells_along, across, observe):
         )
 
 
-def axial_nodes(length, cells, last_cell):
+def axial_nodes(length: float, cells: int, last_cell: float) -> np.ndarray:
     """Nodes (m) along the flow from 0 to `length`: graded from the inlet, the last of the `cells` halved until it is at most
     `last_cell` (m) long, where the wall's end lets no heat out."""
     nodes = length * np.linspace(0.0, 1.0, cells + 1) ** AXIAL_GRADING
@@ -44,7 +46,7 @@ def axial_nodes(length, cells, last_cell):
     return nodes
 
 
-def refined(nodes, factor):
+def refined(nodes: np.ndarray, factor: float) -> np.ndarray:
     """Nodes of `factor` times as many cells, two at least: where it is a whole number every cell is cut evenly."""
     cells = max(2, round((len(nodes) - 1) * factor))
     return np.interp(np.linspace(0, len(nodes) - 1, cells + 1), np.arange(len(nodes)), nodes)

@@ -16,7 +16,8 @@ from .energy_use import energy_use
 from .errors import InputError, SolveError
 from .results import RunFolder
 from .scene import SMALLEST_RATIO
-from .simulation import Simulation, silent, temperature_bounds
+from .simulation import Simulation, temperature_bounds
+from .solvers.flow import silent
 
 HIGHEST_MACH_NUMBER = 0.3
 HIGHEST_BIOT_NUMBER = 0.1
@@ -274,9 +275,7 @@ def warnings_of(simulation, bounds):
             )
     undershoot = simulation.problem.flow.largest_undershoot
     if undershoot > LARGEST_UNDERSHOOT:
-        found.append(
-            f"k undershoots by {undershoot:.0%} of its largest value in the coarse cells behind the inlet, where it counts as 0"
-        )
+        found.append(f"k undershoots by {undershoot:.0%} of its largest value in single cells, where it counts as 0")
     if len(simulation.regimes) > 1:
         found.append(
             "with these settings a laminar flow is steady, too; this is the turbulent one (flow_regimes), as if tripped"

@@ -9,13 +9,10 @@ from .discretisation import Discretisation
 from .errors import SolveError
 from .geometry import max_of
 from .heating_time import crossing_time
+from .solvers.flow import silent
 from .solvers.time_control import TimeControl
 
 MOST_SNAPSHOTS = 32
-
-
-def silent(text):
-    """Observe nothing."""
 
 
 @dataclass

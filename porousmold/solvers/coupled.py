@@ -14,7 +14,7 @@ from ..equations.energy import Transport
 from ..equations.flow import FlowState
 from ..errors import SolveError
 from ..geometry import BED, WALL
-from .flow import held_unknowns, unknowns_outside
+from .flow import held_unknowns, silent, unknowns_outside
 from .heating import BACKWARD_EULER, STAGES
 from .newton import NewtonSystem
 
@@ -65,7 +65,7 @@ class CoupledTransient:
         self._system = NewtonSystem(residual, self._coupled, np.unique(np.concatenate(held)), keep_jacobian=True)
         self._parts = [fenicsx.collapse(self._space, part) for part in range(len(elements))]
         self.newton_iterations = 0
-        self.observe = lambda text: None
+        self.observe = silent
 
     @property
     def balance(self):

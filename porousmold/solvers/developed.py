@@ -170,7 +170,7 @@ class DevelopedFlow(SteadyFlow):
     def functions(self):
         return [self.unknown, self.pressure, self.gradient, self.streamfunction]
 
-    def initial_guess(self):
+    def initial_guess(self) -> bool:
         """Start from the local equilibrium of drag and beads, with their undamped turbulence.
 
         The pressure gradient is that of the scales, or as the pressure drop imposes it at present.
@@ -236,7 +236,8 @@ class DevelopedFlow(SteadyFlow):
         self._set_gradients(gradients)
         return max(self._updates(before)[0], relative)
 
-    def _imposed_mass_flow(self, gradients, flow, slope):
+    def _given_mass_flow(self, gradients):
+        """Mass flow (kg/s) that the drive gives; None where it gives the pressure drop."""
         kind, *value = self._drive()
         if kind == "mass_flow":
             return value[0]
@@ -244,17 +245,21 @@ class DevelopedFlow(SteadyFlow):
             inlet = self.columns.pressure(gradients)[0]
             absolute = inlet + float(self.equations.fluid.reference_pressure.value)
             return value[0] * self._area * self._fluid.density(absolute, value[1])
+        return None
+
+    def _imposed_mass_flow(self, gradients, flow, slope):
+        given = self._given_mass_flow(gradients)
+        if given is not None:
+            return given
+        _, pressure_drop = self._drive()
         widths = self.columns.widths
-        return (-value[0] - np.sum(widths * (gradients - flow / slope))) / np.sum(widths / slope)
+        return (-pressure_drop - np.sum(widths * (gradients - flow / slope))) / np.sum(widths / slope)
 
-    def _carry(self):
+    def _carry(self) -> None:
         """Have the stream function carry the mass flow that is imposed."""
-        total = None
-        if self._drive()[0] != "pressure_drop":
-            total = self._imposed_mass_flow(self._gradients, None, None)
-        self._streamfunction.renew(total)
+        self._streamfunction.renew(self._given_mass_flow(self._gradients))
 
-    def start(self, time=0.0):
+    def start(self, time: float = 0.0) -> None:
         """Find the profiles of all stations from the initial guess, and carry their mass flow by the stream function."""
         super().start(time)
         self._carry()
@@ -329,7 +334,7 @@ class PlugFlow:
         """What the state of the flow is kept in."""
         return [self.pressure, self.streamfunction, self._mass_flux]
 
-    def start(self, time=0.0):
+    def start(self, time: float = 0.0) -> None:
         """The same as `solve`: there is nothing to guess."""
         self.solve(time)
 
@@ -365,12 +370,8 @@ class PlugFlow:
         self.streamfunction.x.array[:] = mass_flux * self._section
         self.solves += 1
 
-    def is_turbulent(self):
+    def is_turbulent(self) -> bool:
         """It is not."""
-        return False
-
-    def is_also_laminar(self, time=0.0):
-        """There is but one flow."""
         return False
 
     def extrapolate(self, previous, factor):

@@ -1,12 +1,23 @@
 """The initial guess of a flow: what drag and beads alone would make of it at every place."""
 
+from typing import Any
+
 import numpy as np
 
 from .. import fenicsx
 from ..closures import turbulence as closure
+from ..equations.flow import FlowEquations
+from ..materials import Fluid
 
 
-def local_equilibrium(equations, fluid, space, gradient, temperature, gauge_pressure):
+def local_equilibrium(
+    equations: FlowEquations,
+    fluid: Fluid,
+    space: Any,
+    gradient: float,
+    temperature: np.ndarray,
+    gauge_pressure: np.ndarray,
+) -> list[np.ndarray]:
     """Nodal arrays [speed (m/s), k (m2/s2), epsilon (m2/s3)] over a scalar space, the last two where `equations` are turbulent.
 
     The speed at which the local drag balances the pressure gradient (Pa/m), fading in a layer at the wall, and the beads'

@@ -17,11 +17,14 @@ LOG = logging.getLogger(__name__)
 
 CONVERGED_UPDATE = 1e-8
 """Relative update of the scaled unknown at which the flow counts as converged."""
+CONVERGED_PARTS = 1e-5
+"""The same of velocity, k and epsilon, each on its own."""
 
 STAGNATED_UPDATE = 1e-5
 """The same of two iterations in succession: where k is all but 0 in coarse cells, Newton's method goes to and fro between small
 values of either sign. A thousandth of what a time step of the default tolerance accepts; of parts, the same as that."""
 STAGNATED_PARTS = 0.05
+
 FIRST_PSEUDO_STEP = 0.3
 ENDLESS_PSEUDO_STEP = 1e7
 LEAST_PSEUDO_STEP = 1e-9
@@ -41,9 +44,6 @@ WIDE_BLEND, NARROWING = 120.0, 0.85
 LEAST_REMAINDER = 0.1
 """Part of k and epsilon that a pseudo-time step leaves at least."""
 
-CONVERGED_PARTS = 1e-5
-"""The same of every part (velocity, pressure, k, epsilon) on its own."""
-
 KEPT_TOLERANCE = 0.005
 """Part of the tolerance to be met with kept factors, whose last update says less of the error."""
 SLOWEST_CONTRACTION = 0.7
@@ -58,7 +58,7 @@ TRACE_OF_TURBULENCE = 1e-3
 """k over the reference speed squared that counts as none: its eddies are no more viscous than the fluid."""
 
 LARGEST_UNDERSHOOT = 0.2
-"""Of the largest k: negative k in single coarse cells behind an inlet counts as none in all that follows from it."""
+"""Of the largest k: negative k in single cells, behind an inlet say, counts as none in all that follows from it."""
 
 REST_OF_TURBULENCE = 1e-5
 """Part of k and epsilon from which a laminar flow is sought."""
@@ -67,7 +67,7 @@ LEAST_VALUE = 1e-6
 """Scaled velocity or pressure that counts as none."""
 
 
-def silent(text):
+def silent(text: str) -> None:
     """Observe nothing."""
 
 
@@ -77,8 +77,7 @@ class SteadyFlow:
     `equations` are `FlowEquations`; `openings` the inlet and outlet; `temperature` the function (K) that density and
     viscosity are taken at. The scaled unknown is `unknown`; `state` has the fields with units.
 
-    `initial_guess()` may be replaced by a better one;
-    `observe(text)` is called after every iteration, and may raise.
+    `initial_guess()` may be replaced by a better one; `observe(text)` is called after every iteration, and may raise.
     """
 
     _entering: Sequence = ()
@@ -139,7 +138,7 @@ class SteadyFlow:
         """Iterations of the last linear solve: 1 where it was factorised."""
         return self._system.linear_iterations
 
-    def initial_guess(self):
+    def initial_guess(self) -> bool:
         """Give the flow something to start from; tells whether it is so near that Newton's method should be tried."""
         self.guess_uniform()
         return self.equations.model is None
@@ -168,7 +167,7 @@ class SteadyFlow:
         self.unknown.x.array[self._system.held] = 0.0
         self.unknown.x.scatter_forward()
 
-    def start(self, time=0.0):
+    def start(self, time: float = 0.0) -> None:
         """Find the steady flow from the initial guess; raises `SolveError` like `solve`.
 
         Where there are a laminar and a turbulent flow, the false transient, which starts from the beads' undamped
@@ -196,13 +195,13 @@ class SteadyFlow:
         self._restore(present)
         self._fail(time)
 
-    def is_turbulent(self):
+    def is_turbulent(self) -> bool:
         """Whether k is more than a trace anywhere (collective)."""
         values = self.unknown.x.array[self._kinetic_energy_unknowns()]
         highest = self.domain.communicator.allreduce(float(np.max(values, initial=0.0)), op=max)
         return highest > TRACE_OF_TURBULENCE
 
-    def is_also_laminar(self, time=0.0):
+    def is_also_laminar(self, time: float = 0.0) -> bool:
         """Whether the steady equations have a laminar solution beside the present turbulent one, which stays (collective)."""
         if not self.is_turbulent():
             return False
@@ -212,7 +211,7 @@ class SteadyFlow:
         self._restore(present)
         return found
 
-    def _find_from_guess(self, time):
+    def _find_from_guess(self, time: float) -> bool:
         near = self.initial_guess()
         guess = self._state()
         if near and self._find(np.inf, time):
@@ -220,7 +219,7 @@ class SteadyFlow:
         self._restore(guess)
         return self._find(FIRST_PSEUDO_STEP, time)
 
-    def _find_by_narrowing(self, time):
+    def _find_by_narrowing(self, time: float) -> bool:
         """Find the flow with a wide blend of the wall's layer, and follow it to the narrow one that the model asks for."""
         if self.equations.model is None:
             return False
@@ -236,7 +235,7 @@ class SteadyFlow:
         width.value = wanted
         return found
 
-    def _find(self, step, time):
+    def _find(self, step: float, time: float) -> bool:
         """Iterate from the present flow until the steady equations are solved; tells whether they are.
 
         One Newton iteration for each implicit step of a false transient; the first one is `step` bead transits long, later
@@ -268,13 +267,13 @@ class SteadyFlow:
                 step = min(step, ENDLESS_PSEUDO_STEP) * factor
         return False
 
-    def _pseudo_step(self, step):
+    def _pseudo_step(self, step: float) -> float:
         """One Newton iteration of an implicit step (s) of a false transient, or of the steady equations where it is endless.
 
         Gives the relative update of the part that changes most, infinite where the iteration fails.
         """
-        before = self._state()
-        self._previous.x.array[:] = self.unknown.x.array
+        before = self._previous.x.array
+        before[:] = self.unknown.x.array
         self._inverse_step.value = 1.0 / step
         self._system.renew_jacobian()
         self._update = self._iterate()
@@ -285,11 +284,11 @@ class SteadyFlow:
             return np.inf
         if np.isfinite(step):
             numbers = self._turbulence_unknowns
-            old, now = before[0][numbers], self.unknown.x.array[numbers]
+            old, now = before[numbers], self.unknown.x.array[numbers]
             self.unknown.x.array[numbers] = np.where(old > 0.0, np.maximum(now, LEAST_REMAINDER * old), now)
-        return self._updates(before[0], self._evolving)[1]
+        return self._updates(before, self._evolving)[1]
 
-    def _converged(self, update, last):
+    def _converged(self, update: float, last: float) -> bool:
         """Whether the steady equations are solved; `last` is the update before the present one."""
         small = self._update < CONVERGED_UPDATE and update < CONVERGED_PARTS
         stagnated = max(self._update, last) < STAGNATED_UPDATE and update < STAGNATED_PARTS
@@ -302,7 +301,7 @@ class SteadyFlow:
         parts = [fenicsx.collapse(self.space, part)[1] for part in range(4)]
         return np.concatenate(parts[:2]), parts[2], parts[3]
 
-    def renew_inlet(self):
+    def renew_inlet(self) -> None:
         """Take the mean square of the present entering velocity for the inlet's total pressure (collective)."""
         for mean_square, *forms in self._entering:
             flow, moment = (self.domain.communicator.allreduce(float(fem.assemble_scalar(form))) for form in forms)
@@ -412,7 +411,7 @@ class SteadyFlow:
 
     def _physical(self):
         """No NaN, and k no further below zero than a part of its largest value, or a trace of the speed squared where there is
-        no turbulence. `largest_undershoot` notes that part."""
+        no turbulence. `largest_undershoot` notes the largest part that has passed."""
         if not self._turbulence_unknowns.size:
             return True
         values = self.unknown.x.array[self._kinetic_energy_unknowns()]
@@ -420,9 +419,11 @@ class SteadyFlow:
             self.domain.communicator.allreduce(float(value), op=op)
             for value, op in ((np.min(values, initial=0.0), min), (np.max(values, initial=0.0), max))
         )
+        if low < -max(LARGEST_UNDERSHOOT * high, TRACE_OF_TURBULENCE):
+            return False
         if high > TRACE_OF_TURBULENCE:
             self.largest_undershoot = max(self.largest_undershoot, -low / high)
-        return bool(low >= -max(LARGEST_UNDERSHOOT * high, TRACE_OF_TURBULENCE))
+        return bool(np.isfinite(low))
 
     def _kinetic_energy_unknowns(self):
         return self._turbulence_unknowns[: self._turbulence_unknowns.size // 2]

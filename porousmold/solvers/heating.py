@@ -23,7 +23,7 @@ from ..equations.stabilisation import Streamline
 from ..errors import SolveError
 from ..geometry import BED
 from .bead_modes import BeadModes
-from .flow import unknowns_outside
+from .flow import silent, unknowns_outside
 from .newton import NewtonSystem
 
 GAMMA = 0.43586652150845899942
@@ -154,7 +154,7 @@ class TransientHeat:
         }
         self.scalars = {name: fenicsx.compiled_form(form) for name, form in self.scalars.items() if form is not None}
         self.balance = HeatBalance()
-        self.observe = lambda text: None
+        self.observe = silent
         self.newton_iterations = 0
         self.repetitions = 0
         tables = (
