@@ -192,15 +192,13 @@ class Bar:
         from tqdm import tqdm
 
         self._margin, self._end_time = scene.operation.heating_margin, scene.operation.end_time
-        self._bar = tqdm(total=1.0, unit="s", bar_format="{desc}, {elapsed} elapsed")
+        self._bar = tqdm(total=1.0, unit="s", desc="starting", bar_format="{desc}, {elapsed} elapsed")
         self._last = None
-        self.phase("starting")
 
     def phase(self, text):
         """Show what is being done before the first step of time, and within a long one."""
         if text and self._last is None:
             self._bar.set_description_str(text)
-            self._bar.refresh()
 
     def __call__(self, time, deficit, simulation):
         foreseen = 1.7 * simulation.problem.estimates.heating_duration
@@ -213,7 +211,6 @@ class Bar:
         self._bar.total = min(max(foreseen, time), self._end_time)
         self._bar.n = time
         self._bar.set_description_str(f"wall within {deficit:.1f} K")
-        self._bar.refresh()
 
     def close(self):
         """Leave the bar as it stands."""

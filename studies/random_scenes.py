@@ -19,7 +19,7 @@ from scipy.stats import qmc
 from porousmold import InputError, Scene, run
 from porousmold.errors import SolveError
 from porousmold.estimates import bed_size, estimate
-from porousmold.figures import plt, save
+from porousmold.figures import STYLE, plt, save
 from porousmold.laws import Laws
 from porousmold.running import RunInterrupted
 
@@ -193,7 +193,8 @@ def write_page(path, drawn, results, sample):
     answered = [n for n, result in own.items() if result.heating_time is not None]
     finer, other = (np.abs(differences(results, sample, kind)) for kind in ("finer", "other flow"))
     seconds = np.array([own[n].seconds for n in answered])
-    figure, axes = plt.subplots(1, 3, figsize=(11, 3.4))
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(1, 3, figsize=(11, 3.4), sharey=True, layout="constrained")
     for axis, values, label in (
         (axes[0], 100 * finer, "difference from twice finer, %"),
         (axes[1], 100 * other, "full against developed flow, %"),
@@ -202,8 +203,7 @@ def write_page(path, drawn, results, sample):
         values = np.sort(np.maximum(values, 1e-4))
         axis.semilogx(values, np.arange(1, len(values) + 1) / len(values), drawstyle="steps-post")
         axis.set_xlabel(label)
-        axis.set_ylabel("part of the scenes")
-        axis.grid(alpha=0.3)
+    axes[0].set_ylabel("part of the scenes")
     picture = path.with_suffix(".png")
     save(figure, picture)
     unbalanced = max(abs(own[n].imbalance) for n in answered)
