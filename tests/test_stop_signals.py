@@ -16,17 +16,18 @@ PATIENCE = 4.0
 
 
 def stopped(out, settings, wait, numbers):
-    """(status, what it printed, seconds from the first signal to the end) of a run stopped after `wait` seconds, or once it
-    has saved its first steps where that is None."""
+    """(status, what it printed, seconds from the first signal to the end) of a run stopped after `wait` seconds, or once a
+    file of that name is in its folder."""
     words = [word for setting in settings for word in ("--set", setting)]
     command = [sys.executable, "-m", "porousmold", "run", str(ALUMINIUM), "--quiet", "--out", str(out), *words]
     environment = os.environ | {"OMP_NUM_THREADS": "1"}
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=environment) as process:
-        if wait is None:
+        if isinstance(wait, str):
             deadline = time.perf_counter() + 200.0
-            while not (out / "checkpoint.h5").exists() and time.perf_counter() < deadline:
+            while not (out / wait).exists() and time.perf_counter() < deadline:
                 time.sleep(0.1)
-        time.sleep(wait or 0.5)
+        else:
+            time.sleep(wait)
         start = time.perf_counter()
         for number in numbers:
             process.send_signal(number)
@@ -37,7 +38,7 @@ def stopped(out, settings, wait, numbers):
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_within_the_march(number, tmp_path):
-    status, printed, seconds = stopped(tmp_path / "out", ["solver.largest_step=0.05"], None, [number])
+    status, printed, seconds = stopped(tmp_path / "out", ["solver.largest_step=0.05"], "checkpoint.h5", [number])
     assert status == 130 and "stopped at t =" in printed and "Traceback" not in printed
     assert seconds < PATIENCE
     summary = json.loads((tmp_path / "out" / "result.json").read_text())
@@ -45,7 +46,7 @@ def test_within_the_march(number, tmp_path):
 
 
 def test_while_it_starts(tmp_path):
-    status, printed, seconds = stopped(tmp_path / "out", [], 1.0, [signal.SIGINT])
+    status, printed, seconds = stopped(tmp_path / "out", ["solver.mesh_refinement=10"], ".lock", [signal.SIGINT])
     assert status == 130 and "interrupted before the run began" in printed and "Traceback" not in printed
     assert seconds < PATIENCE
 
