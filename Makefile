@@ -3,18 +3,24 @@ PYTHON := .venv/bin/python
 SHELL := /bin/bash
 export OMP_NUM_THREADS := 1
 MPIRUN := mpirun --oversubscribe $(if $(filter 0,$(shell id -u)),--allow-run-as-root)
-PARTS := 2
+PARTS := 3
 
-.PHONY: heat test test-fast test-mpi check install tables packing speed-against-error hard-cases random-scenes sweep growth figures chapter-6 bead-interior permeability kill-test fuzz-test test-debian13 clean
+.PHONY: heat test test-quick test-fast test-heavy test-mpi check install tables packing speed-against-error hard-cases random-scenes accuracy regression regression-store sweep growth figures chapter-6 bead-interior permeability kill-test fuzz-test test-debian13 clean
 
 heat: .venv/installed  ## heat the aluminium mold: summary and pictures in runs/aluminium
 	$(PYTHON) -m porousmold run studies/mold/aluminium.toml --out runs/aluminium
+
+test-quick: .venv/installed  ## unit tests: no whole runs, within a minute once forms are compiled
+	$(PYTHON) -m pytest -q -n $(PARTS) --timeout=120 -m "not slow" tests
 
 test: .venv/installed  ## style, types, all tests on 1, 2 and 3 ranks
 	$(MAKE) --no-print-directory check test-fast test-mpi
 
 test-fast: .venv/installed  ## the tests on one rank
-	$(PYTHON) -m pytest -q -n $(PARTS) --timeout=600 tests
+	$(PYTHON) -m pytest -q -n $(PARTS) --timeout=600 -m "not heavy" tests
+
+test-heavy: .venv/installed  ## the few tests that take half a minute or more each
+	$(PYTHON) -m pytest -q -n $(PARTS) --timeout=600 -m heavy tests
 
 test-mpi: .venv/installed  ## the parallel tests on 2 and 3 ranks
 	timeout 600 $(MPIRUN) -n 2 $(PYTHON) -m pytest -q -x --timeout=500 -m mpi tests
@@ -24,43 +30,52 @@ check: .venv/installed  ## style and types
 	$(PYTHON) -m ruff check . && $(PYTHON) -m ruff format --check . && $(PYTHON) -m mypy
 
 tables: .venv/installed  ## refinement and turbulence tables: docs/tables.md
-	$(PYTHON) studies/tables.py
+	$(PYTHON) -m studies.tables
 
 packing: .venv/installed  ## packings against the thesis and LIGGGHTS, profiles and heating times on them: docs/packing.md
-	$(PYTHON) studies/packing.py
+	$(PYTHON) -m studies.packing
 
 speed-against-error: .venv/installed  ## model ladder, meshes and steps: docs/speed-against-error.md
-	$(PYTHON) studies/speed_against_error.py
+	$(PYTHON) -m studies.speed_against_error
 
 hard-cases: .venv/installed  ## every hard case and what happened: docs/hard-cases.md
-	$(PYTHON) studies/hard_cases.py
+	$(PYTHON) -m studies.hard_cases
 
 random-scenes: .venv/installed  ## 200 scenes drawn at random, their answers and errors: docs/random-scenes.md
-	$(PYTHON) studies/random_scenes.py
+	$(PYTHON) -m studies.random_scenes
+
+accuracy: .venv/installed  ## solver.accuracy: its estimate against the true error, 30 scenes
+	$(PYTHON) -m studies.accuracy
+
+regression-store: .venv/installed  ## numbers that a refactoring must leave alone: runs/regression.json
+	$(PYTHON) -m studies.regression store runs/regression.json
+
+regression: .venv/installed  ## the same numbers again, beside those stored
+	$(PYTHON) -m studies.regression compare runs/regression.json
 
 sweep: .venv/installed  ## the strip of a workshop's sweep where bead sources fade out: 200 cases in runs/strip
 	$(MPIRUN) -n 2 $(PYTHON) -m mpi4py -m porousmold study studies/sweep/strip.toml
 
 growth: .venv/installed  ## seconds and memory from 4k to 1M unknowns: docs/growth.md
-	$(PYTHON) studies/growth.py
+	$(PYTHON) -m studies.growth
 
 figures: .venv/installed  ## the thesis's parametric curves: docs/parametric.md
-	$(MPIRUN) -n 2 $(PYTHON) -m mpi4py studies/figures.py $(COMPARED)
+	$(MPIRUN) -n 2 $(PYTHON) -m mpi4py -m studies.figures $(COMPARED)
 
 chapter-6: .venv/installed  ## the thesis's chapter 6, term by term: docs/chapter-6.md
-	$(PYTHON) studies/chapter_6.py
+	$(PYTHON) -m studies.chapter_6
 
 bead-interior: .venv/installed  ## beads that are not isothermal: docs/bead-interior.md
-	$(PYTHON) studies/bead_interior.py
+	$(PYTHON) -m studies.bead_interior
 
 permeability: .venv/installed  ## falling-head tests of known permeability: docs/permeability.md
-	$(PYTHON) studies/permeability_tests.py
+	$(PYTHON) -m studies.permeability_tests
 
 kill-test: .venv/installed  ## 200 kills at random moments, resumed: the same answers
-	$(PYTHON) studies/kill_test.py
+	$(PYTHON) -m studies.kill_test
 
 fuzz-test: .venv/installed  ## 500 mutated scene and study files: a run or one line of refusal
-	$(PYTHON) studies/fuzz.py
+	$(PYTHON) -m studies.fuzz
 
 test-debian13: .venv/installed  ## the fast tests on Debian 13 (dolfinx 0.9), in a root of its own outside the tree
 	tools/test-debian13

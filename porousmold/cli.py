@@ -1,22 +1,24 @@
 """The command `porousmold`."""
 
 import argparse
-import math
 import sys
 import traceback
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any, NoReturn
 
 from .errors import InputError, SolveError
 from .experiment.cli import add_commands as add_experiment_commands
+from .output.console import add_extension_option, add_verbosity_option
 from .packing.cli import add_commands as add_packing_commands
 from .permeability.cli import add_commands as add_permeability_commands
-from .stop_signals import StopSignals
+from .simulation.stop_signals import StopSignals
 from .study.cli import add_commands as add_study_commands
 
 DONE, BAD_INPUT, SOLVE_FAILED, INTERRUPTED = 0, 2, 3, 130
 
 
-def main(arguments=None):
+def main(arguments: list[str] | None = None) -> Any:
     """Entry point: parse, dispatch, and turn errors into one line and an exit status."""
     options = _parser().parse_args(arguments)
     if hasattr(options, "serial"):
@@ -24,7 +26,7 @@ def main(arguments=None):
     return _status_of(options.command, options)
 
 
-def _status_of(command, options):
+def _status_of(command: Callable[..., Any], options: argparse.Namespace) -> Any:
     """Exit status of a command, its errors told in one line. A fault of the program itself ends all ranks: no rank waits
     for one that has fallen out."""
     try:
@@ -44,17 +46,17 @@ def _status_of(command, options):
         raise
 
 
-def _end(status, message):
+def _end(status: int, message: object) -> Any:
     if _rank() == 0:
         print(f"porousmold: {message}", file=sys.stderr)
     return status
 
 
-def _on_one_rank(command, options):
+def _on_one_rank(command: Callable[..., Any], options: argparse.Namespace) -> Any:
     """A command without parallel work, which gives its text: rank 0 does it, the others wait for its status."""
     from mpi4py import MPI
 
-    def told(options):
+    def told(options: argparse.Namespace) -> Any:
         try:
             text = command(options)
         except KeyboardInterrupt:
@@ -72,13 +74,13 @@ def _on_one_rank(command, options):
     return status
 
 
-def _rank():
+def _rank() -> Any:
     from mpi4py import MPI
 
     return MPI.COMM_WORLD.rank
 
 
-def _parser():
+def _parser() -> Any:
     parser = _Parser(prog="porousmold", description="Heating and cooling of bead-filled molds and pipes.")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     run = commands.add_parser("run", help="run a scene to its heating time")
@@ -86,6 +88,8 @@ def _parser():
     run.add_argument("--set", action="append", default=[], metavar="TABLE.KEY=VALUE", dest="settings",
                      help="override a value of the scene, for example wall.thickness='2 mm'; may be repeated")  # fmt: skip
     run.add_argument("--out", metavar="DIR", help="folder to write (default: runs/NAME OF SCENE)")
+    add_extension_option(run)
+    add_verbosity_option(run)
     run.add_argument("--resume", action="store_true", help="go on from the checkpoint in DIR, if there is one")
     run.add_argument("--quiet", action="store_true", help="no progress bar, no summary")
     run.set_defaults(command=_run)
@@ -107,12 +111,12 @@ def _parser():
 class _Parser(argparse.ArgumentParser):
     """Refuses with one line, like everything else."""
 
-    def error(self, message):
+    def error(self, message: str) -> NoReturn:
         """End the program with one line and the status of bad input."""
         sys.exit(_end(BAD_INPUT, f"{message} (see {self.prog} --help)"))
 
 
-def _settings(texts):
+def _settings(texts: Sequence[str]) -> Any:
     settings = {}
     for text in texts:
         name, equals, value = text.partition("=")
@@ -122,27 +126,32 @@ def _settings(texts):
     return settings
 
 
-def _run(options):
-    from .scene import Scene
+def _run(options: argparse.Namespace) -> Any:
+    from .output.console import Bar, MarchProgress, log_to_console, summary_text
+    from .scene.scene import Scene
 
-    scene = Scene.from_file(options.scene, _settings(options.settings))
+    settings = _settings(options.settings)
+    scene = Scene.load(options.scene, settings, allow_extensions=options.allow_extensions)
     signals = StopSignals()
     out = Path(options.out) if options.out else Path("runs") / Path(options.scene).stem
     # dolfinx takes a second to import: only a scene that is sound pays for it
     try:
         from mpi4py import MPI
 
-        from .running import RunInterrupted, run
+        from .simulation.running import RunInterrupted, run
     except ImportError:
         if signals:  # an interrupted import of a compiled module comes as this
             raise KeyboardInterrupt from None
         raise
     signals.listen()
     rank = MPI.COMM_WORLD.rank
-    bar = None if options.quiet or rank else Bar(scene)
+    log_to_console(options.verbose, first_rank=rank == 0)
+    bar = Bar(quiet=options.quiet or bool(rank) or options.verbose > 0)
+    progress = MarchProgress(bar, scene.operation.heating_margin, scene.operation.end_time)
     try:
-        observe = bar.phase if bar is not None else None
-        result = run(scene, out, progress=bar, stop=lambda: bool(signals), resume=options.resume, observe=observe)
+        result = run(
+            scene, out, progress=progress, stop=signals.__bool__, resume=options.resume, observe=progress.phase
+        )
     except RunInterrupted as error:
         return _end(INTERRUPTED, f"{error}; what was computed is in {out}, --resume goes on")
     except SolveError:
@@ -150,12 +159,11 @@ def _run(options):
             _end(SOLVE_FAILED, f"what was computed until then is in {out}")
         raise
     finally:
-        if bar is not None:
-            bar.close()
+        bar.close()
     if rank == 0:
         pictures = []
         if scene.output.pictures:
-            from .plots import draw
+            from .output.pictures import draw
 
             pictures = draw(out)
         if not options.quiet:
@@ -163,15 +171,15 @@ def _run(options):
     return DONE
 
 
-def _keys(options):
-    from .scene import reference
+def _keys(options: argparse.Namespace) -> Any:
+    from .scene.language import reference
 
     print(reference(), end="")
     return DONE
 
 
-def _show(options):
-    from .plots import draw
+def _show(options: argparse.Namespace) -> Any:
+    from .output.pictures import draw
 
     if _rank() == 0:
         for path in draw(options.run):
@@ -179,71 +187,10 @@ def _show(options):
     return DONE
 
 
-def _report(options):
-    from .report import write_report
+def _report(options: argparse.Namespace) -> str:
+    from .output.report import write_report
 
     return str(write_report(options.folder))
-
-
-class Bar:
-    """Progress bar over simulated time; its end is foreseen from how fast the wall approaches the inlet temperature."""
-
-    def __init__(self, scene):
-        from tqdm import tqdm
-
-        self._margin, self._end_time = scene.operation.heating_margin, scene.operation.end_time
-        self._bar = tqdm(total=1.0, unit="s", desc="starting", bar_format="{desc}, {elapsed} elapsed")
-        self._last = None
-
-    def phase(self, text):
-        """Show what is being done before the first step of time, and within a long one."""
-        if text and self._last is None:
-            self._bar.set_description_str(text)
-
-    def __call__(self, time, deficit, simulation):
-        foreseen = 1.7 * simulation.problem.estimates.heating_duration
-        if self._last is not None and 0.0 < deficit < 0.5 * self._last[2] and deficit < self._last[1]:
-            rate = math.log(self._last[1] / deficit) / (time - self._last[0])
-            foreseen = time + max(math.log(deficit / self._margin), 0.0) / rate
-        first = self._last[2] if self._last is not None else deficit
-        self._bar.bar_format = "{desc} |{bar}| {n:.0f}/{total:.0f} s simulated, {elapsed} elapsed, {remaining} left"
-        self._last = (time, deficit, first)
-        self._bar.total = min(max(foreseen, time), self._end_time)
-        self._bar.n = time
-        self._bar.set_description_str(f"wall within {deficit:.1f} K")
-
-    def close(self):
-        """Leave the bar as it stands."""
-        self._bar.close()
-
-
-def summary_text(scene, summary, out, pictures):
-    """The short readable end of a run."""
-    margin = scene.operation.heating_margin
-    unit = "kg/s"
-    if scene.geometry.kind == "mold":
-        unit += " per metre width of half the cavity" if scene.geometry.width is None else " in a quarter of the cavity"
-
-    def shown(seconds):
-        return f"{seconds:.1f} s ({seconds / 60:.1f} min)" if seconds is not None else "not reached"
-
-    seconds, low_high = summary["wall_seconds"], summary["temperature_bounds"]
-    lines = [
-        f"heating time (wall within {margin:g} K of the inlet): {shown(summary['heating_time'])}",
-        f"  the wall's bed side alone:                  {shown(summary['heating_time_bed_side'])}",
-        f"mass flow: {summary['mass_flow_initial']:.5g} at the start, {summary['mass_flow_final']:.5g} at the end, {unit}",
-        f"heat balance: {summary['heat_by_fluid'] / 1e6:.4g} MJ from the fluid, "
-        f"{summary['energy_imbalance']:.1e} of it unaccounted for; "
-        f"temperatures {low_high[0] - 273.15:.2f} to {low_high[1] - 273.15:.2f} °C",
-        f"spent: {summary['fluid_heat'] / 1e6:.4g} MJ to bring the fluid to the inlet temperature, "
-        f"{summary['pumping_work'] / 1e6:.4g} MJ to drive it through the bed",
-        f"{summary['unknowns']['flow']} + {summary['unknowns']['energy']} unknowns (flow + energy), "
-        f"{summary['time_steps']} steps, {seconds['total']:.1f} s "
-        f"(flow {seconds['flow']:.1f}, energy {seconds['energy']:.1f}, compiling {seconds['compile']:.1f})",
-    ]
-    lines += [f"warning: {text}" for text in summary["warnings"]]
-    lines.append(f"written to {out}" + (f": {', '.join(path.name for path in pictures)}" if pictures else ""))
-    return "\n".join(lines)
 
 
 if __name__ == "__main__":

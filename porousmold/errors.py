@@ -4,11 +4,11 @@
 class InputError(ValueError):
     """Bad input: names the key, its value, what is allowed and (where known) the file it stands in."""
 
-    def __init__(self, key, value, allowed, where=None):
+    def __init__(self, key: str, value: object, allowed: str, where: str | None = None) -> None:
         self.key, self.value, self.allowed, self.where = key, value, allowed, where
         super().__init__(key, value, allowed, where)
 
-    def __str__(self):
+    def __str__(self) -> str:
         place = f" (in {self.where})" if self.where else ""
         if isinstance(self.value, float):
             shown = f" = {float(f'{self.value:.9g}')!r}"
@@ -22,9 +22,9 @@ class InputError(ValueError):
 class SolveError(RuntimeError):
     """A solve that failed: at which time (s), which block, the residuals, and what to try."""
 
-    def __init__(self, block, time, detail, advice):
+    def __init__(self, block: str, time: float, detail: str, advice: str) -> None:
         self.block, self.time, self.detail, self.advice = block, time, detail, advice
         super().__init__(block, time, detail, advice)
 
-    def __str__(self):
+    def __str__(self) -> str:
         return f"{self.block} failed at t = {self.time:.6g} s: {self.detail}; try {self.advice}"

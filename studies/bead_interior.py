@@ -11,6 +11,7 @@ import statistics
 from pathlib import Path
 
 from porousmold import Scene, run
+from studies.page import Page
 
 HERE = Path(__file__).parent
 SCENES = {
@@ -21,11 +22,10 @@ SCENES = {
 BEADS = {"ceramic, 2.09 W/(m K)": None, "poor conductor, 0.2 W/(m K)": 0.2}
 MODES = (None, 0, 1, 2, 4, 8)
 REPEATED = 3
-HEAD = [
-    "| beads | Bi = h R/(3 lambda) | modes | heating time, s | against isothermal | against 8 modes | surface from mean, K | "
-    "solver seconds against isothermal |",
-    "|" + "---|" * 8,
-]
+HEAD = (
+    *("beads", "Bi = h R/(3 lambda)", "modes", "heating time, s", "against isothermal", "against 8 modes"),
+    *("surface from mean, K", "solver seconds against isothermal"),
+)
 
 
 def outcomes(scene):
@@ -33,7 +33,7 @@ def outcomes(scene):
     found, seconds = {}, {modes: [] for modes in MODES}
     for _ in range(REPEATED):
         for modes in MODES:
-            result = run(scene.with_changes(model__bead_modes=modes))
+            result = run(scene.changed({"model.bead_modes": modes}))
             spent = result.summary["wall_seconds"]
             seconds[modes].append(spent["flow"] + spent["energy"])
             found[modes] = result.summary, max(result.history.get("largest_bead_difference", [0.0]))
@@ -46,9 +46,9 @@ def rows(beads, found):
     for modes, (summary, difference, seconds) in found.items():
         time = summary["heating_time"]
         yield (
-            f"| {beads} | {summary['bead_biot_number']:.2g} | {'isothermal' if modes is None else modes} | {time:.2f} | "
-            f"{time / isothermal[0]['heating_time'] - 1.0:+.3%} | {time / finest[0]['heating_time'] - 1.0:+.4%} | "
-            f"{'' if modes is None else f'{difference:.1f}'} | {seconds / isothermal[2]:.2f} |"
+            *(beads, f"{summary['bead_biot_number']:.2g}", "isothermal" if modes is None else modes, f"{time:.2f}"),
+            *(f"{time / isothermal[0]['heating_time'] - 1.0:+.3%}", f"{time / finest[0]['heating_time'] - 1.0:+.4%}"),
+            *("" if modes is None else f"{difference:.1f}", f"{seconds / isothermal[2]:.2f}"),
         )
 
 
@@ -57,15 +57,16 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=HERE.parent / "docs" / "bead-interior.md")
     out = parser.parse_args().out
-    lines = ["# Beads that are not isothermal", "", "Written by `make bead-interior`; do not edit.", "",
+    page = Page("# Beads that are not isothermal", "", "Written by `make bead-interior`; do not edit.", "",
              *__doc__.split("\n\n", 2)[2].strip().splitlines(),
-             f"Seconds are medians of {REPEATED} runs. The modes add no unknowns to the equations (docs/theory.md)."]  # fmt: skip
+             f"Seconds are medians of {REPEATED} runs. The modes add no unknowns to the equations (docs/theory.md).")  # fmt: skip
     for name, path in SCENES.items():
-        lines += ["", f"## {name[0].upper()}{name[1:]}", "", *HEAD]
+        page.add("", f"## {name[0].upper()}{name[1:]}")
+        page.head(*HEAD)
         for beads, conductivity in BEADS.items():
-            lines += rows(beads, outcomes(Scene.load(path, bed__bead_conductivity=conductivity)))
-            print("\n".join(lines[-len(MODES) :]), flush=True)
-    out.write_text("\n".join(lines) + "\n", encoding="utf-8")
+            for cells in rows(beads, outcomes(Scene.load(path, {"bed.bead_conductivity": conductivity}))):
+                page.row(*cells)
+    page.write(out)
 
 
 if __name__ == "__main__":

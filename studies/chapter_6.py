@@ -13,16 +13,16 @@ from pathlib import Path
 import numpy as np
 
 from porousmold import Scene, run
-from porousmold.closures.nusselt import NUSSELT_CORRELATIONS
-from porousmold.closures.turbulence import PRANDTL_TURBULENT
 from porousmold.errors import SolveError
-from porousmold.materials import SOLIDS
-from porousmold.results import read_table
+from porousmold.laws.materials import SOLIDS
+from porousmold.laws.nusselt import NUSSELT_CORRELATIONS
+from porousmold.laws.turbulence import PRANDTL_TURBULENT
+from porousmold.output.folder import read_table
 
 HERE = Path(__file__).parent
 SCENE = HERE / "pipe" / "experiment" / "experiment.toml"
 PROFILE = str(HERE / "profiles" / "cylinder_ratio_20.csv")
-BARE = {"model__turbulence": "nakayama-kuwahara"}
+BARE = {"model.turbulence": "nakayama-kuwahara"}
 """Chapter 6 has no damping."""
 VELOCITY = 0.515
 """m/s, superficial."""
@@ -80,10 +80,10 @@ def outcome(folder, common, changes):
     """`Outcome`, or the reason why there is none."""
     out = folder / "run"
     try:
-        summary = run(Scene.from_file(SCENE, common | changes), out).summary
+        summary = run(Scene.load(SCENE, common | changes), out).summary
     except SolveError as error:
         return str(error)
-    return Outcome(read_table(out / "history.csv")[0], read_table(out / "near_wall.csv")[0], summary)
+    return Outcome(read_table(out / "history.csv").columns, read_table(out / "near_wall.csv").columns, summary)
 
 
 def apart(one, other, kind):
@@ -134,28 +134,28 @@ def main():
         lines = ["# Chapter 6, term by term", "", "Written by `make chapter-6`; do not edit.", "",
                  *__doc__.split("\n\n", 1)[1].strip().splitlines()]  # fmt: skip
         models = {
-            "laminar": found(model__turbulence="none"),
-            "k-epsilon": found(model__turbulence="k-epsilon"),
+            "laminar": found({"model.turbulence": "none"}),
+            "k-epsilon": found({"model.turbulence": "k-epsilon"}),
             "N-K": found(**BARE),
-            "damped N-K": found(model__turbulence="damped-nakayama-kuwahara"),
+            "damped N-K": found({"model.turbulence": "damped-nakayama-kuwahara"}),
         }
         base = models["N-K"]
         lines += _turbulence(models, base)
-        lines += _exchange({factor: found(model__exchange_factor=factor, **BARE)
+        lines += _exchange({factor: found({"model.exchange_factor": factor, **BARE})
                             for factor in (0.5, 1.5)},
-                           {name: found(model__nusselt=name, **BARE)
+                           {name: found({"model.nusselt": name, **BARE})
                             for name in NUSSELT_CORRELATIONS}, base)  # fmt: skip
         porosities = {
-            "packing (pour of 20 beads across)": found(bed__porosity_profile=PROFILE, **BARE),
-            **{name: found(bed__porosity_model=name, **BARE)
+            "packing (pour of 20 beads across)": found({"bed.porosity_profile": PROFILE, **BARE}),
+            **{name: found({"bed.porosity_model": name, **BARE})
                for name in ("white-tien", "hunt-tien", "vortmeyer-schuster", "cheng-hsu", "constant")},
         }  # fmt: skip
         lines += _porosity(porosities)
-        packed = BARE | {"bed__porosity_profile": PROFILE}
+        packed = BARE | {"bed.porosity_profile": PROFILE}
         lines += _rev(
-            {terms: found(**packed, model__rev_terms=terms) for terms in ("off", "consistent", "as-published")}
+            {terms: found({**packed, "model.rev_terms": terms}) for terms in ("off", "consistent", "as-published")}
         )
-        growths = {growth: found(solver__cell_growth=growth, **BARE) for growth in (1.05, 1.1, 1.15)}
+        growths = {growth: found({"solver.cell_growth": growth, **BARE}) for growth in (1.05, 1.1, 1.15)}
         lines += _grid(growths)
     lines += [
         "",

@@ -17,8 +17,8 @@ import numpy as np
 from mpi4py import MPI
 from scipy.optimize import curve_fit
 
-from porousmold.figures import STYLE, plt, save
-from porousmold.materials import AIR
+from porousmold.laws.materials import AIR
+from porousmold.output.figures import STYLE, plt, save
 from porousmold.study.definition import QUIET, Study
 from porousmold.study.running import run_study
 
@@ -174,7 +174,7 @@ def deviation_from_full_flow(names):
     for name in names:
         study = Study.load(HERE / f"{name}.toml")
         full = study.with_cases(
-            [replace(case, scene=case.scene.with_changes(model__flow="full")) for case in study.cases]
+            [replace(case, scene=case.scene.changed({"model.flow": "full"})) for case in study.cases]
         )
         for one, other in zip(rows(name), run_study(full, FULL / name), strict=True):
             if one["heating_time"] and other.values["heating_time"]:

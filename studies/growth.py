@@ -18,8 +18,13 @@ from pathlib import Path
 from mpi4py import MPI
 
 from porousmold import Scene
-from porousmold.simulation import Simulation
+from porousmold.simulation.march import Simulation
+from porousmold.simulation.specs import specs_of
+from studies.page import Page
 
+HEAD = (
+    *("flow unknowns", "flow iteration, s", "Krylov iterations", "energy unknowns", "energy step, s", "memory, GiB"),
+)
 HERE = Path(__file__).parent
 SCENES = {2: "aluminium.toml", 3: "narrow.toml"}
 TABLES = (
@@ -47,8 +52,8 @@ def measure(dimensions, size, strategy):
     settings = {"model.turbulence": "nakayama-kuwahara", "solver.mesh_refinement": min(size, LARGEST_REFINEMENT)}
     if size > LARGEST_REFINEMENT:
         settings["solver.axial_cells"] = round(18 * size / LARGEST_REFINEMENT)
-    scene = Scene.from_file(HERE / "mold" / SCENES[dimensions], settings)
-    simulation = Simulation(scene, MPI.COMM_WORLD)
+    scene = Scene.load(HERE / "mold" / SCENES[dimensions], settings)
+    simulation = Simulation(specs_of(scene), MPI.COMM_WORLD)
     problem = simulation.problem
     problem.flow.initial_guess()
     seconds = {}
@@ -63,7 +68,7 @@ def measure(dimensions, size, strategy):
         "size": size,
         "flow_unknowns": problem.flow.unknowns,
         "energy_unknowns": problem.heat.unknowns,
-        "krylov_iterations": problem.flow.linear_iterations,
+        "krylov_iterations": problem.flow.solver.system.linear_iterations,
         "memory": memory,
         **seconds,
     }
@@ -73,7 +78,17 @@ def child(dimensions, size, ranks, strategy):
     """Figures of one size, measured by another process, or why there are none."""
     command = ["mpirun", "--oversubscribe", "-n", str(ranks)]
     command += ["--allow-run-as-root"] if os.geteuid() == 0 else []
-    command += [sys.executable, __file__, "--size", str(size), "--strategy", strategy, "--dimensions", str(dimensions)]
+    command += [
+        sys.executable,
+        "-m",
+        "studies.growth",
+        "--size",
+        str(size),
+        "--strategy",
+        strategy,
+        "--dimensions",
+        str(dimensions),
+    ]
     environment = {n: v for n, v in os.environ.items() if not n.startswith(("OMPI_", "PMIX_"))}
     try:
         done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=LONGEST)
@@ -104,35 +119,32 @@ def main():
         return
     from porousmold.solvers.newton import LARGEST_FACTORISED
 
-    lines = ["# Growth", "", *__doc__.split("\n\n", 1)[1].strip().splitlines(), ""]
-    lines += [
+    page = Page(
+        "# Growth",
+        "",
+        *__doc__.split("\n\n", 1)[1].strip().splitlines(),
+        "",
         f"Up to {LARGEST_FACTORISED[2]} unknowns ({LARGEST_FACTORISED[3]} in three dimensions) the flow is factorised as a whole",
         "(MUMPS); beyond that GMRES is preconditioned by the factors of [u, p], k and epsilon in turn (`split`). Memory is the",
         "peak of all ranks together.",
-    ]
+    )
     for dimensions, ranks, strategy, sizes in TABLES:
-        lines += ["", f"## {dimensions} dimensions, {ranks} rank{'s' * (ranks > 1)}, {strategy}", ""]
-        lines += [
-            "| flow unknowns | flow iteration, s | Krylov iterations | energy unknowns | energy step, s | memory, GiB |"
-        ]
-        lines += ["|---|---|---|---|---|---|"]
+        page.add("", f"## {dimensions} dimensions, {ranks} rank{'s' * (ranks > 1)}, {strategy}")
+        page.head(*HEAD)
         rows = []
         for size in sizes:
             found = child(dimensions, size, ranks, strategy)
             if isinstance(found, str):
-                lines.append(f"| mesh x {size:g}: {found} | | | | | |")
+                page.row(f"mesh x {size:g}: {found}", *[""] * 5)
                 continue
             rows.append(found)
-            lines.append(
-                f"| {found['flow_unknowns']} | {found['flow']:.2f} | {found['krylov_iterations']} | "
-                f"{found['energy_unknowns']} | {found['energy']:.2f} | {found['memory']:.2f} |"
-            )
-            print(lines[-1], flush=True)
+            flow, energy, memory = (f"{found[name]:.2f}" for name in ("flow", "energy", "memory"))
+            page.row(found["flow_unknowns"], flow, found["krylov_iterations"], found["energy_unknowns"], energy, memory)
         if len(rows) > 1:
-            lines += ["", f"Exponent at the end: flow {slope(rows, 'flow', 'flow_unknowns'):.2f}, "
+            page.add("", f"Exponent at the end: flow {slope(rows, 'flow', 'flow_unknowns'):.2f}, "
                       f"energy {slope(rows, 'energy', 'energy_unknowns'):.2f}, "
-                      f"memory {slope(rows, 'memory', 'flow_unknowns'):.2f}."]  # fmt: skip
-        arguments.out.write_text("\n".join(lines) + "\n", encoding="utf-8")
+                      f"memory {slope(rows, 'memory', 'flow_unknowns'):.2f}.")  # fmt: skip
+        page.write(arguments.out)
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@ from mpi4py import MPI
 
 from porousmold import InputError, Scene, run
 from porousmold.errors import SolveError
+from studies.page import Page
 
 HERE = Path(__file__).parent
 MOLD, FRP, PIPE = HERE / "mold" / "aluminium.toml", HERE / "mold" / "frp.toml", HERE / "pipe" / "baseline.toml"
@@ -122,9 +123,8 @@ def flow_cases():
 def _scene(path, settings, left_out):
     """Scene of a file with settings; what is left out gives way to another drive."""
     if not left_out:
-        return Scene.from_file(path, settings)
-    changes = {name.replace(".", "__", 1): value for name, value in settings.items()}
-    return Scene.from_file(path).with_changes(**changes, **dict.fromkeys(left_out))
+        return Scene.load(path, settings)
+    return Scene.load(path).changed(settings | dict.fromkeys(left_out))
 
 
 def told(path, settings):
@@ -132,7 +132,7 @@ def told(path, settings):
     start = time.process_time()
     try:
         given = {name: value for name, value in settings.items() if value is not None}
-        left_out = [name.replace(".", "__", 1) for name, value in settings.items() if value is None]
+        left_out = [name for name, value in settings.items() if value is None]
         scene = _scene(path, given, left_out)
         summary = run(scene, communicator=MPI.COMM_SELF).summary
     except InputError as refusal:
@@ -164,27 +164,26 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=HERE.parent / "docs" / "hard-cases.md")
     out = parser.parse_args().out
-    lines = [
+    page = Page(
         "# Hard cases",
         "",
         "Written by `make hard-cases`; do not edit. Rows are numbered as in the list of the design. Settings are those of",
         "`studies/mold/aluminium.toml` with what the row names, mostly laminar. Over and under are kelvin beyond the",
         "temperatures given (aim: < 0.1 K); steps are taken / rejected / repeated with monotone cells; iterations are the",
         "flow's of Newton's method, of which continuation counts those of false transients; s is CPU time, compilation included.",
-        "",
-        "| row | case | ended | heating time, s | steps | iterations | continuation | over | under | imbalance | s | "
-        "warnings or reason |",
-        "|" + "---|" * 12,
-    ]
-    bad = 0
+    )
+    page.head(
+        *("row", "case", "ended", "heating time, s", "steps", "iterations", "continuation", "over", "under"),
+        *("imbalance", "s", "warnings or reason"),
+    )
+    bad = count = 0
     with tempfile.TemporaryDirectory() as folder:
         for row, name, path, settings in cases(Path(folder)):
             cells, good = told(path, settings)
-            bad += not good
-            lines.append(f"| {row} | {name} | " + " | ".join(cells) + " |")
-            print(lines[-1], flush=True)
-    lines += ["", f"{len(lines) - 9} cases, {bad} failed or beyond 0.1 K or 1e-3 of the heat.", ""]
-    out.write_text("\n".join(lines), encoding="utf-8")
+            bad, count = bad + (not good), count + 1
+            page.row(row, name, *cells)
+    page.add("", f"{count} cases, {bad} failed or beyond 0.1 K or 1e-3 of the heat.")
+    page.write(out)
 
 
 if __name__ == "__main__":

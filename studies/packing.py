@@ -6,43 +6,30 @@ LIGGGHTS is compared with if it is installed (Debian's package of that name).
 
 import argparse
 import shutil
-import statistics
 import subprocess
 import time
 from functools import cache
 from pathlib import Path
 
 import numpy as np
-import scipy.sparse as sparse
 from mpi4py import MPI
-from scipy.sparse.linalg import splu
 
 from porousmold import Scene
+from porousmold.laws.oscillating_porosity import de_klerk
+from porousmold.laws.porosity import POROSITY_MODELS
+from porousmold.laws.porosity_profile import write_profile
+from porousmold.packing.averaging import grid_profile, stratified_profile, thin_shell_porosity
 from porousmold.packing.container import Cylinder, Slab
 from porousmold.packing.files import read_packing, write_packing
+from porousmold.packing.fitting import model_scores, piecewise_linear, profile_fits, r_squared
 from porousmold.packing.generator import DEFAULT_FRICTION, RESTITUTION, STEPS_PER_CONTACT, Mixture, pack
-from porousmold.porosity.averaging import grid_profile, stratified_profile, thin_shell_porosity
-from porousmold.porosity.fitting import model_scores, piecewise_linear, profile_fits, r_squared
-from porousmold.porosity.models import POROSITY_MODELS
-from porousmold.porosity.oscillating import de_klerk
-from porousmold.porosity.pictures import draw_profile
-from porousmold.porosity.profile import write_profile
-from porousmold.simulation import Simulation
+from porousmold.packing.pictures import draw_profile
+from porousmold.simulation.march import Simulation
+from porousmold.simulation.specs import specs_of
+from studies.page import Page, yardstick
 
 HERE = Path(__file__).parent
 PIPE, HEIGHT, BEAD, BEADS = Cylinder(101.6e-3), 0.2, 6.27e-3, 7461
-
-
-def yardstick():
-    """Median seconds of five sparse LU factorisations of the Laplacian on 300 x 300 points: this machine, this minute."""
-    second = sparse.diags([-np.ones(299), 2 * np.ones(300), -np.ones(299)], [-1, 0, 1])
-    matrix = (sparse.kron(sparse.eye(300), second) + sparse.kron(second, sparse.eye(300))).tocsc()
-    seconds = []
-    for _ in range(5):
-        start = time.perf_counter()
-        splu(matrix)
-        seconds.append(time.perf_counter() - start)
-    return statistics.median(seconds)
 
 
 @cache
@@ -56,25 +43,6 @@ def timed(*arguments, **options):
     start = time.perf_counter()
     packing = pack(*arguments, **options)
     return packing, time.perf_counter() - start
-
-
-class Page:
-    """Lines of the page, shown as they come."""
-
-    def __init__(self):
-        self.lines: list[str] = []
-
-    def add(self, *lines):
-        """More lines."""
-        self.lines += lines
-        print("\n".join(lines), flush=True)
-
-    def table(self, head, rows):
-        """A table of texts."""
-        self.add("", "| " + " | ".join(head) + " |", "|" + "---|" * len(head))
-        for row in rows:
-            self.add("| " + " | ".join(row) + " |")
-        self.add("")
 
 
 def thesis_bed(page):
@@ -299,10 +267,10 @@ def heating(page):
                                                                    "model.rev_terms": "consistent"}}  # fmt: skip
         base = None
         for case, changes in cases.items():
-            simulation = Simulation(Scene.from_file(path, finer | changes), MPI.COMM_WORLD).march()
-            base = base or simulation.heating_time
+            simulation = Simulation(specs_of(Scene.load(path, finer | changes)), MPI.COMM_WORLD).march()
+            base = base or simulation.recorder.heating_time
             imbalance = abs(simulation.problem.heat.balance.imbalance)
-            seconds = simulation.heating_time
+            seconds = simulation.recorder.heating_time
             rows.setdefault(case, []).extend([f"{seconds:.1f}", f"{seconds / base - 1:+.1%}", f"{imbalance:.0e}"])
             print(case, rows[case], flush=True)
     page.table(["porosity", *(f"{name}{more}" for name in scenes for more in (", s", " against Hunt-Tien", ", imbalance"))],

@@ -13,10 +13,11 @@ from pathlib import Path
 
 import numpy as np
 
-from porousmold.closures.drag import DRAG_LAWS
+from porousmold.laws.drag import DRAG_LAWS
 from porousmold.permeability.falling_head import APPROACHES, Setup, globally, instantaneous, levels_of, mean_of
 from porousmold.permeability.measurement import LIQUIDS
 from porousmold.permeability.virtual import ReadingErrors, accuracy, measurable_range, virtual_test
+from studies.page import row
 
 HERE = Path(__file__).parent
 PUBLISHED = tomllib.loads((HERE.parent / "tests" / "published.toml").read_text())["permeability"]
@@ -51,12 +52,7 @@ def readings(setup, permeability, part=1.0):
 
 def table(head, rows):
     """Lines of a Markdown table."""
-    return [
-        "",
-        "| " + " | ".join(head) + " |",
-        "|" + "---|" * len(head),
-        *("| " + " | ".join(row) + " |" for row in rows),
-    ]
+    return ["", row(head), "|" + "---|" * len(head), *map(row, rows)]
 
 
 def predictions():

@@ -18,10 +18,10 @@ from scipy.stats import qmc
 
 from porousmold import InputError, Scene, run
 from porousmold.errors import SolveError
-from porousmold.estimates import bed_size, estimate
-from porousmold.figures import STYLE, plt, save
-from porousmold.laws import Laws
-from porousmold.running import RunInterrupted
+from porousmold.output.figures import STYLE, plt, save
+from porousmold.simulation.estimates import estimate
+from porousmold.simulation.running import RunInterrupted
+from porousmold.simulation.specs import specs_of
 
 HERE = Path(__file__).parent
 DOCS = HERE.parent / "docs"
@@ -49,7 +49,7 @@ RANGES = {  # (low, high, logarithmic)
     "second_temperature": (303.15, 523.15, False),
 }
 STEEL = {"density": 7850.0, "heat_capacity": 480.0, "conductivity": 45.0}
-FINER = {"solver__mesh_refinement": 2.0, "solver__step_refinement": 2.0}
+FINER = {"solver.mesh_refinement": 2.0, "solver.step_refinement": 2.0}
 
 
 def scenes(count, seed):
@@ -93,9 +93,10 @@ def _scene(bead_diameter, beads_across, kind, drive, pressure, wall, thickness, 
     }
     scene = Scene(tables)
     if drive != "pressure_drop":
-        expected = estimate(scene, bed_size(scene), Laws.of(scene))
+        specs = specs_of(scene)
+        expected = estimate(specs, specs.mesh.size)
         flow = {"mass_flow": expected.mass_flow, "inlet_velocity": expected.speed * values["bulk_porosity"]}[drive]
-        scene = scene.with_changes(operation__pressure_drop=None, **{f"operation__{drive}": flow})
+        scene = scene.changed({"operation.pressure_drop": None, **{f"operation.{drive}": flow}})
     return scene
 
 
@@ -119,7 +120,7 @@ def outcome(task):
     """`Outcome` of a scene with changes, (number, changes)."""
     number, changes, patience = task
     start = time.process_time()
-    scene = list(scenes(COUNT, SEED))[number].with_changes(**changes)
+    scene = list(scenes(COUNT, SEED))[number].changed(changes)
     try:
         summary = run(scene, communicator=MPI.COMM_SELF, stop=lambda: time.process_time() - start > patience).summary
     except (InputError, SolveError, RunInterrupted) as failure:
@@ -165,7 +166,7 @@ def main():
     drawn = list(scenes(COUNT, SEED))
     numbers = range(COUNT) if options.only is None else options.only
     sample = [number for number in numbers if number % (COUNT // SAMPLE) == 0] if options.only is None else []
-    other = {n: {"model__flow": "full" if drawn[n].model.flow == "developed" else "developed"} for n in sample}
+    other = {n: {"model.flow": "full" if drawn[n].model.flow == "developed" else "developed"} for n in sample}
     tasks = {(n, "own"): (n, {}, PATIENCE) for n in numbers}
     tasks |= {(n, "finer"): (n, FINER, 20 * PATIENCE) for n in sample}
     tasks |= {(n, "other flow"): (n, other[n], PATIENCE) for n in sample}

@@ -11,14 +11,14 @@ import time
 from pathlib import Path
 
 import numpy as np
-import scipy.sparse as sparse
-import scipy.sparse.linalg as linalg
 from mpi4py import MPI
 
 from porousmold import Scene
 from porousmold.errors import SolveError
-from porousmold.figures import plt, save
-from porousmold.simulation import Simulation
+from porousmold.output.figures import plt, save
+from porousmold.simulation.march import Simulation
+from porousmold.simulation.specs import specs_of
+from studies.page import yardstick
 
 HERE = Path(__file__).parent
 SCENES = {
@@ -50,29 +50,16 @@ MESHES, STEPS = (0.4, 0.5, 0.7, 1.0, 1.5), (0.3, 0.5, 1.0)
 REPETITIONS = 5
 
 
-def yardstick():
-    """Y: seconds of one sparse LU factorisation of the 5-point Laplacian on 300 x 300 nodes, median of three."""
-    ones = np.ones(300)
-    line = sparse.diags([-ones[:-1], 2 * ones, -ones[:-1]], [-1, 0, 1])
-    laplacian = (sparse.kron(sparse.eye(300), line) + sparse.kron(line, sparse.eye(300))).tocsc()
-    seconds = []
-    for _ in range(3):
-        start = time.perf_counter()
-        linalg.splu(laplacian)
-        seconds.append(time.perf_counter() - start)
-    return statistics.median(seconds)
-
-
 def marched(path, settings):
     """(heating time, solver seconds, unknowns, energy imbalance); None where it failed."""
     try:
-        simulation = Simulation(Scene.from_file(path, settings), MPI.COMM_SELF).march()
+        simulation = Simulation(specs_of(Scene.load(path, settings)), MPI.COMM_SELF).march()
     except SolveError:
         return None
     problem = simulation.problem
     seconds = problem.stopwatch.seconds["flow"] + problem.stopwatch.seconds["energy"]
     unknowns = problem.flow.unknowns + problem.heat.unknowns
-    return simulation.heating_time, seconds, unknowns, abs(problem.heat.balance.imbalance)
+    return simulation.recorder.heating_time, seconds, unknowns, abs(problem.heat.balance.imbalance)
 
 
 def row(name, result, reference, unit):

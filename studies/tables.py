@@ -8,7 +8,9 @@ from mpi4py import MPI
 from scipy.optimize import brentq
 
 from porousmold import Scene
-from porousmold.simulation import Simulation
+from porousmold.simulation.march import Simulation
+from porousmold.simulation.specs import specs_of
+from studies.page import Page
 
 HERE = Path(__file__).parent
 SCENES = {
@@ -22,12 +24,12 @@ TURBULENCE = ("none", "k-epsilon", "nakayama-kuwahara", "damped-nakayama-kuwahar
 
 def refined(scene, mesh, steps):
     """The scene with every cell cut by `mesh` in both directions and every step by `steps`."""
-    return scene.with_changes(solver__mesh_refinement=float(mesh), solver__step_refinement=float(steps))
+    return scene.changed({"solver.mesh_refinement": float(mesh), "solver.step_refinement": float(steps)})
 
 
 def heated(scene):
     """(simulation after its march, seconds of flow and energy)."""
-    simulation = Simulation(scene, MPI.COMM_WORLD).march()
+    simulation = Simulation(specs_of(scene), MPI.COMM_WORLD).march()
     return simulation, simulation.problem.stopwatch.seconds["flow"] + simulation.problem.stopwatch.seconds["energy"]
 
 
@@ -49,7 +51,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=HERE.parent / "docs" / "tables.md")
     out = parser.parse_args().out
-    lines = [
+    page = Page(
         "# Refinement and turbulence models",
         "",
         "Written by `make tables`; do not edit. Heating times in s.",
@@ -59,54 +61,42 @@ def main():
         "Mesh 1 and steps / 1 are the scene's defaults; meshes 2 and 3 have two and three times as many cells in each "
         "direction; steps / 2 halves every step and steps / 0.5 doubles it. "
         "Seconds are those of flow and energy with the default steps, on one core.",
-    ]
+    )
     start = time.perf_counter()
     for name, (path, published) in SCENES.items():
-        scene = Scene.from_file(path)
+        scene = Scene.load(path)
         times = {}
-        lines += [
-            "",
-            f"### {name}",
-            "",
-            "| mesh | cells | steps / 0.5 | steps / 1 | steps / 2 | seconds | imbalance |",
-        ]
-        lines.append("|---|---|---|---|---|---|---|")
+        page.add("", f"### {name}")
+        page.head("mesh", "cells", "steps / 0.5", "steps / 1", "steps / 2", "seconds", "imbalance")
         for mesh in MESHES:
             worst, shown_seconds = 0.0, 0.0
             for steps in STEPS if mesh == 1 else (1,):
                 simulation, seconds = heated(refined(scene, mesh, steps))
-                times[mesh, steps] = simulation.heating_time
+                times[mesh, steps] = simulation.recorder.heating_time
                 worst = max(worst, abs(simulation.problem.heat.balance.imbalance))
                 if steps == 1:
                     shown_seconds = seconds
             cells = simulation.problem.domain.mesh.topology.index_map(2).size_global
-            row = " | ".join(f"{times[mesh, steps]:.2f}" if (mesh, steps) in times else "" for steps in STEPS)
-            lines.append(f"| {mesh} | {cells} | {row} | {shown_seconds:.1f} | {worst:.1e} |")
-            print(lines[-1], flush=True)
+            found = [f"{times[mesh, steps]:.2f}" if (mesh, steps) in times else "" for steps in STEPS]
+            page.row(mesh, cells, *found, f"{shown_seconds:.1f}", f"{worst:.1e}")
         best, order = extrapolated(*(times[mesh, 1] for mesh in MESHES))
         best += (times[1, 2] - times[1, 1]) * 4.0 / 3.0
         how = f"observed order {order:.1f}" if order else "no order observed: the finest mesh"
-        lines += ["", f"Extrapolated ({how} in the mesh, second order in the steps): {best:.1f} s; the default is "
-                  f"{times[1, 1] / best - 1:+.2%} off."]  # fmt: skip
+        text = (
+            f"Extrapolated ({how} in the mesh, second order in the steps): {best:.1f} s; the default is "
+            f"{times[1, 1] / best - 1:+.2%} off."
+        )
         if published:
-            lines[-1] += (
-                f" Published: {published:.0f} s, from which the extrapolated value deviates by {best / published - 1:+.1%}."
-            )
-    lines += [
-        "",
-        "## Turbulence models (default mesh and steps)",
-        "",
-        "| scene | " + " | ".join(TURBULENCE) + " | largest imbalance |",
-    ]
-    lines.append("|---|" + "---|" * (len(TURBULENCE) + 1))
+            text += f" Published: {published:.0f} s, from which the extrapolated value deviates by {best / published - 1:+.1%}."
+        page.add("", text)
+    page.add("", "## Turbulence models (default mesh and steps)")
+    page.head("scene", *TURBULENCE, "largest imbalance")
     for name, (path, _) in SCENES.items():
-        runs = [heated(Scene.from_file(path, {"model.turbulence": model}))[0] for model in TURBULENCE]
+        runs = [heated(Scene.load(path, {"model.turbulence": model}))[0] for model in TURBULENCE]
         worst = max(abs(run.problem.heat.balance.imbalance) for run in runs)
-        row = " | ".join(f"{run.heating_time:.1f}" for run in runs)
-        lines.append(f"| {name} | {row} | {worst:.1e} |")
-        print(lines[-1], flush=True)
-    lines += ["", f"All of this took {time.perf_counter() - start:.0f} s on one core.", ""]
-    out.write_text("\n".join(lines), encoding="utf-8")
+        page.row(name, *(f"{run.recorder.heating_time:.1f}" for run in runs), f"{worst:.1e}")
+    page.add("", f"All of this took {time.perf_counter() - start:.0f} s on one core.")
+    page.write(out)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,29 @@
-"""Settings of all tests."""
+"""Settings of all tests, and which of them are slow."""
 
+from pathlib import Path
+
+import pytest
 from hypothesis import settings
 
 # a busy machine is no failure; pytest's own time-out guards against what never ends
 settings.register_profile("porousmold", deadline=None)
 settings.load_profile("porousmold")
+
+SLOW = {
+    *("test_acceptance.py", "test_extending.py", "test_model_choices.py", "test_parallel.py", "test_studies.py"),
+    *("test_three_dimensions.py", "equations/test_turbulence.py", "experiment/test_comparison.py"),
+    *("output/test_checkpoint.py", "output/test_report.py", "packing/test_averaging.py", "packing/test_cli.py"),
+    *("packing/test_generator.py", "permeability/test_virtual.py", "scene/test_identity.py"),
+    *("simulation/test_accuracy.py", "simulation/test_problem.py", "simulation/test_running.py"),
+    *("simulation/test_stop_signals.py", "solvers/test_flow.py", "study/test_optimum.py", "study/test_running.py"),
+    "study/test_sensitivity.py",
+}
+"""Files whose tests run whole simulations or packings, or compile many forms: `make test-quick` leaves them out."""
+
+
+def pytest_collection_modifyitems(items):
+    """Mark what is slow."""
+    here = Path(__file__).parent
+    for item in items:
+        if str(item.path.relative_to(here)) in SLOW:
+            item.add_marker(pytest.mark.slow)

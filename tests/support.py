@@ -1,5 +1,7 @@
 """Small domains, beds and equations that tests of forms and solvers build on."""
 
+import functools
+import operator
 import os
 import subprocess
 import sys
@@ -12,14 +14,19 @@ import ufl
 from dolfinx import fem
 from mpi4py import MPI
 
-from porousmold import fenicsx, geometry
-from porousmold.closures.drag import DRAG_LAWS
-from porousmold.closures.nusselt import NUSSELT_CORRELATIONS
 from porousmold.equations.coordinates import Coordinates
-from porousmold.equations.flow import FlowEquations, FlowScales, Opening
+from porousmold.equations.flow import FlowEquations, FlowScales
 from porousmold.equations.medium import Bed, FluidState
-from porousmold.materials import AIR, CERAMIC, ConstantDensity, constant
-from porousmold.scene import Scene
+from porousmold.equations.openings import Opening
+from porousmold.laws.drag import DRAG_LAWS
+from porousmold.laws.materials import AIR, CERAMIC, ConstantDensity, constant
+from porousmold.laws.nusselt import NUSSELT_CORRELATIONS
+from porousmold.mesh import domain as geometry
+from porousmold.mesh import fenicsx
+from porousmold.scene.scene import Scene
+from porousmold.simulation.assembly import assemble
+from porousmold.simulation.march import Simulation
+from porousmold.simulation.specs import specs_of
 
 STUDIES = Path(__file__).parent.parent / "studies"
 ALUMINIUM, FRP, PIPE = (
@@ -30,9 +37,22 @@ ALUMINIUM, FRP, PIPE = (
 COARSE = {"solver.axial_cells": 8, "solver.cell_growth": 1.6, "solver.largest_step": 80.0}
 
 
-def coarse_scene(path=ALUMINIUM, **overrides):
-    """A shipped scene on a coarse mesh with large steps: seconds, and within 2 % of the answer."""
-    return Scene.from_file(path, COARSE | {name.replace("__", ".", 1): value for name, value in overrides.items()})
+def coarse_scene(*given):
+    """A shipped scene (a path, by default the aluminium mold) with settings (dicts) on a coarse mesh with large steps: seconds,
+    and within 2 % of the answer."""
+    path = next((each for each in given if isinstance(each, Path)), ALUMINIUM)
+    settings = [each for each in given if isinstance(each, dict)]
+    return Scene.load(path, functools.reduce(operator.or_, settings, COARSE))
+
+
+def problem_of(scene, communicator=MPI.COMM_SELF):
+    """The discrete problem of a scene."""
+    return assemble(specs_of(scene), communicator)
+
+
+def simulation_of(scene, communicator=MPI.COMM_SELF):
+    """A scene ready to be marched."""
+    return Simulation(specs_of(scene), communicator)
 
 
 def under_mpirun(ranks, *arguments, timeout=300):

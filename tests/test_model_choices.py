@@ -5,17 +5,15 @@ import pytest
 from mpi4py import MPI
 
 from porousmold import InputError, run
-from porousmold.scene import Scene
-from porousmold.simulation import Simulation
-from porousmold.solvers import heating
+from porousmold.scene.scene import Scene
+from porousmold.solvers import transport
 
-from .support import ALUMINIUM, FRP, PIPE, coarse_scene
+from .support import ALUMINIUM, FRP, PIPE, coarse_scene, simulation_of
 
 
-def marched(path=ALUMINIUM, **overrides):
+def marched(*given):
     """A coarse scene, laminar (seconds), after its march."""
-    overrides = {"model__turbulence": "none", "solver__axial_cells": 18} | overrides
-    return Simulation(coarse_scene(path, **overrides), MPI.COMM_SELF).march()
+    return simulation_of(coarse_scene({"model.turbulence": "none", "solver.axial_cells": 18}, *given)).march()
 
 
 @pytest.fixture(scope="module")
@@ -26,9 +24,9 @@ def full():
 
 def test_thin_aluminium_skin_is_the_resolved_one(monkeypatch):
     """Bi = h t / lambda = 0.001: no gradient through 3 mm of aluminium. Its cells are gone."""
-    monkeypatch.setattr(heating, "OVERSHOOT", float("inf"))  # monotone cells differ from run to run
-    full, thin = marched(), marched(model__wall="thin")
-    assert thin.heating_time == pytest.approx(full.heating_time, rel=3e-4)
+    monkeypatch.setattr(transport, "OVERSHOOT", float("inf"))  # monotone cells differ from run to run
+    full, thin = marched(), marched({"model.wall": "thin"})
+    assert thin.recorder.heating_time == pytest.approx(full.recorder.heating_time, rel=3e-4)
     assert thin.problem.heat.unknowns < full.problem.heat.unknowns
     assert not thin.problem.domain.has_wall
     assert abs(thin.problem.heat.balance.imbalance) < 1e-4
@@ -37,66 +35,66 @@ def test_thin_aluminium_skin_is_the_resolved_one(monkeypatch):
 def test_thin_wall_stores_what_a_resolved_one_does():
     """A pipe's ring and its outer surface: heat balances of both models to 1 % over a wall that hardly conducts."""
     changes = {
-        "wall__conductivity": 400.0,
-        "operation__outer_coefficient": 5.0,
-        "operation__ambient_temperature": 296.15,
-        "operation__heating_margin": 6.0,
+        "wall.conductivity": 400.0,
+        "operation.outer_coefficient": 5.0,
+        "operation.ambient_temperature": 296.15,
+        "operation.heating_margin": 6.0,
     }
-    resolved, thin = marched(PIPE, **changes), marched(PIPE, model__wall="thin", **changes)
+    resolved, thin = marched(PIPE, changes), marched(PIPE, {"model.wall": "thin", **changes})
     for name in ("stored", "through_outer_wall", "by_fluid"):
         assert getattr(thin.problem.heat.balance, name) == pytest.approx(
             getattr(resolved.problem.heat.balance, name), rel=2e-3
         )
-    assert thin.heating_time == pytest.approx(resolved.heating_time, rel=2e-3)
+    assert thin.recorder.heating_time == pytest.approx(resolved.recorder.heating_time, rel=2e-3)
 
 
 def test_thin_polymer_skin_heats_too_soon():
     """Without the gradient through 3 mm of polymer the outer surface is ahead: the error of the choice, of a few percent."""
-    assert 0.94 < marched(FRP, model__wall="thin").heating_time / marched(FRP).heating_time < 0.99
+    assert 0.94 < marched(FRP, {"model.wall": "thin"}).recorder.heating_time / marched(FRP).recorder.heating_time < 0.99
 
 
 def test_insulated_bed_has_no_wall_to_heat(full):
-    bed = marched(model__wall="insulated")
-    assert bed.heating_time < 0.8 * full.heating_time
+    bed = marched({"model.wall": "insulated"})
+    assert bed.recorder.heating_time < 0.8 * full.recorder.heating_time
     assert bed.problem.heat.balance.stored < full.problem.heat.balance.stored
-    sources, with_wall = (m.problem.laws.sources(m.scene, m.problem.has_wall) for m in (bed, full))
+    sources, with_wall = (m.specs.laws.sources(m.problem.has_wall, bead_modes=False) for m in (bed, full))
     assert "aluminium density" not in sources and "aluminium density" in with_wall
-    thin_air = marched(model__wall="thin", wall__density=1e-3, wall__conductivity=1e-3)
-    assert bed.heating_time == pytest.approx(thin_air.heating_time, rel=2e-3)
+    thin_air = marched({"model.wall": "thin", "wall.density": 1e-3, "wall.conductivity": 1e-3})
+    assert bed.recorder.heating_time == pytest.approx(thin_air.recorder.heating_time, rel=2e-3)
 
 
 def test_one_temperature_halves_the_unknowns(full):
-    one = marched(model__energy="one-temperature")
+    one = marched({"model.energy": "one-temperature"})
     assert one.problem.heat.unknowns < 0.6 * full.problem.heat.unknowns
     assert abs(one.problem.heat.balance.imbalance) < 1e-4
     # beads that lag behind the fluid smear the front that the wall waits for
-    assert 0.80 < one.heating_time / full.heating_time < 0.96
+    assert 0.80 < one.recorder.heating_time / full.recorder.heating_time < 0.96
 
 
 def test_fast_exchange_is_one_temperature():
     """The limit of local thermal equilibrium: 1e4 times the exchange, on cells that resolve the front to half a percent."""
-    fine = {"solver__axial_cells": 40, "solver__largest_step": 30.0}
-    one = marched(model__energy="one-temperature", **fine).heating_time
-    assert marched(model__exchange_factor=1e4, **fine).heating_time == pytest.approx(one, rel=0.006)
+    fine = {"solver.axial_cells": 40, "solver.largest_step": 30.0}
+    one = marched({"model.energy": "one-temperature", **fine}).recorder.heating_time
+    assert marched({"model.exchange_factor": 1e4, **fine}).recorder.heating_time == pytest.approx(one, rel=0.006)
 
 
 def test_beads_with_an_inside():
     """Beads that conduct badly heat late, the wall behind them too; no unknown is added, and no heat is lost."""
-    poor = {"bed__bead_conductivity": 0.2}
-    lumped, resistance, resolved = (marched(model__bead_modes=modes, **poor) for modes in (None, 0, 4))
-    assert resolved.heating_time == pytest.approx(resistance.heating_time, rel=5e-4)
-    assert 1.02 < resolved.heating_time / lumped.heating_time < 1.05
+    poor = {"bed.bead_conductivity": 0.2}
+    lumped, resistance, resolved = (marched({"model.bead_modes": modes, **poor}) for modes in (None, 0, 4))
+    assert resolved.recorder.heating_time == pytest.approx(resistance.recorder.heating_time, rel=5e-4)
+    assert 1.02 < resolved.recorder.heating_time / lumped.recorder.heating_time < 1.05
     assert resolved.problem.unknowns == lumped.problem.unknowns
     assert abs(resolved.problem.heat.balance.imbalance) < 1e-4
-    assert 5.0 < max(resolved.history["largest_bead_difference"]) < 65.0
-    assert min(resolved.history["lowest_temperature"]) > 298.15 - 0.1
-    assert max(resolved.history["highest_temperature"]) < 363.15 + 0.1
+    assert 5.0 < max(resolved.recorder.history["largest_bead_difference"]) < 65.0
+    assert min(resolved.recorder.history["lowest_temperature"]) > 298.15 - 0.1
+    assert max(resolved.recorder.history["highest_temperature"]) < 363.15 + 0.1
 
 
 def test_a_repeated_step_begins_where_the_first_attempt_did():
     """Bounds that nothing can keep take a step through all its ways; from there, and from the start again, the same ends."""
-    changes = {"model__flow": "plug", "model__bead_modes": 2, "operation__end_time": 200.0}
-    heat = (simulation := marched(**changes)).problem.heat
+    changes = {"model.flow": "plug", "model.bead_modes": 2, "operation.end_time": 200.0}
+    heat = (simulation := marched(changes)).problem.heat
     start, marks = simulation.problem.state(), heat.monotone_steps.x.array.copy()
     ends, errors = [], []
     for bounds in ((300.0, 350.0), (-1e9, 1e9)) * 2:
@@ -113,9 +111,9 @@ def test_a_repeated_step_begins_where_the_first_attempt_did():
 
 
 def test_beads_that_conduct_well_are_isothermal(monkeypatch):
-    monkeypatch.setattr(heating, "OVERSHOOT", float("inf"))  # monotone cells differ from run to run
-    conducting = {"bed__bead_conductivity": 2000.0}
-    lumped, resolved = (marched(model__bead_modes=modes, **conducting).heating_time for modes in (None, 1))
+    monkeypatch.setattr(transport, "OVERSHOOT", float("inf"))  # monotone cells differ from run to run
+    conducting = {"bed.bead_conductivity": 2000.0}
+    lumped, resolved = (marched({"model.bead_modes": modes, **conducting}).recorder.heating_time for modes in (None, 1))
     assert resolved == pytest.approx(lumped, rel=1e-5)
     assert resolved != lumped
 
@@ -123,21 +121,21 @@ def test_beads_that_conduct_well_are_isothermal(monkeypatch):
 @pytest.mark.parametrize(
     ("changes", "word"),
     [
-        ({"model__wall": "paper"}, "conjugate"),
-        ({"model__wall": "insulated", "operation__outer_heat_flux": 5.0}, "outer_heat_flux"),
-        ({"model__energy": "three-temperature"}, "one-temperature"),
-        ({"model__exchange_factor": 0.0}, "exchange_factor"),
-        ({"model__bead_modes": 1, "model__energy": "one-temperature"}, "bead_modes"),
-        ({"model__bead_modes": 1, "model__flow_update": "transient"}, "bead_modes"),
+        ({"model.wall": "paper"}, "conjugate"),
+        ({"model.wall": "insulated", "operation.outer_heat_flux": 5.0}, "outer_heat_flux"),
+        ({"model.energy": "three-temperature"}, "one-temperature"),
+        ({"model.exchange_factor": 0.0}, "exchange_factor"),
+        ({"model.bead_modes": 1, "model.energy": "one-temperature"}, "bead_modes"),
+        ({"model.bead_modes": 1, "model.flow_update": "transient"}, "bead_modes"),
     ],
 )
 def test_choices_that_cannot_be_are_refused(changes, word):
     with pytest.raises(InputError, match=word):
-        coarse_scene(**changes)
+        coarse_scene(changes)
 
 
 def test_choices_stand_in_the_result():
-    summary = run(coarse_scene(model__energy="one-temperature", model__wall="thin", model__turbulence="none"),
+    summary = run(coarse_scene({"model.energy": "one-temperature", "model.wall": "thin", "model.turbulence": "none"}),
                   communicator=MPI.COMM_SELF).summary  # fmt: skip
     assert summary["model"]["energy"] == "one-temperature" and summary["model"]["wall"] == "thin"
     assert set(summary["unknowns"]) == {"flow", "energy"}
@@ -145,96 +143,100 @@ def test_choices_stand_in_the_result():
 
 def test_developed_flow_is_the_full_one_without_its_entrance():
     """Far fewer unknowns, the same heating time to half a percent; the mass flow is one at all stations."""
-    full, developed = (marched(model__flow=flow) for flow in ("full", "developed"))
+    full, developed = (marched({"model.flow": flow}) for flow in ("full", "developed"))
     assert developed.problem.flow.unknowns < 0.4 * full.problem.flow.unknowns
-    assert developed.heating_time == pytest.approx(full.heating_time, rel=5e-3)
-    assert abs(developed.problem.mass_imbalance) < 1e-9
-    assert developed.problem.mass_flow == pytest.approx(full.problem.mass_flow, rel=5e-3)
+    assert developed.recorder.heating_time == pytest.approx(full.recorder.heating_time, rel=5e-3)
+    assert abs(developed.problem.balances.mass_imbalance) < 1e-9
+    assert developed.problem.balances.mass_flow == pytest.approx(full.problem.balances.mass_flow, rel=5e-3)
 
 
 def test_developed_flow_is_found_where_turbulence_dies_in_the_middle_of_the_bed():
     """A damped model at a bead Reynolds number below 800: a long false transient, at whose end the forces have to follow."""
     flows = []
     for flow in ("full", "developed"):
-        scene = Scene.load(ALUMINIUM, geometry__cavity_height="70 mm", bed__bead_diameter="7 mm", model__flow=flow)
-        problem = Simulation(scene, MPI.COMM_SELF).problem
+        scene = Scene.load(
+            ALUMINIUM, {"geometry.cavity_height": "70 mm", "bed.bead_diameter": "7 mm", "model.flow": flow}
+        )
+        problem = simulation_of(scene, MPI.COMM_SELF).problem
         problem.flow.start()
-        flows.append(problem.mass_flow)
+        flows.append(problem.balances.mass_flow)
     assert flows[1] == pytest.approx(flows[0], rel=2e-3)
 
 
 @pytest.mark.parametrize("path", [ALUMINIUM, PIPE], ids=["mold", "pipe"])
 def test_plug_flow_has_no_unknowns_and_misses_the_fast_layer_at_the_wall(path):
-    plug, developed = (marched(path, model__flow=flow) for flow in ("plug", "developed"))
+    plug, developed = (marched(path, {"model.flow": flow}) for flow in ("plug", "developed"))
     assert plug.problem.flow.unknowns == 0
-    assert plug.heating_time > 1.1 * developed.heating_time
+    assert plug.recorder.heating_time > 1.1 * developed.recorder.heating_time
     assert abs(plug.problem.heat.balance.imbalance) < 1e-4
 
 
 def test_plug_flow_takes_the_drag_of_the_bulk():
     """Macdonald's law at the bulk's porosity, at the mean density: the mass flow by hand."""
-    simulation = marched(model__flow="plug", bed__porosity_model="constant", operation__end_time=1.0)
-    problem, scene = simulation.problem, simulation.scene
-    phi, d, temperature = 0.4, scene.bed.bead_diameter, 298.15
-    laws = problem.laws
+    simulation = marched({"model.flow": "plug", "bed.porosity_model": "constant", "operation.end_time": 1.0})
+    problem, specs = simulation.problem, simulation.specs
+    phi, d, temperature = 0.4, specs.mesh.bead_diameter, 298.15
+    laws = problem.specs.laws
     viscosity = laws.fluid.viscosity(temperature)
     density = laws.fluid.density(101325.0 + 4000.0, temperature)
-    flux = simulation.history["mass_flow"][0] / (scene.geometry.cavity_height / 2)
+    flux = simulation.recorder.history["mass_flow"][0] / specs.mesh.size.half_height
     gradient = laws.drag.coefficient(phi, d, density, viscosity, flux / (phi * density)) * flux / (phi**2 * density)
-    assert gradient * scene.geometry.length == pytest.approx(8000.0, rel=2e-3)
+    assert gradient * specs.mesh.size.length == pytest.approx(8000.0, rel=2e-3)
 
 
 @pytest.mark.parametrize("flow", ["developed", "plug"])
 @pytest.mark.parametrize(("drive", "value"), [("inlet_velocity", 1.2), ("mass_flow", 0.03)])
 def test_simpler_flows_meet_what_drives_them(flow, drive, value):
-    tables = coarse_scene(model__flow=flow, model__turbulence="none", operation__end_time=5.0).as_tables()
+    tables = coarse_scene({"model.flow": flow, "model.turbulence": "none", "operation.end_time": 5.0}).as_tables()
     del tables["operation"]["pressure_drop"]
     tables["operation"][drive] = value
-    simulation = Simulation(Scene(tables), MPI.COMM_SELF).march()
+    simulation = simulation_of(Scene(tables), MPI.COMM_SELF).march()
     inlet = float(simulation.problem.flow.pressure.x.array.max()) + 101325.0
     expected = {"mass_flow": value, "inlet_velocity": value * 0.025 * inlet / (287.055 * 363.15)}[drive]
-    assert simulation.problem.mass_flow == pytest.approx(expected, rel=2e-3)
+    assert simulation.problem.balances.mass_flow == pytest.approx(expected, rel=2e-3)
 
 
 def test_wall_of_fixed_temperature_stays_there_and_takes_the_heat():
-    simulation = marched(model__wall="fixed-temperature", operation__wall_temperature=310.0, operation__end_time=200.0)
+    simulation = marched(
+        {"model.wall": "fixed-temperature", "operation.wall_temperature": 310.0, "operation.end_time": 200.0}
+    )
     low, high = simulation.problem.extremes("bed_side")
     assert low == pytest.approx(310.0, abs=0.05) and high == pytest.approx(310.0, abs=0.05)
     balance = simulation.problem.heat.balance
     assert balance.through_outer_wall < 0.0 and abs(balance.imbalance) < 1e-3
-    assert simulation.heating_time is None
+    assert simulation.recorder.heating_time is None
     with pytest.raises(InputError, match="wall_temperature"):
-        coarse_scene(model__wall="fixed-temperature")
+        coarse_scene({"model.wall": "fixed-temperature"})
 
 
 def test_coupled_transient_shows_that_the_flow_is_quasi_steady():
     """Air crosses the mold in 0.2 s: every time derivative of the flow together moves the heating time by < 0.05 %."""
-    coupled = marched(model__flow_update="transient")
+    coupled = marched({"model.flow_update": "transient"})
     quasi_steady = marched()
     assert coupled.problem.heat.unknowns > quasi_steady.problem.flow.unknowns
-    assert coupled.heating_time == pytest.approx(quasi_steady.heating_time, rel=5e-4)
+    assert coupled.recorder.heating_time == pytest.approx(quasi_steady.recorder.heating_time, rel=5e-4)
     assert abs(coupled.problem.heat.balance.imbalance) < 1e-3
 
 
 WATER = {
-    "fluid__density": 997.0,
-    "fluid__viscosity": 6e-4,
-    "fluid__heat_capacity": 4180.0,
-    "fluid__conductivity": 0.63,
-    "operation__pressure_drop": 500.0,
-    "operation__end_time": 30.0,
+    "fluid.density": 997.0,
+    "fluid.viscosity": 6e-4,
+    "fluid.heat_capacity": 4180.0,
+    "fluid.conductivity": 0.63,
+    "operation.pressure_drop": 500.0,
+    "operation.end_time": 30.0,
 }
 
 
 @pytest.mark.parametrize(
     "hard",
-    [{}, WATER, {"bed__bead_conductivity": 0.1}, {"bed__bead_diameter": 1e-3}],
+    [{}, WATER, {"bed.bead_conductivity": 0.1}, {"bed.bead_diameter": 1e-3}],
     ids=["air", "water", "poor", "fine"],
 )
 def test_monotone_cells_keep_the_bounds(hard):
     """A cold start on 9 cells a metre: second order leaves the bounds by kelvins, the marked cells by less than 0.1 K."""
-    coarse = {"solver__axial_cells": 9, "solver__cell_growth": 1.3, "solver__largest_step": 60.0}
-    simulation = marched(**coarse | {"operation__end_time": 400.0} | hard)
+    coarse = {"solver.axial_cells": 9, "solver.cell_growth": 1.3, "solver.largest_step": 60.0}
+    simulation = marched(coarse | {"operation.end_time": 400.0} | hard)
     assert simulation.problem.heat.repetitions > 0
-    assert min(simulation.history["lowest_temperature"]) > 298.15 - 0.1
-    assert max(simulation.history["highest_temperature"]) < 363.15 + 0.1
+    assert min(simulation.recorder.history["lowest_temperature"]) > 298.15 - 0.1
+    assert max(simulation.recorder.history["highest_temperature"]) < 363.15 + 0.1

@@ -9,10 +9,9 @@ from mpi4py import MPI
 
 from porousmold import Scene, run
 from porousmold.cli import main
-from porousmold.probe import PointProbe
-from porousmold.simulation import Simulation
+from porousmold.mesh.probe import PointProbe
 
-from .support import ALUMINIUM, COARSE, PIPE, STUDIES, box, coarse_scene, nodal
+from .support import ALUMINIUM, COARSE, PIPE, STUDIES, box, coarse_scene, nodal, simulation_of
 
 pytestmark = pytest.mark.mpi
 
@@ -25,33 +24,37 @@ def shared_folder(tmp_path):
 
 @pytest.mark.parametrize("path", [ALUMINIUM, PIPE], ids=["mold", "pipe"])
 def test_heating_time_does_not_depend_on_the_number_of_ranks(path):
-    alone = Simulation(coarse_scene(path), MPI.COMM_SELF).march()
-    together = Simulation(coarse_scene(path), MPI.COMM_WORLD).march()
-    assert together.heating_time == pytest.approx(alone.heating_time, rel=1e-6)
-    assert together.history["mass_flow"] == pytest.approx(alone.history["mass_flow"], rel=1e-6)
-    for name in alone.history.columns:
+    alone = simulation_of(coarse_scene(path), MPI.COMM_SELF).march()
+    together = simulation_of(coarse_scene(path), MPI.COMM_WORLD).march()
+    assert together.recorder.heating_time == pytest.approx(alone.recorder.heating_time, rel=1e-6)
+    assert together.recorder.history["mass_flow"] == pytest.approx(alone.recorder.history["mass_flow"], rel=1e-6)
+    for name in alone.recorder.history.columns:
         if name.startswith("temperature_"):
-            assert together.history[name] == pytest.approx(alone.history[name], abs=1e-4)
+            assert together.recorder.history[name] == pytest.approx(alone.recorder.history[name], abs=1e-4)
     assert abs(together.problem.heat.balance.imbalance) < 1e-4
 
 
 def test_a_rank_may_have_no_part_of_the_bed():
     """Bed cells on one rank only, as few as there are: the others take part in every collective call all the same."""
     changes = {
-        "solver__axial_cells": 2,
-        "solver__first_cell": "12 mm",
-        "solver__wall_cells": 8,
-        "model__flow": "developed",
+        "solver.axial_cells": 2,
+        "solver.first_cell": "12 mm",
+        "solver.wall_cells": 8,
+        "model.flow": "developed",
     }
-    scene = coarse_scene(operation__end_time=5.0, model__turbulence="none", **changes)
-    alone, together = (Simulation(scene, communicator).march() for communicator in (MPI.COMM_SELF, MPI.COMM_WORLD))
-    assert together.history["heat_stored"][-1] == pytest.approx(alone.history["heat_stored"][-1], rel=1e-6)
+    scene = coarse_scene({"operation.end_time": 5.0, "model.turbulence": "none", **changes})
+    alone, together = (simulation_of(scene, communicator).march() for communicator in (MPI.COMM_SELF, MPI.COMM_WORLD))
+    assert together.recorder.history["heat_stored"][-1] == pytest.approx(
+        alone.recorder.history["heat_stored"][-1], rel=1e-6
+    )
 
 
 def test_gmsh_mesh_on_any_number_of_ranks():
-    scene = Scene.load(STUDIES / "mold" / "curved.toml", operation__end_time=60.0, model__turbulence="none")
-    alone, together = (Simulation(scene, communicator).march() for communicator in (MPI.COMM_SELF, MPI.COMM_WORLD))
-    assert together.history["heat_stored"][-1] == pytest.approx(alone.history["heat_stored"][-1], rel=1e-6)
+    scene = Scene.load(STUDIES / "mold" / "curved.toml", {"operation.end_time": 60.0, "model.turbulence": "none"})
+    alone, together = (simulation_of(scene, communicator).march() for communicator in (MPI.COMM_SELF, MPI.COMM_WORLD))
+    assert together.recorder.history["heat_stored"][-1] == pytest.approx(
+        alone.recorder.history["heat_stored"][-1], rel=1e-6
+    )
 
 
 def test_points_on_different_ranks_have_the_values_of_one():
@@ -71,12 +74,12 @@ def test_points_on_different_ranks_have_the_values_of_one():
 
 def test_run_writes_one_folder_and_fields_of_the_whole_mesh(shared_folder):
     out = shared_folder / "run"
-    result = run(coarse_scene(operation__end_time=100.0), out, MPI.COMM_WORLD)
+    result = run(coarse_scene({"operation.end_time": 100.0}), out, MPI.COMM_WORLD)
     MPI.COMM_WORLD.barrier()
     summary = json.loads((out / "result.json").read_text())
     assert summary["end_time"] == result.summary["end_time"]
     if MPI.COMM_WORLD.rank == 0:
-        from porousmold.plots import draw, read_fields
+        from porousmold.output.pictures import draw, read_fields
 
         nodes, _, steps = read_fields(out / "fields.xdmf")
         assert all(np.all(np.isfinite(fields["temperature"])) for fields in steps.values())

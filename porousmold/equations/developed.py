@@ -19,34 +19,42 @@ from typing import Any
 
 import ufl
 
-from .flow import FlowEquations, FlowState, Momentum
+from ..laws.functions import Value
+from .flow import FlowEquations, FlowState
 from .stabilisation import metric
-from .turbulence import turbulence_terms
 
 
-def developed_state(unknown, pressure, scales, turbulent):
-    """`FlowState` of the scaled unknown (u, or u, k, epsilon) and the gauge pressure (Pa)."""
-    parts = ufl.split(unknown) if turbulent else (unknown,)
-    velocity = ufl.as_vector([parts[0] * scales.speed, 0.0])
-    if not turbulent:
-        return FlowState(velocity, pressure)
-    return FlowState(velocity, pressure, parts[1] * scales.kinetic_energy, parts[2] * scales.dissipation_rate)
+def developed_state(equations: FlowEquations, unknown: Value, pressure: Value) -> Value:
+    """`FlowState` of the scaled unknown (u and the turbulence's unknowns) and the gauge pressure (Pa)."""
+    sizes = equations.turbulent_scales
+    speed, *turbulence = ufl.split(unknown) if sizes else (unknown,)
+    velocity = ufl.as_vector([speed * equations.scales.speed, 0.0])
+    return FlowState(velocity, pressure, tuple(part * size for part, size in zip(turbulence, sizes, strict=True)))
 
 
-def developed_residual(equations, unknown, previous, inverse_step, pressure, gradient, temperature, dx, nodes):
+def developed_residual(
+    equations: FlowEquations,
+    unknown: Value,
+    previous: Value,
+    inverse_step: Value,
+    pressure: Value,
+    gradient: Value,
+    temperature: Value,
+    dx: ufl.Measure,
+    nodes: ufl.Measure,
+) -> Value:
     """Form of the scaled residual at all stations; `dx` has its quadrature at the nodes along the flow, `nodes` at all nodes.
 
     `equations` are `FlowEquations`, `gradient` is dp/dx (Pa/m), `inverse_step` (1/s) that of a pseudo-time step.
     """
     bed, scales, coordinates = equations.bed, equations.scales, equations.coordinates
-    turbulent = equations.model is not None
-    state, old = (developed_state(f, pressure, scales, turbulent) for f in (unknown, previous))
+    state, old = (developed_state(equations, f, pressure) for f in (unknown, previous))
     space = unknown.function_space
-    tests = ufl.TestFunctions(space) if turbulent else (ufl.TestFunction(space),)
+    tests = ufl.TestFunctions(space) if state.turbulence else (ufl.TestFunction(space),)
     phi, u = bed.porosity, state.velocity[0]
     viscosity, density = equations.fluid.fluid.viscosity(temperature), equations.fluid.density(pressure, temperature)
     speed = state.speed(scales)
-    layers = equations.turbulence_state(state, density, viscosity)
+    layers = equations.turbulence_state(state, density, viscosity, u.dx(1) ** 2)
     effective = viscosity if layers is None else viscosity + layers.eddy_viscosity
     resistance = bed.drag.coefficient(phi, bed.bead_diameter, density, viscosity, speed)
     storage = phi * density * inverse_step
@@ -56,15 +64,15 @@ def developed_residual(equations, unknown, previous, inverse_step, pressure, gra
     test = tests[0] * equations.bed.bead_diameter / scales.pressure
     form = force * test + phi * effective * u.dx(1) * test.dx(1)
     local = 0.0 * test
-    if turbulent:
-        m = Momentum(density, viscosity, effective, speed, layers, None, None, None)
-        terms = turbulence_terms(state, m, bed, equations.model, u.dx(1) ** 2)
-        olds = old.kinetic_energy, old.dissipation_rate
-        for (field, diffusivity, production, reaction), before, size, test in zip(
-            terms, olds, equations.turbulence_sizes(), tests[1:], strict=True
+    if equations.model is not None and state.turbulence:
+        flow = equations.local_flow(density, viscosity, speed)
+        terms = equations.model.terms(state.turbulence, flow, layers, u.dx(1) ** 2)
+        for field, before, term, size, test in zip(
+            state.turbulence, old.turbulence, terms, equations.turbulence_sizes(), tests[1:], strict=True
         ):
-            form += size * ((storage * (field - before) - production) * test + diffusivity * field.dx(1) * test.dx(1))
-            local += size * reaction * test
+            gained = storage * (field - before) - term.production
+            form += size * (gained * test + term.diffusivity * field.dx(1) * test.dx(1))
+            local += size * term.reaction * test
     return coordinates.weight * form * dx + coordinates.nodal_weight * local * nodes
 
 
@@ -74,7 +82,7 @@ class CarriedByStreamfunction(FlowEquations):
 
     streamfunction: Any = None
 
-    def mass_flux(self, state, temperature):
+    def mass_flux(self, state: FlowState, temperature: Value) -> Value:
         """The curl. About an axis the nodal values are joined by lines in r^2, not r: else the flux would not be uniform
         within a cell, and a cell at the axis would give its inner node too much of it."""
         gradient, coordinates = ufl.grad(self.streamfunction), self.coordinates

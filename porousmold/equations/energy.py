@@ -21,20 +21,23 @@ Storage of beads and wall is written with the enthalpy per volume H(T), so that 
 C(T); that of the fluid (10^-3 of the total) with rho C_f at the temperature of the flow's last solution.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import ufl
 
-from ..closures.bead_interior import overall_coefficient
-from ..closures.nusselt import prandtl_number, specific_surface
-from ..closures.turbulence import PRANDTL_TURBULENT
-from ..materials import Solid
+from ..laws.bead_interior import overall_coefficient
+from ..laws.conductivity import Anisotropic, LocalBed
+from ..laws.functions import Value
+from ..laws.materials import Solid
+from ..laws.nusselt import prandtl_number, specific_surface
 from .bead_interior import BeadInterior
 from .coordinates import Coordinates
-from .flow import FlowEquations, Opening
+from .flow import FlowEquations
 from .medium import Bed
-from .stabilisation import Streamline
+from .openings import Opening, flux_given
+from .stabilisation import Streamline, flux_density
 
 
 @dataclass(frozen=True)
@@ -46,7 +49,7 @@ class OuterWall:
     coefficient: Any = None
     ambient: Any = None
 
-    def into_wall(self, temperature):
+    def into_wall(self, temperature: Value) -> Value:
         """Heat flux into the wall, W/m2."""
         flux = 0.0
         if self.heat_flux is not None:
@@ -119,29 +122,29 @@ class EnergyEquations:
         return self.flow.coordinates
 
     @property
-    def _laws(self):
+    def _laws(self) -> Value:
         return self.flow.fluid.fluid
 
     @property
-    def _density(self):
+    def _density(self) -> Value:
         return self.flow.fluid.density(self.flow_state.pressure, self.flow_temperature)
 
     @property
-    def outward_mass_flux(self):
+    def outward_mass_flux(self) -> Value:
         """phi rho u.n through inlet and outlet, kg/m2/s."""
         flux = self.flow.mass_flux_through_boundary(self.flow_state, self.flow_temperature)
         return ufl.dot(flux, ufl.FacetNormal(self.coordinates.mesh))
 
     @property
-    def inward_mass_flux(self):
+    def inward_mass_flux(self) -> Value:
         """phi rho u.n in through the inlet, kg/m2/s: as given by `opening`, if there is one that gives it."""
-        given = None if self.opening is None else self.flow.flux_given(self.opening, self.flow_state)
+        given = None if self.opening is None else flux_given(self.flow, self.opening, self.flow_state)
         return -self.outward_mass_flux if given is None else given
 
-    def _fluid_storage(self):
+    def _fluid_storage(self) -> Value:
         return self.bed.porosity * self._density * self._laws.heat_capacity(self.flow_temperature)
 
-    def bead_coefficient(self, temperature):
+    def bead_coefficient(self, temperature: Value) -> Value:
         """Heat transfer coefficient between fluid and bead, its inside included, per bead surface, W/m2/K."""
         bed, laws = self.bed, self._laws
         conductivity, viscosity = laws.conductivity(temperature), laws.viscosity(temperature)
@@ -154,31 +157,60 @@ class EnergyEquations:
         film = self.exchange_factor * nusselt * conductivity / bed.bead_diameter
         return film if self.interior is None else overall_coefficient(film, self.interior.resistance(temperature))
 
-    def exchange_coefficient(self, temperature):
+    def exchange_coefficient(self, temperature: Value) -> Value:
         """a_v h_sf per total volume, the beads' inside included, W/m3/K."""
         surface = specific_surface(self.bed.porosity, self.bed.bead_diameter)
         return surface * self.bead_coefficient(temperature)
 
-    def bead_heat_flux(self, temperature, bead_temperature, property_temperature):
+    def bead_heat_flux(self, temperature: Value, bead_temperature: Value, property_temperature: Value) -> Value:
         """Heat flux into the beads' surface, W/m2."""
         return self.bead_coefficient(property_temperature) * self._excess(temperature, bead_temperature)
 
-    def _excess(self, temperature, bead_temperature):
+    def _excess(self, temperature: Value, bead_temperature: Value) -> Value:
         """What drives heat into the beads, K."""
         difference = temperature - bead_temperature
         return difference if self.interior is None else difference - self.interior.lag
 
-    def effective_conductivity(self, temperature):
-        """lambda_fe, W/m/K (eq. 7.11)."""
-        molecular = self._laws.conductivity(temperature)
+    def _local_bed(self, temperature: Value, bead_temperature: Value) -> LocalBed:
+        """What a conductivity law is told, with properties at these temperatures (K)."""
+        bed, laws = self.bed, self._laws
         turbulence = self.flow.turbulence_state(
             self.flow_state, self._density, self._laws.viscosity(self.flow_temperature)
         )
-        if turbulence is None:
-            return molecular
-        return molecular + self._laws.heat_capacity(temperature) * turbulence.eddy_viscosity / PRANDTL_TURBULENT
+        return LocalBed(
+            porosity=bed.porosity,
+            wall_distance=bed.wall_distance,
+            bead_diameter=bed.bead_diameter,
+            density=self._density,
+            viscosity=laws.viscosity(temperature),
+            heat_capacity=laws.heat_capacity(temperature),
+            speed=self.flow_state.speed(self.flow.scales),
+            eddy_viscosity=0.0 if turbulence is None else turbulence.eddy_viscosity,
+            fluid_conductivity=laws.conductivity(temperature),
+            bead_conductivity=bed.beads.conductivity(bead_temperature),
+        )
 
-    def stored_heat(self, temperature, bead_temperature, test, bead_test, transport):
+    def fluid_conduction(self, temperature: Value) -> Value:
+        """Conductivity of the fluid per total volume, W/m/K: a number or a tensor."""
+        return self._tensor(self.bed.conductivity.fluid(self._local_bed(temperature, temperature)))
+
+    def bead_conduction(self, bead_temperature: Value) -> Value:
+        """Conductivity of the beads per total volume, W/m/K: a number or a tensor."""
+        return self._tensor(self.bed.conductivity.beads(self._local_bed(bead_temperature, bead_temperature)))
+
+    def _tensor(self, conductivity: Value) -> Value:
+        """A law's conductivity as a number, or where it is `Anisotropic` as the tensor with its axis along the flow."""
+        if not isinstance(conductivity, Anisotropic):
+            return conductivity
+        velocity = self.flow_state.velocity
+        squared = ufl.dot(velocity, velocity) + (1e-5 * self.flow.scales.speed) ** 2
+        along = ufl.outer(velocity, velocity) / squared
+        identity = ufl.Identity(self.coordinates.mesh.geometry.dim)
+        return conductivity.across * identity + (conductivity.along - conductivity.across) * along
+
+    def stored_heat(
+        self, temperature: Value, bead_temperature: Value, test: Value, bead_test: Value, transport: Transport
+    ) -> Value:
         """Form of the heat per volume (J/m3) against the tests; its change over time is the storage."""
         beads, weight = self.bed.beads, self.coordinates.weight
         form = self.coordinates.nodal_weight * self._fluid_storage() * temperature * test * self.nodes_bed
@@ -193,13 +225,15 @@ class EnergyEquations:
             bead += w * lumped(capacity * f, capacity * streamline.along(f), v)
         bead *= 1.0 - self.bed.porosity
         form += weight * bead * self.dx_bed
-        if self.thin_wall is not None:
+        if self.thin_wall is not None and self.wall is not None:
             form += weight * self.thin_wall.volume * volumetric_heat(self.wall, temperature) * test * self.thin_wall.ds
         elif self.wall is not None:
             form += self._in_wall(volumetric_heat(self.wall, temperature) * test, transport)
         return form
 
-    def heating_rate(self, temperature, bead_temperature, rates, test, bead_test):
+    def heating_rate(
+        self, temperature: Value, bead_temperature: Value, rates: Sequence[Value], test: Value, bead_test: Value
+    ) -> Value:
         """Form of what `stored_heat` gains for dT/dt and dT_s/dt (K/s), `rates`."""
         weight, beads, wall = self.coordinates.weight, self.bed.beads, self.wall
         form = self.coordinates.nodal_weight * self._fluid_storage() * rates[0] * test * self.nodes_bed
@@ -212,11 +246,11 @@ class EnergyEquations:
             return form + weight * self.thin_wall.volume * heating * self.thin_wall.ds
         return form + weight * heating * self.dx_wall
 
-    def transport(self, temperature, monotone):
+    def transport(self, temperature: Value, monotone: Value) -> Value:
         """`Transport` at a temperature (K), with cells that are to be monotone marked by 1 (`Streamline`)."""
-        capacity, porosity = self._laws.heat_capacity(temperature), self.bed.porosity
+        capacity = self._laws.heat_capacity(temperature)
         exchange = self.exchange_coefficient(temperature) if self.two_temperatures else None
-        conduction = porosity * self.effective_conductivity(temperature)
+        conduction = self.fluid_conduction(temperature)
         advection = capacity * self.flow.mass_flux(self.flow_state, self.flow_temperature)
         return Transport(
             advection,
@@ -225,19 +259,21 @@ class EnergyEquations:
             Streamline.of(self.coordinates, advection, conduction, exchange, self.entrance, monotone, self.straight),
         )
 
-    def outflow_of_heat(self, temperature, bead_temperature, test, bead_test, transport):
+    def outflow_of_heat(
+        self, temperature: Value, bead_temperature: Value, test: Value, bead_test: Value, transport: Transport
+    ) -> Value:
         """Form of everything but the storage: what leaves each place, W against the tests.
 
         `transport` is what `transport()` gives, or its values held for a step. Upwinded along its `Streamline`; the
         fluid's storage, a thousandth of the beads', is left out of that.
         """
         bed, weight, wall, streamline = self.bed, self.coordinates.weight, self.wall, transport.streamline
-        bead_conductivity = bed.beads.conductivity(bead_temperature)
+        bead_conduction = self.bead_conduction(bead_temperature)
         fluid = ufl.dot(transport.advection, ufl.grad(temperature)) * streamline.downstream(test)
         for w, (f, v) in streamline.changes_across(temperature, test):
             fluid += w * ufl.dot(transport.advection, ufl.grad(f)) * streamline.downstream(v)
-        fluid += transport.conduction * streamline.conducted(temperature, test)
-        bead = (1.0 - bed.porosity) * bead_conductivity * ufl.dot(ufl.grad(bead_temperature), ufl.grad(bead_test))
+        fluid += streamline.conducted(transport.conduction, temperature, test)
+        bead = ufl.dot(flux_density(bead_conduction, ufl.grad(bead_temperature)), ufl.grad(bead_test))
         if self.two_temperatures:
             difference = self._excess(temperature, bead_temperature)
             fluid += streamline.exchanged_downstream(transport.exchange, difference, test)
@@ -246,9 +282,9 @@ class EnergyEquations:
                 fluid += w * streamline.exchanged_downstream(transport.exchange, f, v)
                 bead -= w * streamline.exchanged(transport.exchange, f, u)
         if bed.rev_vector is not None:
-            fluid_conductivity = self.effective_conductivity(temperature)
-            fluid -= fluid_conductivity * ufl.dot(bed.rev_vector, ufl.grad(temperature)) * test
-            bead += bead_conductivity * ufl.dot(bed.rev_vector, ufl.grad(bead_temperature)) * bead_test
+            of_fluid, of_beads = self._rev_fluxes(temperature, bead_temperature)
+            fluid -= of_fluid * test
+            bead += of_beads * bead_test
         form = weight * (fluid + bead) * self.dx_bed
         form -= weight * self.enthalpy_entering(temperature) * test * self.inlet
         for w, (f, v) in streamline.changes_across(temperature, test):
@@ -264,39 +300,39 @@ class EnergyEquations:
             form -= self._outer_weight * self.outer.into_wall(temperature) * test * self.outer.ds
         return form
 
-    def _in_wall(self, integrand, transport):
+    def _in_wall(self, integrand: Value, transport: Transport) -> Value:
         """Integral over the wall, in monotone cells with quadrature at the nodes."""
         monotone, weight = transport.streamline.monotone, self.coordinates.weight
         form = weight * (1.0 - monotone) * integrand * self.dx_wall
         return form + weight * monotone * integrand * self.nodes_wall
 
-    def _along_the_wall(self, vector):
+    def _along_the_wall(self, vector: Value) -> Value:
         normal = ufl.FacetNormal(self.coordinates.mesh)
         return vector - ufl.dot(vector, normal) * normal
 
-    def enthalpy_entering(self, temperature):
+    def enthalpy_entering(self, temperature: Value) -> Value:
         """-(rho phi u.n)(h(T_in) - h(T)): heat that the inflow brings beyond what it finds, W/m2 of inlet."""
         enthalpy = self._laws.heat_capacity.integral
         return self.inward_mass_flux * (enthalpy(self.inlet_temperature) - enthalpy(temperature))
 
-    def heat_input(self, temperature):
+    def heat_input(self, temperature: Value) -> Value:
         """Form (scalar, W) of the heat that the fluid leaves behind: what it lacks at the outlet against T_in."""
         enthalpy = self._laws.heat_capacity.integral
         lost = enthalpy(self.inlet_temperature) - enthalpy(temperature)
         return self.coordinates.weight * self.outward_mass_flux * lost * self.outlet
 
-    def heat_through_outer_wall(self, temperature):
+    def heat_through_outer_wall(self, temperature: Value) -> Value:
         """Form (scalar, W) of the heat that enters through the outer wall; None where it is insulated."""
         if self.outer is None:
             return None
         return self._outer_weight * self.outer.into_wall(temperature) * self.outer.ds
 
     @property
-    def _outer_weight(self):
+    def _outer_weight(self) -> Value:
         area = 1.0 if self.thin_wall is None else self.thin_wall.outer_area
         return self.coordinates.weight * area
 
-    def rev_heat(self, temperature, bead_temperature):
+    def rev_heat(self, temperature: Value, bead_temperature: Value) -> Value:
         """Form (scalar, W) of the heat that the REV terms create; None without them.
 
         b.(lambda_fe grad T_f - lambda_s grad T_s) of the two energy equations, and the enthalpy (against that at the
@@ -305,13 +341,19 @@ class EnergyEquations:
         b, enthalpy = self.bed.rev_vector, self._laws.heat_capacity.integral
         if b is None:
             return None
-        fluid = self.effective_conductivity(temperature) * ufl.dot(b, ufl.grad(temperature))
-        beads = self.bed.beads.conductivity(bead_temperature) * ufl.dot(b, ufl.grad(bead_temperature))
+        fluid, beads = self._rev_fluxes(temperature, bead_temperature)
         taken = self._density * ufl.dot(b, self.flow_state.velocity)
         mass = taken * (enthalpy(temperature) - enthalpy(self.inlet_temperature))
         return self.coordinates.weight * (fluid - beads - mass) * self.dx_bed
 
+    def _rev_fluxes(self, temperature: Value, bead_temperature: Value) -> tuple[Value, Value]:
+        """b.(lambda_fe grad T_f) and b.(lambda_s grad T_s), W/m3, with the conductivities of the phases' own volumes."""
+        b, phi = self.bed.rev_vector, self.bed.porosity
+        fluid = flux_density(self.fluid_conduction(temperature) / phi, ufl.grad(temperature))
+        conductivity = self.bed.beads.conductivity(bead_temperature)
+        return ufl.dot(b, fluid), conductivity * ufl.dot(b, ufl.grad(bead_temperature))
 
-def volumetric_heat(solid, temperature):
+
+def volumetric_heat(solid: Solid, temperature: Value) -> Value:
     """Enthalpy per volume rho int C dT of a solid, J/m3."""
     return solid.density(temperature) * solid.heat_capacity.integral(temperature)

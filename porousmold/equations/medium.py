@@ -5,9 +5,11 @@ from typing import Any
 
 import ufl
 
-from ..closures.drag import DragLaw
-from ..closures.nusselt import NusseltCorrelation, bead_reynolds_number
-from ..materials import Fluid, Solid
+from ..laws.conductivity import CONDUCTIVITY_LAWS, ConductivityLaw
+from ..laws.drag import DragLaw
+from ..laws.functions import Value
+from ..laws.materials import Fluid, Solid
+from ..laws.nusselt import NusseltCorrelation, bead_reynolds_number
 
 
 @dataclass(frozen=True)
@@ -21,8 +23,9 @@ class Bed:
     drag: DragLaw
     nusselt: NusseltCorrelation
     rev_vector: ufl.core.expr.Expr | None = None
+    conductivity: ConductivityLaw = CONDUCTIVITY_LAWS["parallel"]
 
-    def reynolds_number(self, density, speed, viscosity):
+    def reynolds_number(self, density: Value, speed: Value, viscosity: Value) -> Value:
         """Local superficial bead Reynolds number (eq. 6.12)."""
         return bead_reynolds_number(self.porosity, density, speed, self.bead_diameter, viscosity)
 
@@ -34,12 +37,12 @@ class FluidState:
     fluid: Fluid
     reference_pressure: Any
 
-    def density(self, gauge_pressure, temperature):
+    def density(self, gauge_pressure: Value, temperature: Value) -> Value:
         """Density in kg/m3 at a gauge pressure (Pa) and temperature (K)."""
         return self.fluid.density(gauge_pressure + self.reference_pressure, temperature)
 
 
-def rev_vector(porosity_difference, wall_distance, largest_diameter):
+def rev_vector(porosity_difference: Value, wall_distance: Value, largest_diameter: Value) -> Value:
     r"""b = (phi_V - phi_A) grad V/V with the REV's diameter D = min(2 y, D_max) (thesis eq. 5.5).
 
     grad V/V = 3 grad y/y where 2 y < D_max, else 0. `porosity_difference` is phi_V - phi_A.

@@ -11,14 +11,17 @@ from typing import Any
 import ufl
 from dolfinx import fem
 
+from ..laws.functions import Value
+from .coordinates import Coordinates
 
-def metric(mesh):
+
+def metric(mesh: Any) -> Value:
     """G = 4 K^T K of the mesh's cells."""
     inverse = ufl.JacobianInverse(mesh)
     return 4.0 * inverse.T * inverse
 
 
-def time_scale(metric_tensor, advection, diffusion, reaction):
+def time_scale(metric_tensor: Value, advection: Value, diffusion: Value, reaction: Value) -> Value:
     """tau for a vector `advection` and scalars `diffusion` and `reaction`, in the inverse unit of `reaction`."""
     return 1.0 / ufl.sqrt(
         ufl.dot(advection, ufl.dot(metric_tensor, advection))
@@ -27,11 +30,20 @@ def time_scale(metric_tensor, advection, diffusion, reaction):
     )
 
 
-def streamline_time_scale(metric_tensor, advection, diffusion):
+def streamline_time_scale(metric_tensor: Value, advection: Value, diffusion: Value) -> Value:
     """tau = [a.G a + 9 m^2 (a.G a/|a|^2)^2]^-1/2: the cell's size along the flow only, whatever its height."""
     along = ufl.dot(advection, ufl.dot(metric_tensor, advection)) + 1e-30
     spread = diffusion * along / (ufl.dot(advection, advection) + 1e-30)
     return 1.0 / ufl.sqrt(along + 9.0 * spread**2)
+
+
+def _is_tensor(conductivity: Value) -> bool:
+    return bool(getattr(conductivity, "ufl_shape", ()))
+
+
+def flux_density(conductivity: Value, gradient: Value) -> Value:
+    """K grad f of a number or a tensor K."""
+    return ufl.dot(conductivity, gradient) if _is_tensor(conductivity) else conductivity * gradient
 
 
 @dataclass(frozen=True)
@@ -52,10 +64,19 @@ class Streamline:
     exchange: Any
     monotone: Any
     from_middle: Any
-    across: tuple = ()
+    across: tuple[tuple[int, Value], ...] = ()
 
     @classmethod
-    def of(cls, coordinates, advection, diffusion, exchange, entrance, monotone, straight):
+    def of(
+        cls,
+        coordinates: Coordinates,
+        advection: Value,
+        diffusion: Value,
+        exchange: Value,
+        entrance: Value,
+        monotone: Value,
+        straight: bool,
+    ) -> Value:
         """For heat carried along `advection` (W/m2/K), conducted by `diffusion` (W/m/K), exchanged by `exchange` (W/m3/K
         or None).
 
@@ -72,16 +93,21 @@ class Streamline:
             direction = ufl.conditional(ufl.gt(monotone, 0.5), along, direction)
         inverse = ufl.sqrt(ufl.dot(direction, ufl.dot(metric_tensor, direction)) + 1e-30)  # of the reach
         carried = speed * inverse
-        spread = ufl.conditional(ufl.gt(entrance, 0.5), inverse**2, ufl.sqrt(ufl.inner(metric_tensor, metric_tensor)))
+        along = ufl.dot(direction, flux_density(diffusion, direction)) * inverse**2
+        if _is_tensor(diffusion):
+            all_round = ufl.sqrt(ufl.inner(ufl.dot(metric_tensor, diffusion), ufl.dot(diffusion, metric_tensor)))
+        else:
+            all_round = diffusion * ufl.sqrt(ufl.inner(metric_tensor, metric_tensor))
+        spread = ufl.conditional(ufl.gt(entrance, 0.5), along, all_round)
         reaction = (1.0 - monotone) * exchange
-        upwind = carried / ufl.sqrt(carried**2 + (3.0 * diffusion * spread) ** 2 + reaction**2 + 1e-60)
+        upwind = carried / ufl.sqrt(carried**2 + (3.0 * spread) ** 2 + reaction**2 + 1e-60)
         upwind = monotone + (1.0 - monotone) * upwind
         fitting = 1.0 - carried / (exchange + 1e-30)
         fitting = ufl.conditional(ufl.gt(fitting, 0.0), fitting, 0.0)
         across = tuple((axis, 1.0 / metric_tensor[axis, axis]) for axis in range(1, len(advection))) if straight else ()
         return cls(direction / inverse, upwind, fitting, exchange, monotone, coordinates.from_middle, across)
 
-    def changes_across(self, *functions):
+    def changes_across(self, *functions: Any) -> Value:
         """Weights with the functions' changes across the cell: what lumps a product, added up, where monotone.
 
         For linear f and g, the integral of f g + 2/3 (h/2)^2 f' g' is that of their product at the nodes.
@@ -92,37 +118,39 @@ class Streamline:
             terms += [(w * factor, tuple(f.dx(axis) for f in changed)) for w, changed in terms]
         return terms[1:]
 
-    def along(self, function):
+    def along(self, function: Value) -> Value:
         """D f."""
         return ufl.dot(self.reach, ufl.grad(function))
 
-    def downstream(self, test):
+    def downstream(self, test: Value) -> Value:
         """Test function of what the flow carries; where monotone, uniform along the flow within the cell."""
         change = self.along(test)
         place = ufl.dot(self.from_middle, self.reach) / (ufl.dot(self.reach, self.reach) + 1e-60)
         return test + (self.upwind - self.monotone * place) * change
 
-    def conducted(self, function, test):
-        """grad f.grad v, lumped along the flow where monotone."""
+    def conducted(self, conductivity: Value, function: Value, test: Value) -> Value:
+        """grad v.(K grad f), lumped along the flow where monotone; K is a number or a tensor."""
         change, test_change = (ufl.dot(ufl.grad(ufl.grad(f)), self.reach) for f in (function, test))
-        return ufl.dot(ufl.grad(function), ufl.grad(test)) + 2.0 / 3.0 * self.monotone * ufl.dot(change, test_change)
+        plain = ufl.dot(flux_density(conductivity, ufl.grad(function)), ufl.grad(test))
+        lumped = ufl.dot(flux_density(conductivity, change), test_change)
+        return plain + 2.0 / 3.0 * self.monotone * lumped
 
-    def lumped(self, value, change, test):
+    def lumped(self, value: Value, change: Value, test: Value) -> Value:
         """Storage of `value`, with `change` = D value, where nothing flows."""
         return value * test + 2.0 / 3.0 * self.monotone * change * self.along(test)
 
-    def lumped_downstream(self, value, change, test):
+    def lumped_downstream(self, value: Value, change: Value, test: Value) -> Value:
         """Storage of `value`, with `change` = D value, in what flows."""
         upwinded, lumped = (1.0 - self.monotone) * self.upwind * value, 2.0 / 3.0 * self.monotone * change
         return value * test + (upwinded + lumped) * self.along(test)
 
-    def exchanged(self, coefficient, value, test):
+    def exchanged(self, coefficient: Value, value: Value, test: Value) -> Value:
         """Exchange of `value` as the beads have it, with the local `coefficient` or, where monotone, the cell's."""
         change, test_change = self.along(value), self.along(test)
         nodal = value * test + 2.0 / 3.0 * change * test_change + self.fitting * (change * test + value * test_change)
         return (1.0 - self.monotone) * coefficient * value * test + self.monotone * self.exchange * nodal
 
-    def exchanged_downstream(self, coefficient, value, test):
+    def exchanged_downstream(self, coefficient: Value, value: Value, test: Value) -> Value:
         """Exchange of `value` as the fluid has it; for a uniform test the same as `exchanged`."""
         change, test_change = self.along(value), self.along(test)
         nodal = (value + self.fitting * change) * (test + test_change) - change * test_change / 3.0

@@ -1,16 +1,18 @@
 """The commands `porousmold rotameter` and `porousmold compare`."""
 
+import argparse
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ..errors import InputError
-from ..units import to_si
-from ..whole_files import output_file
+from ..files.units import to_si
+from ..files.whole_files import output_file
 
 
-def add_commands(commands):
+def add_commands(commands: Any) -> None:
     """Add both to the subparsers of the command line."""
     rotameter = commands.add_parser(
         "rotameter", help="inlet velocity and temperature of a scene from a logger's readings"
@@ -37,7 +39,7 @@ def add_commands(commands):
     compare.set_defaults(serial=_compare)
 
 
-def _rotameter(options):
+def _rotameter(options: argparse.Namespace) -> str:
     from .rotameter import averaged, inlet_velocity, read_log
 
     diameter = to_si("--diameter", options.diameter, "m")
@@ -62,8 +64,8 @@ def _rotameter(options):
     )
 
 
-def _compare(options):
-    from ..results import hold
+def _compare(options: argparse.Namespace) -> str:
+    from ..output.folder import locked_folder
     from .comparison import POSITION_ERROR, SENSOR_ERROR, average_deviation, compare
     from .pictures import draw_comparison
 
@@ -82,7 +84,7 @@ def _compare(options):
             for d in found
         },
     }
-    with hold(folder, "written"):
+    with locked_folder(folder, "written"):
         picture = draw_comparison(folder / "comparison.png", found)
         with output_file(folder / "comparison.json") as temporary:
             temporary.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")

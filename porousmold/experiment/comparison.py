@@ -1,12 +1,16 @@
 """A run beside a measurement at the same sensors: how far they are apart."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..results import read_table
-from ..tables import read_columns
+from ..files.tables import read_columns
+from ..output.folder import read_table
 
 SENSOR_ERROR = 1.1
 """K, of the thesis's thermocouples (section 6.4)."""
@@ -22,33 +26,33 @@ class Deviation:
     """
 
     name: str
-    time: np.ndarray
-    measured: np.ndarray
-    simulated: np.ndarray
-    uncertainty: np.ndarray
+    time: NDArray[Any]
+    measured: NDArray[Any]
+    simulated: NDArray[Any]
+    uncertainty: NDArray[Any]
 
     @property
-    def average(self):
+    def average(self) -> float:
         """Mean of |measured - simulated|, K (eq. 7.30 for one sensor)."""
         return float(np.mean(np.abs(self.measured - self.simulated)))
 
     @property
-    def bias(self):
+    def bias(self) -> float:
         """Mean of simulated - measured, K."""
         return float(np.mean(self.simulated - self.measured))
 
     @property
-    def largest(self):
+    def largest(self) -> float:
         """Largest |measured - simulated|, K."""
         return float(np.max(np.abs(self.measured - self.simulated)))
 
     @property
-    def within(self):
+    def within(self) -> bool:
         """Whether measured and simulated are as close as the errors of both allow (root of the sum of squares), by time."""
         return np.abs(self.measured - self.simulated) <= np.hypot(SENSOR_ERROR, self.uncertainty)
 
 
-def compare(folder, path, bounds=()):
+def compare(folder: Path, path: Path, bounds: Any = ()) -> Any:
     """`Deviation` of every sensor that both the run in `folder` (made with geometry.sensors) and the CSV file have.
 
     The file has the head `time [s], NAME [degC], ...` with the sensors' names; the run is interpolated linearly to its times.
@@ -86,12 +90,12 @@ def compare(folder, path, bounds=()):
     return deviations
 
 
-def _read_run(key, folder):
+def _read_run(key: str, folder: Path) -> tuple[Any, ...]:
     """(history, {sensor: temperatures in K}) of a run's folder."""
     if not (folder / "history.csv").is_file():
         raise InputError(key, str(folder), "is not the folder of a run (no history.csv)")
     try:
-        history, _ = read_table(folder / "history.csv")
+        history = read_table(folder / "history.csv")
     except (ValueError, LookupError) as error:
         raise InputError(key, str(folder), f"has a damaged history.csv: {error}") from error
     sensors = {name.removeprefix("sensor_"): values for name, values in history.items() if name.startswith("sensor_")}
@@ -102,6 +106,6 @@ def _read_run(key, folder):
     return history, sensors
 
 
-def average_deviation(deviations):
+def average_deviation(deviations: Sequence[Any]) -> float:
     """S_ave over all points of all sensors, K (eq. 7.30)."""
     return float(np.mean(np.concatenate([np.abs(d.measured - d.simulated) for d in deviations])))

@@ -1,10 +1,14 @@
 """The picture of a comparison, like figures 6.7 and 7.8 of the thesis."""
 
-from ..figures import STYLE, plt, save
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from ..output.figures import STYLE, plt, save
 from .comparison import SENSOR_ERROR
 
 
-def draw_comparison(path, deviations):
+def draw_comparison(path: Path, deviations: Sequence[Any]) -> Path:
     """Measured points and the run as lines, by sensor, both with their errors as bands. Gives the path."""
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(10.5, 5.2))

@@ -10,10 +10,14 @@ with the empty cross-section A, all temperatures and pressures absolute. Chapter
 1 % apart in T, 0.5 % in the velocity; the instrument's own has to be given.
 """
 
+from pathlib import Path
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..tables import read_columns
+from ..files.tables import read_columns
 
 REFERENCE_PRESSURE = 101325.0
 """Pa."""
@@ -29,15 +33,22 @@ LOWEST_PRESSURE = 5e4
 """Pa; what is below can only be a gauge pressure."""
 
 
-def inlet_velocity(flow, rotameter_pressure, rotameter_temperature, inlet_pressure, inlet_temperature, area,
-                   reference_temperature):  # fmt: skip
+def inlet_velocity(
+    flow: Any,
+    rotameter_pressure: Any,
+    rotameter_temperature: Any,
+    inlet_pressure: Any,
+    inlet_temperature: Any,
+    area: float,
+    reference_temperature: float,
+) -> Any:
     """Superficial velocity (m/s) at the inlet, eq. 7.19: flow Q_ro (m3/s) as read, absolute pressures (Pa) and temperatures (K),
     area (m2). Floats or arrays."""
     correction = np.sqrt(REFERENCE_PRESSURE * rotameter_pressure / (rotameter_temperature * reference_temperature))
     return inlet_temperature / inlet_pressure * flow * correction / area
 
 
-def read_log(path):
+def read_log(path: Path) -> tuple[Any, ...]:
     """(time in s, {name: values in SI}) of a logger's CSV file with the columns of `COLUMNS` in any order after the time.
 
     Raises `InputError` for a missing column or a pressure that is not absolute.
@@ -63,7 +74,7 @@ def read_log(path):
     return times, values
 
 
-def averaged(time, values, interval):
+def averaged(time: NDArray[Any], values: NDArray[Any], interval: float) -> tuple[NDArray[Any], NDArray[Any]]:
     """(time, values) as means over intervals of `interval` seconds, at the mean times of their readings; both ends stay.
 
     A series of an inlet has a kink at every point, across which no time step goes: fewer points are faster.

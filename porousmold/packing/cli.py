@@ -1,16 +1,20 @@
 """The commands `porousmold pack` and `porousmold porosity`."""
 
+import argparse
 import math
 from pathlib import Path
 from time import monotonic
+from typing import Any
 
 from ..errors import InputError
-from ..units import to_si
+from ..files.units import to_si
+from ..output.console import PART, Bar
+from .packing import Packing
 
 SIZES = ("diameter", "width", "depth", "gap")
 
 
-def add_commands(commands):
+def add_commands(commands: Any) -> None:
     """Add both to the subparsers of the command line; each handler takes the parsed options and gives its text."""
     pack = commands.add_parser("pack", help="pour beads into a container and let them come to rest")
     _add_container(pack)
@@ -54,14 +58,14 @@ def add_commands(commands):
     porosity.set_defaults(serial=_porosity)
 
 
-def _add_container(parser):
+def _add_container(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--container", metavar="KIND", help="cylinder (--diameter), box (--width --depth) or "
                         "slab between two walls (--gap, --width of its periodic side)")  # fmt: skip
     for name in SIZES:
         parser.add_argument(f"--{name}", metavar="LENGTH")
 
 
-def _container(options):
+def _container(options: argparse.Namespace) -> Any:
     from .container import container
 
     sizes = {name: to_si(f"--{name}", text, "m") for name in SIZES if (text := getattr(options, name)) is not None}
@@ -72,7 +76,7 @@ def _container(options):
     return container(options.container, sizes)
 
 
-def _optional(options, name, unit):
+def _optional(options: argparse.Namespace, name: str, unit: str) -> Any:
     text = getattr(options, name.replace("-", "_"))
     value = None if text is None else to_si(f"--{name}", text, unit)
     if value is not None and value < 0.0:
@@ -80,14 +84,14 @@ def _optional(options, name, unit):
     return value
 
 
-def _whole(options, name):
+def _whole(options: argparse.Namespace, name: str) -> Any:
     text = getattr(options, name)
     if text is not None and (not text.strip().isdecimal() or len(text.strip()) > 15):
         raise InputError(f"--{name}", text, "must be a whole number")
     return None if text is None else int(text)
 
 
-def _mixture(options):
+def _mixture(options: argparse.Namespace) -> Any:
     from .generator import Mixture
 
     if (options.bead_diameter is None) == (options.mixture is None):
@@ -104,7 +108,7 @@ def _mixture(options):
     return Mixture(tuple(diameters), tuple(shares), options.fractions)
 
 
-def _pack(options):
+def _pack(options: argparse.Namespace) -> Any:
     box, mixture = _container(options), _mixture(options)
     if box is None:
         raise InputError("--container", None, "is missing: cylinder, box or slab")
@@ -113,7 +117,7 @@ def _pack(options):
 
     check_writable(options.out, options.extxyz, options.vtk)
     bed_height = _optional(options, "bed-height", "m")
-    bar = None if options.quiet else _Bar()
+    bar = Bar(quiet=options.quiet)
     try:
         packing = pack(
             box,
@@ -123,16 +127,15 @@ def _pack(options):
             void_fraction=_optional(options, "void-fraction", ""),
             friction=_optional(options, "friction", ""),
             seed=_whole(options, "seed"),
-            progress=bar,
+            progress=_Progress(bar),
         )
     finally:
-        if bar is not None:
-            bar.close()
+        bar.close()
     write_packing(packing, options.out, options.extxyz, options.vtk)
     return None if options.quiet else _packing_text(packing, bed_height, options.out)
 
 
-def _packing_text(packing, bed_height, out):
+def _packing_text(packing: Packing, bed_height: float | None, out: Path) -> str:
     made, height = packing.made, "the levelled height" if bed_height is None else f"{bed_height * 1e3:g} mm"
     lines = [
         f"{packing.diameters.size} beads, levelled height {packing.levelled_height * 1e3:.1f} mm",
@@ -145,19 +148,15 @@ def _packing_text(packing, bed_height, out):
     return "\n".join(lines)
 
 
-class _Bar:
-    """Progress towards rest: the logarithm of the kinetic energy that is still to go, after the fall."""
+class _Progress:
+    """Shows progress towards rest: the logarithm of the kinetic energy that is still to go, after the fall."""
 
-    def __init__(self):
-        self._bar, self._largest, self._shown, self._time = None, 0.0, -math.inf, 0.0
+    def __init__(self, bar: Bar) -> None:
+        self._bar, self._largest, self._shown, self._time = bar, 0.0, -math.inf, 0.0
 
-    def __call__(self, time, energy, residual):
-        from tqdm import tqdm
-
+    def __call__(self, time: float, energy: float, residual: float) -> None:
         from .generator import LARGEST_KINETIC_ENERGY
 
-        if self._bar is None:
-            self._bar = tqdm(total=1.0, bar_format="{desc} |{bar}| {percentage:.0f} %, {elapsed} elapsed")
         if time < self._time:  # a new packing of a search
             self._largest = 0.0
         self._time = time
@@ -168,20 +167,15 @@ class _Bar:
         done = math.log(self._largest / max(energy, LARGEST_KINETIC_ENERGY)) / math.log(
             self._largest / LARGEST_KINETIC_ENERGY
         )
-        self._bar.n = round(max(done, 0.0), 3)
-        self._bar.set_description_str(f"kinetic energy {energy:.1e} m g d, residual force {residual:.1e} m g")
-
-    def close(self):
-        """Leave the bar as it stands."""
-        if self._bar is not None:
-            self._bar.close()
+        text = f"kinetic energy {energy:.1e} m g d, residual force {residual:.1e} m g"
+        self._bar.show(round(max(done, 0.0), 3), 1.0, text, PART)
 
 
-def _porosity(options):
-    from ..porosity.averaging import grid_profile, stratified_profile, thin_shell_porosity
-    from ..porosity.fitting import profile_fits
-    from ..porosity.profile import write_profile
+def _porosity(options: argparse.Namespace) -> Any:
+    from ..laws.porosity_profile import write_profile
+    from .averaging import grid_profile, stratified_profile, thin_shell_porosity
     from .files import check_writable, read_packing
+    from .fitting import profile_fits
 
     picture = None if options.quiet else Path(options.out).with_suffix(".png")
     check_writable(options.out, options.fitted, picture, sources=[options.packing])
@@ -205,15 +199,15 @@ def _porosity(options):
         write_profile(options.fitted, profile, [*source, "piecewise-linear fits"], *fits)
     if picture is None:
         return None
-    from ..porosity.pictures import draw_profile
+    from .pictures import draw_profile
 
     draw_profile(picture, profile, fits, thin_shell_porosity(packing, bed_height))
     written = [options.out, str(picture)] + ([options.fitted] if options.fitted else [])
     return _porosity_text(packing, profile, fits, bed_height) + f"\nwritten to {', '.join(written)}"
 
 
-def _porosity_text(packing, profile, fits, bed_height):
-    from ..porosity.fitting import model_scores, r_squared
+def _porosity_text(packing: Packing, profile: Any, fits: Any, bed_height: float | None) -> str:
+    from .fitting import model_scores, r_squared
 
     difference, place = profile.largest_difference
     middle = f"bulk porosity {profile.bulk_porosity:.4f}"

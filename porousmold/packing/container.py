@@ -6,8 +6,10 @@ A wall is known by its distance function alone wherever porosity is averaged: an
 
 import dataclasses
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import InputError
 
@@ -21,17 +23,17 @@ class Cylinder:
     diameter: float
 
     @property
-    def half_widths(self):
+    def half_widths(self) -> NDArray[Any]:
         """Half extents in x and y (m)."""
         return np.array([0.5 * self.diameter, 0.5 * self.diameter])
 
     @property
-    def cross_section(self):
+    def cross_section(self) -> Any:
         """Area (m²)."""
         return np.pi * self.diameter**2 / 4.0
 
     @property
-    def smallest_width(self):
+    def smallest_width(self) -> Any:
         """Distance between opposite walls (m)."""
         return self.diameter
 
@@ -39,11 +41,11 @@ class Cylinder:
     planes = (_FLOOR,)
 
     @property
-    def radius(self):
+    def radius(self) -> Any:
         """Of the cylindrical wall (m)."""
         return 0.5 * self.diameter
 
-    def wall_distance(self, points):
+    def wall_distance(self, points: NDArray[Any]) -> Any:
         """Distance (n) to the wall (not the floor) of points (n, 3), negative outside, in m."""
         return self.radius - np.hypot(points[:, 0], points[:, 1])
 
@@ -58,27 +60,27 @@ class Box:
     radius = 0.0
 
     @property
-    def half_widths(self):
+    def half_widths(self) -> NDArray[Any]:
         """Half extents in x and y (m)."""
         return np.array([0.5 * self.width, 0.5 * self.depth])
 
     @property
-    def cross_section(self):
+    def cross_section(self) -> Any:
         """Area (m²)."""
         return self.width * self.depth
 
     @property
-    def smallest_width(self):
+    def smallest_width(self) -> Any:
         """Distance between the closer pair of walls (m)."""
         return min(self.width, self.depth)
 
     @property
-    def planes(self):
+    def planes(self) -> tuple[Any, ...]:
         """Inward unit normals and offsets of floor and walls."""
         x, y = self.half_widths
         return (_FLOOR, (1.0, 0.0, 0.0, x), (-1.0, 0.0, 0.0, x), (0.0, 1.0, 0.0, y), (0.0, -1.0, 0.0, y))
 
-    def wall_distance(self, points):
+    def wall_distance(self, points: NDArray[Any]) -> Any:
         """Distance (n) to the nearest wall (not the floor) of points (n, 3), negative outside, in m."""
         return (self.half_widths - np.abs(points[:, :2])).min(axis=1)
 
@@ -92,31 +94,31 @@ class Slab:
     radius = 0.0
 
     @property
-    def half_widths(self):
+    def half_widths(self) -> NDArray[Any]:
         """Half extents in x and y (m)."""
         return np.array([0.5 * self.gap, 0.5 * self.width])
 
     @property
-    def cross_section(self):
+    def cross_section(self) -> Any:
         """Area (m²)."""
         return self.gap * self.width
 
     @property
-    def smallest_width(self):
+    def smallest_width(self) -> Any:
         """Distance between the walls (m)."""
         return self.gap
 
     @property
-    def period(self):
+    def period(self) -> tuple[Any, ...]:
         """Periods in x (none) and y (m)."""
         return (0.0, self.width)
 
     @property
-    def planes(self):
+    def planes(self) -> tuple[Any, ...]:
         """Inward unit normals and offsets of floor and walls."""
         return (_FLOOR, (1.0, 0.0, 0.0, 0.5 * self.gap), (-1.0, 0.0, 0.0, 0.5 * self.gap))
 
-    def wall_distance(self, points):
+    def wall_distance(self, points: NDArray[Any]) -> Any:
         """Distance (n) to the nearer wall (not the floor) of points (n, 3), negative outside, in m."""
         return 0.5 * self.gap - np.abs(points[:, 0])
 
@@ -124,7 +126,7 @@ class Slab:
 CONTAINERS = {"cylinder": Cylinder, "box": Box, "slab": Slab}
 
 
-def container(kind, sizes):
+def container(kind: str, sizes: Any) -> Any:
     """The container of a kind from its sizes {name: m}; `InputError` for a kind, a size or a value that cannot be."""
     if kind not in CONTAINERS:
         raise InputError("container", kind, f"must be one of {', '.join(map(repr, CONTAINERS))}")
@@ -140,6 +142,6 @@ def container(kind, sizes):
     return CONTAINERS[kind](**sizes)
 
 
-def description(box):
+def description(box: Any) -> tuple[Any, ...]:
     """(kind, {size: m}) from which `container` makes it again."""
     return next(kind for kind, made in CONTAINERS.items() if isinstance(box, made)), dataclasses.asdict(box)

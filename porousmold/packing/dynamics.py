@@ -21,15 +21,26 @@ Arrays: `body` (n, 9) position, velocity, spin; `load` (n, 6) force, torque; `si
 """
 
 import math
+from typing import Any
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 SPRING_RATIO = 2.0 / 7.0
 
 
 @njit(cache=True, error_model="numpy", fastmath=True)
-def place(rng, position, radius, low, high, cylinder_radius, period, largest_tries):  # pragma: no cover
+def place(
+    rng: np.random.Generator,
+    position: NDArray[Any],
+    radius: Any,
+    low: Any,
+    high: Any,
+    cylinder_radius: Any,
+    period: Any,
+    largest_tries: Any,
+) -> Any:  # pragma: no cover
     """Random sequential placing, in the order given, without overlap; gives the number of beads placed.
 
     position (n, 3) is filled; beads lie within the box `low` to `high`, but for its periodic sides, and within the
@@ -73,7 +84,7 @@ def place(rng, position, radius, low, high, cylinder_radius, period, largest_tri
 
 
 @njit(cache=True)
-def _grid(span, size, period, count):  # pragma: no cover
+def _grid(span: Any, size: NDArray[Any], period: Any, count: int) -> Any:  # pragma: no cover
     """Cells of at least `size` along each side, some ten per bead at most; a periodic side has one cell or at least three,
     so that none is met twice."""
     cells = np.empty(3, np.int64)
@@ -86,7 +97,7 @@ def _grid(span, size, period, count):  # pragma: no cover
 
 
 @njit(cache=True)
-def _around(cell, cells, period, found):  # pragma: no cover
+def _around(cell: Any, cells: Any, period: Any, found: Any) -> Any:  # pragma: no cover
     """Fills `found` (27) with the numbers of the cell and its neighbours; gives how many."""
     count = 0
     for da in range(-1, 2):
@@ -108,7 +119,9 @@ def _around(cell, cells, period, found):  # pragma: no cover
 
 
 @njit(cache=True, error_model="numpy", fastmath=True)
-def _pairs(place, cell, first, cells, skin, period, start, partner):  # pragma: no cover
+def _pairs(
+    place: NDArray[Any], cell: Any, first: Any, cells: Any, skin: float, period: Any, start: Any, partner: Any
+) -> Any:  # pragma: no cover
     """Fills start and partner of a Verlet list; gives the number of pairs, of which those that fit are in `partner`."""
     total = 0
     for i in range(start.size - 1):
@@ -144,7 +157,16 @@ def _pairs(place, cell, first, cells, skin, period, start, partner):  # pragma: 
 
 
 @njit(cache=True, error_model="numpy", fastmath=True)
-def renew_pairs(body, size, name, wall_spring, pairs, skin, period, dashpot_rate):  # pragma: no cover
+def renew_pairs(
+    body: Any,
+    size: NDArray[Any],
+    name: NDArray[Any],
+    wall_spring: Any,
+    pairs: Any,
+    skin: float,
+    period: Any,
+    dashpot_rate: Any,
+) -> tuple[Any, ...]:  # pragma: no cover
     """Puts the beads into the order of their cells and gives the Verlet list (start, partner, dashpot, spring).
 
     body, size, wall_spring and name (n; each bead's first number) are reordered in place and periodic positions wrapped.
@@ -211,7 +233,21 @@ def renew_pairs(body, size, name, wall_spring, pairs, skin, period, dashpot_rate
 
 
 @njit(error_model="numpy", fastmath=True, inline="always")
-def _friction(spring, at, nx, ny, nz, vx, vy, vz, normal, stiffness, dashpot, friction, dt):  # pragma: no cover
+def _friction(
+    spring: Any,
+    at: Any,
+    nx: Any,
+    ny: Any,
+    nz: Any,
+    vx: Any,
+    vy: Any,
+    vz: Any,
+    normal: Any,
+    stiffness: Any,
+    dashpot: Any,
+    friction: float,
+    dt: float,
+) -> tuple[Any, ...]:  # pragma: no cover
     """Tangential force of spring[at], which is stretched, turned into the tangent plane and cut by Coulomb's law."""
     along = spring[at, 0] * nx + spring[at, 1] * ny + spring[at, 2] * nz
     sx = spring[at, 0] - along * nx + vx * dt
@@ -229,7 +265,18 @@ def _friction(spring, at, nx, ny, nz, vx, vy, vz, normal, stiffness, dashpot, fr
 
 
 @njit(cache=True, error_model="numpy", fastmath=True)
-def advance(body, load, size, pairs, walls, wall_spring, material, dt, steps, skin):  # pragma: no cover
+def advance(
+    body: Any,
+    load: Any,
+    size: NDArray[Any],
+    pairs: Any,
+    walls: Any,
+    wall_spring: Any,
+    material: Any,
+    dt: float,
+    steps: int,
+    skin: float,
+) -> Any:  # pragma: no cover
     """Up to `steps` steps, fewer if the Verlet list may have become too short; gives the number of steps done.
 
     walls: planes (w, 4; inward unit normal and offset), cylinder radius (0 for none), period (2; 0 for none), with

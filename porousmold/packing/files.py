@@ -22,21 +22,23 @@ import os
 import re
 import tokenize
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..tables import read_rows
-from ..units import to_si
-from ..whole_files import output_file
+from ..files.tables import read_rows
+from ..files.units import to_si
+from ..files.whole_files import output_file
 from .container import container, description
 from .packing import Packing
 
 KEY = "packing"
 
 
-def read_packing(path, box=None, bead_diameter=None):
+def read_packing(path: str | Path, box: Any = None, bead_diameter: Any = None) -> Any:
     """The `Packing` in a file; `box` (a container) and `bead_diameter` (m) for what the file does not hold.
 
     Raises `InputError` with one line for a file that is missing, broken, of no known format, without beads, or that
@@ -67,14 +69,14 @@ def read_packing(path, box=None, bead_diameter=None):
     return _packing(path, positions, diameters, box, {"file": str(path)})
 
 
-def _packing(path, positions, diameters, box, made):
+def _packing(path: str | Path, positions: Any, diameters: NDArray[Any], box: Any, made: Any) -> Any:
     try:
         return Packing(positions, diameters, box, made)
     except InputError as error:
         raise InputError(KEY, error.value, error.allowed, str(path)) from error
 
 
-def _read_hdf5(path, box):
+def _read_hdf5(path: str | Path, box: Any) -> Any:
     try:
         with h5py.File(path, "r") as file:
             positions, diameters = file["positions"][:].astype(float), file["diameters"][:].astype(float)
@@ -85,7 +87,7 @@ def _read_hdf5(path, box):
     return _packing(path, positions, diameters, box or own, made)
 
 
-def _read_npy(path):
+def _read_npy(path: str | Path) -> tuple[Any, ...]:
     try:
         table = np.load(path, allow_pickle=False)
     except (OSError, ValueError, EOFError, SyntaxError, tokenize.TokenError) as error:
@@ -97,8 +99,8 @@ def _read_npy(path):
     return table[:, :3].astype(float), (2.0 * table[:, 3].astype(float) if table.shape[1] == 4 else None)
 
 
-def _read_csv(path):
-    head, *rows = read_rows(KEY, path) or [[]]
+def _read_csv(path: str | Path) -> Any:
+    head, *rows = read_rows(KEY, Path(path)) or [[]]
     names, units = [], []
     for cell in head:
         match = re.fullmatch(r"\s*([^\[(]*?)\s*(?:[\[(](.*)[\])])?\s*", cell)
@@ -113,9 +115,9 @@ def _read_csv(path):
     return _places(path, columns)
 
 
-def _read_text(path):
+def _read_text(path: str | Path) -> Any:
     try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
+        lines = Path(path).read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(KEY, str(path), "must be a text file, HDF5 or NPY") from error
     if lines[0].startswith("ITEM:"):
@@ -129,7 +131,7 @@ def _read_text(path):
     return table[:, :3], 2.0 * table[:, 3]
 
 
-def _read_dump(path, lines):
+def _read_dump(path: str | Path, lines: Any) -> Any:
     """The last frame: ITEM: NUMBER OF ATOMS, ITEM: BOX BOUNDS, ITEM: ATOMS with its column names."""
     heads = [number for number, line in enumerate(lines) if line.startswith("ITEM: ATOMS")]
     counts = [number for number, line in enumerate(lines) if line.startswith("ITEM: NUMBER OF ATOMS")]
@@ -162,14 +164,14 @@ def _read_dump(path, lines):
     return _places(path, columns)
 
 
-def _bounds(path, lines, end, axis):
+def _bounds(path: str | Path, lines: Any, end: Any, axis: int) -> Any:
     heads = [number for number, line in enumerate(lines[:end]) if line.startswith("ITEM: BOX BOUNDS")]
     if not heads or heads[-1] + 3 >= end:
         raise InputError(KEY, str(path), "has scaled coordinates without ITEM: BOX BOUNDS")
     return _numbers(path, [lines[heads[-1] + 1 + axis].split()[:2]], 2)[0]
 
 
-def _read_extxyz(path, lines):
+def _read_extxyz(path: str | Path, lines: Any) -> Any:
     """The last frame: count, comment with Properties=name:type:columns:..., rows."""
     at = 0
     while True:
@@ -193,7 +195,7 @@ def _read_extxyz(path, lines):
             raise InputError(KEY, str(path), f"has no column for {name} in its Properties")
         offset += spans[name][1]
     cells = [row.split() for row in rows]
-    columns: dict[str, np.ndarray] = {}
+    columns: dict[str, NDArray[Any]] = {}
     for name in ("pos", "radius", "diameter"):
         if name in spans:
             first, width = spans[name]
@@ -202,7 +204,7 @@ def _read_extxyz(path, lines):
     return _places(path, columns)
 
 
-def _places(path, columns):
+def _places(path: str | Path, columns: Any) -> tuple[Any, ...]:
     if not all(name in columns for name in "xyz"):
         raise InputError(KEY, str(path), f"must have columns x, y and z; it has {', '.join(columns) or 'none of them'}")
     positions = np.column_stack([columns[name] for name in "xyz"])
@@ -211,7 +213,7 @@ def _places(path, columns):
     return positions, columns.get("diameter")
 
 
-def _numbers(path, rows, width):
+def _numbers(path: str | Path, rows: Any, width: float) -> NDArray[Any]:
     if not rows:
         raise InputError(KEY, str(path), "holds no beads")
     if any(len(row) != width for row in rows):
@@ -223,13 +225,13 @@ def _numbers(path, rows, width):
         raise InputError(KEY, str(path), f"holds a cell that is no number: {error}") from error
 
 
-def _whole(path, text):
+def _whole(path: str | Path, text: str) -> int:
     if not text.strip().isdecimal() or len(text.strip()) > 15:
         raise InputError(KEY, str(path), f"has {text.strip()!r} where a whole number is due")
     return int(text)
 
 
-def write_packing(packing, path, extxyz=None, vtk=None):
+def write_packing(packing: Packing, path: str | Path, extxyz: Any = None, vtk: Any = None) -> None:
     """HDF5 at `path`, and on request extended XYZ and VTK (vertices with radius). `InputError` if one cannot be written."""
     for target, write in ((path, _write_hdf5), (extxyz, _write_extxyz), (vtk, _write_vtk)):
         if target is not None:
@@ -237,7 +239,7 @@ def write_packing(packing, path, extxyz=None, vtk=None):
                 write(packing, temporary)
 
 
-def check_writable(*paths, sources=()):
+def check_writable(*paths: Any, sources: Any = ()) -> None:
     """Refuse paths that cannot be written, are one another or a source, before long work begins; `InputError`."""
     taken = {Path(path).resolve() for path in sources}
     for path in paths:
@@ -255,7 +257,7 @@ def check_writable(*paths, sources=()):
         taken.add(full)
 
 
-def _write_hdf5(packing, path):
+def _write_hdf5(packing: Packing, path: str | Path) -> None:
     with h5py.File(path, "w") as file:
         for name, values in (("positions", packing.positions), ("diameters", packing.diameters)):
             file.create_dataset(name, data=values).attrs["unit"] = "m"
@@ -264,7 +266,7 @@ def _write_hdf5(packing, path):
         file.attrs["made"] = json.dumps(packing.made)
 
 
-def _write_extxyz(packing, path):
+def _write_extxyz(packing: Packing, path: str | Path) -> None:
     text = io.StringIO()
     kind, sizes = description(packing.container)
     text.write(f"{packing.diameters.size}\nProperties=species:S:1:pos:R:3:radius:R:1 container={kind} ")
@@ -274,7 +276,7 @@ def _write_extxyz(packing, path):
     Path(path).write_text(text.getvalue(), encoding="utf-8")
 
 
-def _write_vtk(packing, path):
+def _write_vtk(packing: Packing, path: str | Path) -> None:
     import meshio  # a tenth of a second, paid by those who want the file
 
     vertices = [("vertex", np.arange(packing.diameters.size)[:, None])]

@@ -8,8 +8,10 @@ longer. The start at a solid fraction of 0.30 keeps the layers at the wall sharp
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import root_scalar
 
 from ..errors import InputError, SolveError
@@ -48,7 +50,7 @@ class Mixture:
     shares: tuple[float, ...] = (1.0,)
     by: str = "mass"
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not self.diameters or len(self.diameters) != len(self.shares):
             raise InputError("mixture", str(self.diameters), "must have one share for each of its diameters")
         for diameter in self.diameters:
@@ -63,18 +65,18 @@ class Mixture:
             raise InputError("mixture", str(self.diameters), "must have diameters within a factor of 5")
 
     @property
-    def _number_shares(self):
+    def _number_shares(self) -> Any:
         numbers = np.array(self.shares, float) / max(self.shares)
         if self.by == "mass":
             numbers /= np.array(self.diameters) ** 3
         return numbers / numbers.sum()
 
     @property
-    def mean_bead_volume(self):
+    def mean_bead_volume(self) -> float:
         """Mean over the number of beads (m³)."""
         return float(np.pi / 6.0 * (self._number_shares * np.array(self.diameters) ** 3).sum())
 
-    def draw(self, number):
+    def draw(self, number: Any) -> Any:
         """Diameters (number) in m, largest first; counts by largest remainder, so that they are the nearest whole ones."""
         exact = self._number_shares * number
         counts = np.floor(exact).astype(int)
@@ -86,7 +88,17 @@ class Mixture:
         return np.sort(np.repeat(self.diameters, counts))[::-1].copy()
 
 
-def pack(container, mixture, *, beads=None, bed_height=None, void_fraction=None, friction=None, seed=1, progress=None):
+def pack(
+    container: Any,
+    mixture: Any,
+    *,
+    beads: Any = None,
+    bed_height: float | None = None,
+    void_fraction: float | None = None,
+    friction: float | None = None,
+    seed: int = 1,
+    progress: Any = None,
+) -> Any:
     """A packing at rest of a `Mixture` in a container (`packing.container`), as `Packing`.
 
     beads: how many; without it as many as fill the container a little above `bed_height` (m). void_fraction: reached to
@@ -104,12 +116,13 @@ def pack(container, mixture, *, beads=None, bed_height=None, void_fraction=None,
         return _poured(container, diameters, DEFAULT_FRICTION if friction is None else friction, settings, progress)
 
     trials: dict[float, Packing] = {}
+    aim = void_fraction
 
-    def excess(root_of_friction):
+    def excess(root_of_friction: Any) -> Any:
         friction = root_of_friction**2
         if friction not in trials:
             trials[friction] = _poured(container, diameters, friction, settings, progress)
-        found = trials[friction].void_fraction(bed_height) - void_fraction
+        found = trials[friction].void_fraction(bed_height) - aim
         return 0.0 if abs(found) <= VOID_FRACTION_TOLERANCE else found
 
     # the void fraction rises steeply at small friction and saturates: the square root makes it nearly straight
@@ -121,14 +134,22 @@ def pack(container, mixture, *, beads=None, bed_height=None, void_fraction=None,
                          f"{void_fraction + low:.3f} to {void_fraction + high:.3f}")  # fmt: skip
     if low < 0.0 < high:
         root_scalar(excess, bracket=bracket, xtol=1e-4)
-    nearest = min(trials.values(), key=lambda packing: abs(packing.void_fraction(bed_height) - void_fraction))
+    nearest = min(trials.values(), key=lambda packing: abs(packing.void_fraction(bed_height) - aim))
     if abs(nearest.void_fraction(bed_height) - void_fraction) > VOID_FRACTION_TOLERANCE:
         raise SolveError("packing", 0.0, f"void fraction {void_fraction} not met to {VOID_FRACTION_TOLERANCE}",
                          "more beads: small beds scatter")  # fmt: skip
     return nearest
 
 
-def _checked(container, mixture, beads, bed_height, void_fraction, friction, seed):
+def _checked(
+    container: Any,
+    mixture: Any,
+    beads: Any,
+    bed_height: float | None,
+    void_fraction: float | None,
+    friction: float | None,
+    seed: int,
+) -> Any:
     largest = max(mixture.diameters)
     if largest >= container.smallest_width:
         raise InputError(
@@ -168,7 +189,7 @@ def _checked(container, mixture, beads, bed_height, void_fraction, friction, see
     return beads
 
 
-def _poured(container, diameters, friction, settings, progress):
+def _poured(container: Any, diameters: NDArray[Any], friction: float, settings: Any, progress: Any) -> Any:
     """One packing: placed, dropped, at rest."""
     unit = diameters.mean()
     count = diameters.size
@@ -219,7 +240,7 @@ def _poured(container, diameters, friction, settings, progress):
     return Packing(body[back, :3] * unit, 2.0 * size[back, 0] * unit, container, made)
 
 
-def _placed(container, size, solid_height, seed, unit):
+def _placed(container: Any, size: NDArray[Any], solid_height: Any, seed: int, unit: float) -> tuple[Any, ...]:
     """Bodies (n, 9) at rest without contact, and the height of their column."""
     body = np.zeros((len(size), 9))
     place, radius = np.empty((len(size), 3)), size[:, 0].copy()

@@ -5,6 +5,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from ..errors import InputError
@@ -18,12 +19,12 @@ class Packing:
     floor by more than a twentieth of their diameter.
     """
 
-    positions: np.ndarray
-    diameters: np.ndarray
+    positions: NDArray[Any]
+    diameters: NDArray[Any]
     container: Any
-    made: dict = field(default_factory=dict)
+    made: dict[str, Any] = field(default_factory=dict)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         positions, diameters = np.asarray(self.positions, float), np.asarray(self.diameters, float)
         object.__setattr__(self, "positions", positions)
         object.__setattr__(self, "diameters", diameters)
@@ -45,36 +46,36 @@ class Packing:
                 raise InputError("packing", f"bead {worst + 1} at {positions[worst]} m",
                                  f"lies outside its container, {self.container} with its floor at z = 0")  # fmt: skip
 
-    def _plane_distances(self):
+    def _plane_distances(self) -> list[Any]:
         return [self.positions @ np.array(plane[:3]) + plane[3] for plane in self.container.planes]
 
     @property
-    def bead_diameter(self):
+    def bead_diameter(self) -> float:
         """Sauter mean diameter sum d³ / sum d² (m): the one diameter of beads of one size."""
         return float((self.diameters**3).sum() / (self.diameters**2).sum())
 
     @property
-    def levelled_height(self):
+    def levelled_height(self) -> float:
         """Height (m) of an even bed with the same centre of gravity: twice the mean height of the solid."""
         return float(2.0 * np.average(self.positions[:, 2], weights=self.diameters**3))
 
-    def void_fraction(self, high=None, low=0.0):
+    def void_fraction(self, high: Any = None, low: float = 0.0) -> float:
         """Of the container between heights low and high (m; default 0 and the levelled height), spheres cut exactly."""
         high = self.levelled_height if high is None else high
         radii, heights = 0.5 * self.diameters, self.positions[:, 2]
 
-        def below(plane):
+        def below(plane: Any) -> Any:
             depth = np.clip(plane - heights + radii, 0.0, 2.0 * radii)
             return (np.pi * depth**2 * (radii - depth / 3.0)).sum()
 
         return float(1.0 - (below(high) - below(low)) / (self.container.cross_section * (high - low)))
 
     @cached_property
-    def tree(self):
+    def tree(self) -> Any:
         """k-d tree of the centres in the coordinates of `wrapped`."""
         return cKDTree(self.wrapped(self.positions), boxsize=(*self.container.period, 0.0))
 
-    def wrapped(self, points):
+    def wrapped(self, points: NDArray[Any]) -> Any:
         """Points in the coordinates of `tree`: periodic ones within [0, period)."""
         points = np.array(points, float)
         for axis, period in enumerate(self.container.period):
@@ -83,7 +84,7 @@ class Packing:
                 points[points[:, axis] >= period, axis] = 0.0  # np.mod rounds a tiny negative number to the period
         return points
 
-    def shortest(self, steps):
+    def shortest(self, steps: NDArray[Any]) -> NDArray[Any]:
         """Steps (n, 3) between points, each the shortest across periodic sides; changes and gives the array."""
         for axis, period in enumerate(self.container.period):
             if period > 0.0:
@@ -91,7 +92,7 @@ class Packing:
         return steps
 
     @cached_property
-    def contacts(self):
+    def contacts(self) -> tuple[Any, ...]:
         """(pairs (m, 2), overlaps (m) in m) of beads that touch."""
         pairs = self.tree.query_pairs(self.diameters.max(), output_type="ndarray")
         step = self.shortest(self.positions[pairs[:, 1]] - self.positions[pairs[:, 0]])
@@ -100,13 +101,13 @@ class Packing:
         return pairs[touching], overlap[touching]
 
     @property
-    def mean_overlap(self):
+    def mean_overlap(self) -> Any:
         """Of the contacts between beads, each over the mean diameter of its two (0 without contacts)."""
         pairs, overlap = self.contacts
         return float((overlap / self.diameters[pairs].mean(axis=1)).mean()) if overlap.size else 0.0
 
     @property
-    def coordination_number(self):
+    def coordination_number(self) -> Any:
         """Contacts per bead with other beads, walls and floor."""
         gaps = self._plane_distances()
         if self.container.radius > 0.0:
@@ -115,6 +116,6 @@ class Packing:
         return (2 * len(self.contacts[1]) + walls) / self.diameters.size
 
     @property
-    def bead_coordination_number(self):
+    def bead_coordination_number(self) -> Any:
         """Contacts per bead with other beads alone."""
         return 2 * len(self.contacts[1]) / self.diameters.size

@@ -1,22 +1,24 @@
 """The commands `porousmold permeability` and `porousmold test-range`."""
 
+import argparse
 import csv
 import io
 import json
 from dataclasses import asdict, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ..errors import InputError
-from ..units import to_si
-from ..whole_files import output_file
+from ..files.units import to_si
+from ..files.whole_files import output_file
+from ..output.console import Bar
 
 LEAST, GREATEST, GRID = 1e-12, 1e-5, 22
-SECONDS_A_DAY = 86400.0
 
 
-def add_commands(commands):
+def add_commands(commands: Any) -> None:
     """Add both to the subparsers of the command line."""
     measured = commands.add_parser("permeability", help="permeability of a bed from a falling-head test")
     measured.add_argument(
@@ -44,7 +46,7 @@ def add_commands(commands):
     span.set_defaults(serial=_test_range)
 
 
-def _folder(out, default):
+def _folder(out: Path, default: Any) -> Any:
     folder = Path(out) if out else Path("runs") / default
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -53,7 +55,7 @@ def _folder(out, default):
     return folder
 
 
-def _permeability(options):
+def _permeability(options: argparse.Namespace) -> str:
     from .falling_head import instantaneous
     from .measurement import evaluate, read_levels, read_setup
 
@@ -90,12 +92,12 @@ def _permeability(options):
     return f"{summary}\nwritten to {folder}: permeability.json, permeability.csv, {picture.name}"
 
 
-def _finite(values):
+def _finite(values: Any) -> dict[str, Any]:
     """With None for what is no number, which JSON does not know."""
     return {name: value if np.isfinite(value) else None for name, value in values.items()}
 
 
-def _summary(test, levels, found):
+def _summary(test: Any, levels: Any, found: Any) -> str:
     setup = test.setup
     lines = [
         f"{len(levels.flow_rate)} intervals over {levels.time[-1]:.6g} s; set-up c0 = {setup.outlet_resistance:.4g} Pa s/m3, "
@@ -119,7 +121,7 @@ def _summary(test, levels, found):
     return "\n".join([*lines, *(f"warning: {text}" for text in found["warnings"])])
 
 
-def _test_range(options):
+def _test_range(options: argparse.Namespace) -> str:
     from .measurement import LIQUIDS, read_setup
     from .virtual import ReadingErrors, accuracy, measurable_range
 
@@ -147,15 +149,15 @@ def _test_range(options):
         raise InputError("setup.outlet_pressure", test.setup.outlet_pressure,
                          "must be below the weight of the liquid's column, or none runs out", options.setup)  # fmt: skip
     permeabilities = np.geomspace(LEAST, GREATEST, GRID)
-    from tqdm import tqdm
-
-    with tqdm(total=len(liquids) * GRID, unit="permeability", disable=options.quiet) as bar:
-
-        def told(setup, permeability):
-            bar.update()
-            return accuracy(setup, permeability, reading, samples=samples)
-
-        found = {name: [told(setup, k) for k in permeabilities] for name, setup in liquids.items()}
+    bar = Bar(quiet=options.quiet)
+    found: dict[str, list[Any]] = {name: [] for name in liquids}
+    try:
+        for number, (name, setup) in enumerate(liquids.items()):
+            for index, permeability in enumerate(permeabilities):
+                found[name].append(accuracy(setup, permeability, reading, samples=samples))
+                bar.show(number * GRID + index + 1, len(liquids) * GRID, "permeabilities")
+    finally:
+        bar.close()
     ranges = {name: measurable_range(row, error, longest) for name, row in found.items()}
     with output_file(folder / "test-range.json") as temporary:
         content = {

@@ -28,8 +28,10 @@ Eq. 4.16 prints the set-up's pressure as neglected, so Q does not enter there ei
 
 import warnings
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import OptimizeWarning, curve_fit
 
 GRAVITY = 9.81
@@ -56,34 +58,34 @@ class Setup:
     outlet_pressure: float = 0.0
 
     @property
-    def specific_weight(self):
+    def specific_weight(self) -> Any:
         """rho g, N/m3."""
         return self.density * GRAVITY
 
-    def simplified(self, approach):
+    def simplified(self, approach: Any) -> tuple[Any, ...]:
         """(set-up without what the approach neglects, length whose weight drives the liquid through the bed)."""
         if approach == "complete":
             return self, self.bed_length
         bare = replace(self, outlet_resistance=0.0, outlet_pressure=0.0)
         return bare, self.bed_length if approach == "gravity" else 0.0
 
-    def rate_and_offset(self, permeability, approach="complete"):
+    def rate_and_offset(self, permeability: float, approach: str = "complete") -> tuple[Any, ...]:
         """(rate in 1/s, H in m) of the exponential fall (eq. 4.13, 4.15, 4.17) for a permeability in m2."""
         setup, weighing = self.simplified(approach)
         resistance = setup.viscosity * setup.bed_length / permeability + setup.outlet_resistance * setup.cross_section
         return setup.specific_weight / resistance, weighing - setup.outlet_pressure / setup.specific_weight
 
-    def level(self, time, permeability, approach="complete"):
+    def level(self, time: Any, permeability: float, approach: str = "complete") -> Any:
         """h (m) at times (s)."""
         rate, offset = self.rate_and_offset(permeability, approach)
         return (self.initial_head + offset) * np.exp(-rate * np.asarray(time)) - offset
 
-    def duration(self, permeability):
+    def duration(self, permeability: float) -> float:
         """Time (s) at which the level reaches the bed's top: the end of the test."""
         rate, offset = self.rate_and_offset(permeability)
         return float(np.log1p(self.initial_head / offset) / rate)
 
-    def mass(self, time, permeability):
+    def mass(self, time: Any, permeability: float) -> Any:
         """Mass (kg) that has run out at times (s)."""
         return (self.initial_head - self.level(time, permeability)) * self.cross_section * self.density
 
@@ -92,12 +94,12 @@ class Setup:
 class Levels:
     """What a test gives, averaged: time (s) and level (m) at the ends of the intervals, flow_rate (m3/s) within them."""
 
-    time: np.ndarray
-    level: np.ndarray
-    flow_rate: np.ndarray
+    time: NDArray[Any]
+    level: NDArray[Any]
+    flow_rate: NDArray[Any]
 
 
-def levels_of(setup, time, mass, interval=2.0):
+def levels_of(setup: Any, time: Any, mass: NDArray[Any], interval: float = 2.0) -> Any:
     """`Levels` from time (s) and mass (kg) on the scale (eq. 4.4-4.6), over intervals of at least `interval` seconds.
 
     The mass at the end of an interval is that of the parabola through the readings within half an interval of it, which
@@ -120,7 +122,7 @@ def levels_of(setup, time, mass, interval=2.0):
     return Levels(ends - ends[0], level, -np.diff(level) * setup.cross_section / np.diff(ends))
 
 
-def _mass_at(moment, time, mass, reach):
+def _mass_at(moment: Any, time: Any, mass: NDArray[Any], reach: Any) -> float:
     first, last = np.searchsorted(time, [moment - reach - 1e-9, moment + reach + 1e-9])
     if last - first < 4:
         return float(np.interp(moment, time, mass))
@@ -141,7 +143,7 @@ class Estimate:
     determination: float | None = None
 
 
-def instantaneous(setup, levels, approach="complete"):
+def instantaneous(setup: Any, levels: Any, approach: str = "complete") -> Any:
     """k (m2) in every interval (eq. 4.11, 4.14, 4.16), at the mean level of an exponential fall within it."""
     simple, weighing = setup.simplified(approach)
     offset = setup.rate_and_offset(1.0, approach)[1]
@@ -154,14 +156,14 @@ def instantaneous(setup, levels, approach="complete"):
     return levels.flow_rate / setup.cross_section * setup.viscosity * setup.bed_length / driving
 
 
-def mean_of(values):
+def mean_of(values: Any) -> Any:
     """`Estimate` of the mean of independent values, its interval by the normal distribution."""
     mean, deviation = float(np.mean(values)), float(np.std(values, ddof=1))
     half = 1.96 * deviation / np.sqrt(len(values))
     return Estimate(mean, deviation, (mean - half, mean + half))
 
 
-def globally(setup, levels, approach="complete"):
+def globally(setup: Any, levels: Any, approach: str = "complete") -> Any:
     """`Estimate` by the fit of the whole fall (eq. 4.13, 4.15, 4.17) to the levels: least squares in h, ln k unknown.
 
     Its deviation is that of the fit and that of the first level, from which all others are counted: `FIRST_LEVEL` times the
@@ -171,7 +173,7 @@ def globally(setup, levels, approach="complete"):
     guess = float(np.median(instantaneous(setup, levels, approach)))
     start = np.log(guess) if guess > 0.0 else np.log(1e-9)
 
-    def fitted(level):
+    def fitted(level: Any) -> tuple[Any, ...]:
         """(ln k, its variance)"""
         with warnings.catch_warnings():
             warnings.simplefilter("error", OptimizeWarning)  # no covariance: the level does not tell the permeability
@@ -200,13 +202,13 @@ def globally(setup, levels, approach="complete"):
     )
 
 
-def fit_baseline(setup, levels):
+def fit_baseline(setup: Any, levels: Any) -> tuple[Any, ...]:
     """(c0 in Pa s/m3, c1 in Pa) from a run without beads: rho g (h + L) = c0 Q + c1 all along its exponential fall.
 
     Raises `RuntimeError` where there is no such fall.
     """
 
-    def fall(time, rate, offset):
+    def fall(time: Any, rate: Any, offset: float) -> Any:
         return (setup.initial_head + offset) * np.exp(-rate * time) - offset
 
     first, last = levels.level[0], levels.level[-1]
@@ -224,7 +226,7 @@ def fit_baseline(setup, levels):
     return setup.specific_weight / (rate * setup.cross_section), (setup.bed_length - offset) * setup.specific_weight
 
 
-def reynolds_number(setup, levels, bead_diameter):
+def reynolds_number(setup: Any, levels: Any, bead_diameter: Any) -> Any:
     """Largest particle Reynolds number rho U d/mu of the test with beads of `bead_diameter` (m)."""
     fastest = float(np.max(levels.flow_rate)) / setup.cross_section
     return setup.density * fastest * bead_diameter / setup.viscosity

@@ -3,13 +3,14 @@
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 
-from ..closures.drag import DRAG_LAWS
 from ..errors import InputError
-from ..keys import Key, checked_values
-from ..tables import read_columns, read_toml
+from ..files.tables import read_columns, read_toml
+from ..laws.drag import DRAG_LAWS
+from ..scene.keys import Key, checked_values
 from .falling_head import (
     APPROACHES,
     DARCY_LIMIT,
@@ -74,13 +75,13 @@ class Test:
     warnings: tuple[str, ...] = ()
 
 
-def read_setup(path):
+def read_setup(path: Path) -> Any:
     """`Test` of a TOML file. Raises `InputError` naming the key."""
     path = Path(path)
     values = checked_values(read_toml("setup", path), SETUP, path.parent, str(path))
     given, liquid, bed = (SimpleNamespace(**values[table]) for table in ("setup", "liquid", "bed"))
 
-    def need(table, name):
+    def need(table: str, name: str) -> None:
         if values[table][name] is None:
             raise InputError(f"{table}.{name}", None, f"is missing; {SETUP[table][name].meaning}", str(path))
 
@@ -120,7 +121,7 @@ def read_setup(path):
     return Test(setup, given.averaging_time, bed.bead_diameter, bed.porosity, baseline, warnings)
 
 
-def read_levels(path, setup, averaging_time, key="DATA"):
+def read_levels(path: Path, setup: Any, averaging_time: Any, key: str = "DATA") -> tuple[Any, ...]:
     """(`Levels`, warnings) of a CSV file `time [s], mass [g]` or `time [s], level [mm]`.
 
     Raises `InputError` for anything that cannot be such a test.
@@ -164,7 +165,7 @@ def read_levels(path, setup, averaging_time, key="DATA"):
         raise InputError(key, str(path), str(error)) from error
 
 
-def evaluate(test, levels):
+def evaluate(test: Any, levels: Any) -> dict[str, Any]:
     """What a test tells: 'approaches' {approach: {'instantaneous', 'global'}}, 'predictions', 'reynolds_number', 'warnings'."""
     setup, warnings = test.setup, list(test.warnings)
     approaches = {}

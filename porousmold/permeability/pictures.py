@@ -1,8 +1,11 @@
 """Pictures of a falling-head test, like figures 4.7, 4.10 and 4.11 of the thesis."""
 
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 
-from ..figures import STYLE, plt, save
+from ..output.figures import STYLE, plt, save
 from .falling_head import APPROACHES, instantaneous
 
 _LABELS = {
@@ -12,7 +15,7 @@ _LABELS = {
 }
 
 
-def draw_test(path, test, levels, found):
+def draw_test(path: Path, test: Any, levels: Any, found: Any) -> Path:
     """Instantaneous permeabilities; levels with the fitted falls and, where it was measured, the baseline. Gives the path."""
     setup, middle = test.setup, 0.5 * (levels.time[1:] + levels.time[:-1])
     with plt.rc_context(STYLE):
@@ -45,7 +48,7 @@ def draw_test(path, test, levels, found):
         return save(figure, path)
 
 
-def draw_accuracies(path, found, error):
+def draw_accuracies(path: Path, found: Any, error: float) -> Path:
     """Error of the permeability at 95 % confidence against permeability, by liquid: {name: row of `Accuracy`}. Gives the path."""
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(7.5, 4.8))

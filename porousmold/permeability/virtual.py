@@ -8,6 +8,7 @@ permeability that a set-up measures within a given error.
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -42,7 +43,15 @@ class Accuracy:
     duration: float
 
 
-def virtual_test(setup, permeability, errors, random, *, reading_interval=2.0, believed_head=None):
+def virtual_test(
+    setup: Any,
+    permeability: float,
+    errors: Any,
+    random: np.random.Generator,
+    *,
+    reading_interval: float = 2.0,
+    believed_head: Any = None,
+) -> Any:
     """Relative error of the permeability that one virtual test gives; NaN where it gives none.
 
     setup: `Setup`; random: numpy generator; reading_interval: s between readings, changed for 20 to `MOST_READINGS` of them;
@@ -65,7 +74,7 @@ def virtual_test(setup, permeability, errors, random, *, reading_interval=2.0, b
     return found / permeability - 1.0 if 1e-3 < found / permeability < 1e3 else float("nan")
 
 
-def accuracy(setup, permeability, errors, *, samples=100, seed=1):
+def accuracy(setup: Any, permeability: float, errors: Any, *, samples: int = 100, seed: int = 1) -> Any:
     """`Accuracy` by Monte Carlo."""
     random = np.random.default_rng(seed)
     found = np.array([virtual_test(setup, permeability, errors, random) for _ in range(samples)])
@@ -79,7 +88,7 @@ def accuracy(setup, permeability, errors, *, samples=100, seed=1):
     return Accuracy(permeability, float(np.mean(good)), float(error), 1.0 - len(good) / samples, duration)
 
 
-def measurable_range(found, error, longest):
+def measurable_range(found: Any, error: float, longest: float) -> Any:
     """(least, greatest) permeability (m2) of a row of `Accuracy` within the `error` and a duration of `longest` s; None if
     there is none."""
     within = [a.permeability for a in found if a.error <= error and a.duration <= longest]

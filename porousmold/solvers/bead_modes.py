@@ -1,11 +1,16 @@
 """The modes of the temperature inside the beads, taken along at the nodes through the stages of a time step."""
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 from dolfinx import fem
+from numpy.typing import NDArray
 
-from .. import fenicsx
-from ..closures.bead_interior import remaining_resistance
-from ..geometry import BED
+from ..equations.energy import EnergyEquations
+from ..laws.bead_interior import remaining_resistance
+from ..mesh import fenicsx
+from ..mesh.domain import BED, Domain
 
 
 class BeadModes:
@@ -15,7 +20,10 @@ class BeadModes:
     properties are taken at `property_temperature`.
     """
 
-    def __init__(self, domain, equations, parts, property_temperature):
+    def __init__(
+        self, domain: Domain, equations: EnergyEquations, parts: tuple[Any, Any], property_temperature: fem.Function
+    ) -> None:
+        assert equations.interior is not None, "beads that are isothermal have no modes"
         self._interior = interior = equations.interior
         self._communicator = domain.communicator
         space = interior.lag.function_space
@@ -29,23 +37,23 @@ class BeadModes:
                 interior.unit_resistance(property_temperature),
             )
         )
-        self._starts: list[np.ndarray] = []
-        self._rates: list[list[np.ndarray]] = []
+        self._starts: list[NDArray[Any]] = []
+        self._rates: list[list[NDArray[Any]]] = []
 
-    def _values(self, function_and_expression):
+    def _values(self, function_and_expression: tuple[fem.Function, Any]) -> Any:
         """Present values at the bed's nodes."""
         function, expression = function_and_expression
         function.interpolate(expression)
         return function.x.array[self._in_bed]
 
-    def begin_step(self, inverse_time):
+    def begin_step(self, inverse_time: float) -> None:
         """Start a step whose stages all have theta = 1/`inverse_time` (s)."""
         self._interior.inverse_time.value = inverse_time
         self._step_ratio, self._step_resistance = self._values(self._ratio), self._values(self._unit_resistance)
         self._starts = [mode.x.array[self._in_bed] for mode in self.functions]
         self._rates = []
 
-    def begin_stage(self, weights):
+    def begin_stage(self, weights: Sequence[float]) -> None:
         """Start a stage: `weights` (s) are those of the earlier stages' rates."""
         ratio, lag = self._step_ratio, self._interior.lag.x.array
         self._known = [
@@ -56,7 +64,7 @@ class BeadModes:
             ratio * known / (ratio + mu**2) for known, mu in zip(self._known, self._interior.eigenvalues, strict=True)
         )
 
-    def end_stage(self):
+    def end_stage(self) -> None:
         """Take the modes that belong to the temperatures which the stage was solved for."""
         ratio, driven = self._step_ratio, 2.0 * self._step_resistance * self._values(self._flux)
         rates = []
@@ -66,7 +74,7 @@ class BeadModes:
             rates.append((now - known) * self._interior.inverse_time.value)
         self._rates.append(rates)
 
-    def largest_difference(self):
+    def largest_difference(self) -> Any:
         """Largest distance (K) of a bead's surface from its mean in the bed, at the last stage (collective)."""
         rest = remaining_resistance(self._interior.eigenvalues)
         difference = rest * self._values(self._unit_resistance) * self._values(self._flux)

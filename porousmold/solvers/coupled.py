@@ -5,34 +5,52 @@ Every unknown keeps its time derivative, the density its changes with pressure a
 of the earlier stages' rates K_j, by Newton's method with a new Jacobian as often as it needs one.
 """
 
+from collections.abc import Callable, Mapping
+from typing import Any
+
 import numpy as np
 import ufl
 from dolfinx import fem
+from numpy.typing import NDArray
 
-from .. import fenicsx
-from ..equations.energy import Transport
+from ..equations.energy import EnergyEquations, Transport
 from ..equations.flow import FlowState
 from ..errors import SolveError
-from ..geometry import BED, WALL
-from .flow import held_unknowns, silent, unknowns_outside
-from .heating import BACKWARD_EULER, STAGES
-from .newton import NewtonSystem
+from ..laws.functions import Value
+from ..mesh import fenicsx
+from ..mesh.domain import BED, WALL, Domain
+from .flow import FullFlow, constrained_unknowns, unknowns_outside
+from .heating import BACKWARD_EULER, STAGES, TransientHeat
+from .newton import NewtonSystem, modified_newton
+from .protocols import ArrayOf, HeatBalance, Observer, Saved, silent
+
+CONVERGED_UPDATE, MOST_ITERATIONS = 1e-8, 25
+"""Relative update at which a stage counts as solved, and its iterations at most."""
 
 
 class CoupledTransient:
-    """Takes the place of `heat` (`TransientHeat`) in the march; `flow` is the `SteadyFlow` it starts from.
+    """Takes the place of `heat` (`TransientHeat`) in the march; `flow` is the `FullFlow` it starts from.
 
     After every stage both hold the coupled solution, so that what is recorded and balanced is theirs. `energy(state,
     temperature)` gives the `EnergyEquations` of a flow state and its temperature; `flow_temperature` follows T;
     `heat_scale` (W/m3 m) brings the energy equations to the size of the flow's.
     """
 
-    def __init__(self, domain, flow, heat, energy, flow_temperature, set_time, heat_scale):
+    def __init__(
+        self,
+        domain: Domain,
+        flow: FullFlow,
+        heat: TransientHeat,
+        energy: Callable[[FlowState, Value], EnergyEquations],
+        flow_temperature: fem.Function,
+        set_time: Callable[[float], None],
+        heat_scale: float,
+    ) -> None:
         self.domain, self.flow, self.heat = domain, flow, heat
         self._flow_temperature, self._set_time = flow_temperature, set_time
         equations = flow.equations
-        turbulent, two = equations.model is not None, heat.equations.two_temperatures
-        self._flow_parts = 4 if turbulent else 2
+        two = heat.equations.two_temperatures
+        self._flow_parts = 2 + len(equations.turbulent_unknowns)
         scalars = self._flow_parts - 1 + (2 if two else 1)
         elements = [fenicsx.lagrange_element(domain.mesh, 1, domain.mesh.geometry.dim)]
         elements += [fenicsx.lagrange_element(domain.mesh, 1)] * scalars
@@ -42,11 +60,13 @@ class CoupledTransient:
         now, before = ufl.split(self._coupled), ufl.split(self._reference)
         tests = ufl.TestFunctions(self._space)
         count = self._flow_parts
-        state, old = (FlowState.of(parts[:count], equations.scales) for parts in (now, before))
+        state, old = (equations.state_of(parts[:count]) for parts in (now, before))
         temperature, beads, test, bead_test = now[count], now[-1], tests[count], tests[-1]
         dx = flow.dx
         measures = dx(BED), domain.nodal_measure()(BED)
-        residual = equations.residual_of(state, old, tests, self._inverse_step, temperature, flow.openings, *measures)
+        residual = equations.residual_of(
+            state, old, tests[:count], self._inverse_step, temperature, flow.openings, *measures
+        )
         residual += equations.mass_storage(
             state, old, temperature, before[count], tests[1], self._inverse_step, dx(BED)
         )
@@ -59,51 +79,53 @@ class CoupledTransient:
         residual += fem.Constant(domain.mesh, 1.0 / float(heat_scale)) * warming
         nothing = fem.Constant(domain.mesh, 0.0)
         residual += nothing * sum(ufl.inner(a, b) for a, b in zip(now, tests, strict=True)) * dx(WALL)
-        held = [held_unknowns(domain, self._space, turbulent)]
+        constrained = [constrained_unknowns(domain, self._space, equations.turbulent_unknowns)]
         if two:
-            held.append(unknowns_outside(domain, self._space, (count + 1,), BED))
-        self._system = NewtonSystem(residual, self._coupled, np.unique(np.concatenate(held)), keep_jacobian=True)
+            constrained.append(unknowns_outside(domain, self._space, (count + 1,), BED))
+        self._system = NewtonSystem(residual, self._coupled, np.unique(np.concatenate(constrained)), keep_jacobian=True)
         self._parts = [fenicsx.collapse(self._space, part) for part in range(len(elements))]
         self.newton_iterations = 0
-        self.observe = silent
+        self.observe: Observer = silent
 
     @property
-    def balance(self):
+    def balance(self) -> HeatBalance:
         """The heat balance, kept by `heat`."""
         return self.heat.balance
 
     @balance.setter
-    def balance(self, balance):
+    def balance(self, balance: HeatBalance) -> None:
         self.heat.balance = balance
 
-    bead_modes = None
-
     @property
-    def unknown(self):
+    def unknown(self) -> Any:
         return self.heat.unknown
 
     @property
-    def functions(self):
+    def functions(self) -> Any:
         return self.heat.functions
 
     @property
-    def monotone_steps(self):
+    def monotone_steps(self) -> Any:
         return self.heat.monotone_steps
 
     @property
-    def space(self):
+    def space(self) -> Any:
         return self.heat.space
 
     @property
-    def repetitions(self):
+    def repetitions(self) -> int:
         return 0
 
+    def observe_with(self, observe: Observer) -> None:
+        """Have `observe(text)` called at every iteration; it may raise."""
+        self.observe = observe
+
     @property
-    def unknowns(self):
+    def unknowns(self) -> Any:
         """Number of unknowns solved for, those of the flow included."""
         return self._system.active_unknowns
 
-    def _gather(self):
+    def _gather(self) -> None:
         """Take the unknowns of flow and heat."""
         sources = [self.flow.unknown.sub(part) for part in range(self._flow_parts)]
         heat = self.heat.unknown
@@ -114,9 +136,9 @@ class CoupledTransient:
             self._coupled.x.array[numbers] = values.x.array
         self._coupled.x.scatter_forward()
 
-    def _scatter(self):
+    def _scatter(self) -> None:
         """Give flow and heat the coupled unknowns."""
-        targets: list = [(self.flow.unknown, self.flow.space, part) for part in range(self._flow_parts)]
+        targets: list[Any] = [(self.flow.unknown, self.flow.space, part) for part in range(self._flow_parts)]
         two = self.heat.equations.two_temperatures
         targets += [(self.heat.unknown, self.heat.space, part if two else None) for part in range(2 if two else 1)]
         for index, (function, space, part) in enumerate(targets):
@@ -131,7 +153,9 @@ class CoupledTransient:
         for function in (self.flow.unknown, self.heat.unknown, self._flow_temperature):
             function.x.scatter_forward()
 
-    def step(self, time, step, *, after_jump=False, bounds=None):
+    def step(
+        self, time: float, step: float, *, after_jump: bool = False, bounds: tuple[float, float] | None = None
+    ) -> Any:
         """One step of `step` seconds from `time`; gives the estimated error (K) like `TransientHeat.step`."""
         stages = BACKWARD_EULER if after_jump else STAGES
         gamma = stages[0][0]
@@ -140,7 +164,7 @@ class CoupledTransient:
         self.heat.begin(step)
         start = self._coupled.x.array.copy()
         self._inverse_step.value = 1.0 / (gamma * step)
-        rates: list[np.ndarray] = []
+        rates: list[NDArray[Any]] = []
         flows = dict.fromkeys(self.heat.scalars, 0.0)
         for stage, row in enumerate(stages):
             self._set_time(time + sum(row) * step)
@@ -152,30 +176,48 @@ class CoupledTransient:
             if stage == 0:
                 self.heat.note_first_stage()
             for name, form in self.heat.scalars.items():
-                value = self.domain.communicator.allreduce(float(fem.assemble_scalar(form)))
+                value = self.domain.communicator.allreduce(float(fem.assemble_scalar(form.form)))
                 flows[name] += step * stages[-1][stage] * value
         self.heat.finish(flows)
         return 0.0 if after_jump else self.heat.estimated_error()
 
-    def _solve(self, time, step):
-        last = np.inf
-        for _ in range(25):
-            self.observe("")
-            if not last < 1e-2:
-                self._system.renew_jacobian()
-            _, iterations = self._system.solve(max_iterations=1, relative_update=1e-14)
-            self.newton_iterations += iterations
-            update = self._system.relative_update if iterations else np.inf
-            if not np.isfinite(update):
-                break
-            if update < 1e-8:
-                return
-            if update > 0.3 * last:
-                self._system.renew_jacobian()
-            last = update
-        raise SolveError(
-            "coupled transient (u, p, k, epsilon, T_f, T_s)",
-            time,
-            f"step of {step:.3g} s, residual {self._system.residual_norm:.3e}",
-            "a smaller solver.largest_step or solver.first_step",
+    def _solve(self, time: float, step: float) -> None:
+        solved = modified_newton(
+            self._iterate,
+            most=MOST_ITERATIONS,
+            converged=lambda update: update < CONVERGED_UPDATE,
+            renew_jacobian=self._system.renew_jacobian,
+            renews=lambda update, last: not update < 1e-2 or update > 0.3 * last,
         )
+        if not solved:
+            raise SolveError(
+                "coupled transient (u, p, k, epsilon, T_f, T_s)",
+                time,
+                f"step of {step:.3g} s, residual {self._system.residual_norm:.3e}",
+                "a smaller solver.largest_step or solver.first_step",
+            )
+
+    def _iterate(self) -> float:
+        self.observe("")
+        _, iterations = self._system.solve(max_iterations=1, relative_update=1e-14)
+        self.newton_iterations += iterations
+        return self._system.relative_update if iterations else np.inf
+
+    @property
+    def memory(self) -> list[fem.Function]:
+        """What the next step depends on besides `functions`."""
+        return self.heat.memory
+
+    def largest_bead_difference(self) -> float | None:
+        """Beads are isothermal here."""
+        return None
+
+    def save(self) -> Saved:
+        """The state of the heat, and the own iterations; that of the flow saves itself."""
+        saved = self.heat.save()
+        return Saved(saved.numbers | {"coupled_iterations": self.newton_iterations}, saved.arrays)
+
+    def restore(self, numbers: Mapping[str, Any], array_of: ArrayOf) -> None:
+        """Go on from what `save()` gave."""
+        self.heat.restore(numbers, array_of)
+        self.newton_iterations = numbers["coupled_iterations"]

@@ -3,11 +3,12 @@
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from .. import fenicsx
-from ..closures import turbulence as closure
 from ..equations.flow import FlowEquations
-from ..materials import Fluid
+from ..laws.materials import Fluid
+from ..laws.turbulence_models import LocalFlow
+from ..mesh import fenicsx
 
 
 def local_equilibrium(
@@ -15,13 +16,13 @@ def local_equilibrium(
     fluid: Fluid,
     space: Any,
     gradient: float,
-    temperature: np.ndarray,
-    gauge_pressure: np.ndarray,
-) -> list[np.ndarray]:
-    """Nodal arrays [speed (m/s), k (m2/s2), epsilon (m2/s3)] over a scalar space, the last two where `equations` are turbulent.
+    temperature: NDArray[Any],
+    gauge_pressure: NDArray[Any],
+) -> list[NDArray[Any]]:
+    """Nodal arrays [speed (m/s), the turbulence's unknowns (SI) ...] over a scalar space.
 
-    The speed at which the local drag balances the pressure gradient (Pa/m), fading in a layer at the wall, and the beads'
-    undamped turbulence at that speed, with the wall layer's epsilon near the wall. `equations` are `FlowEquations`, `fluid` is
+    The speed at which the local drag balances the pressure gradient (Pa/m), fading in a layer at the wall, and the turbulence
+    model's own guess at that speed. `equations` are `FlowEquations`, `fluid` is
     the scene's `Fluid`, temperature (K) and gauge pressure (Pa) are nodal arrays.
     """
     bed, scale = equations.bed, float(equations.scales.speed.value)
@@ -34,10 +35,5 @@ def local_equilibrium(
     speed *= -np.expm1(-distance / np.sqrt(2.0 * viscosity * scale / gradient))
     if equations.model is None:
         return [speed]
-    energy = closure.bead_kinetic_energy(porosity, speed) + 0.01 * speed**2
-    between_beads = closure.bead_dissipation_rate(porosity, speed, diameter) + 0.01 * speed**3 / diameter
     off_wall = np.maximum(distance, 1e-6 * diameter)
-    reynolds = closure.wall_reynolds_number(density, off_wall, energy, viscosity)
-    outer = closure.outer_fraction(reynolds, float(equations.model.blend_half_width.value))
-    at_wall = closure.inner_dissipation_rate(energy, reynolds, off_wall, viscosity / density)
-    return [speed, energy, outer * between_beads + (1.0 - outer) * at_wall]
+    return [speed, *equations.model.guess(LocalFlow(porosity, diameter, off_wall, density, viscosity, speed, scale))]

@@ -1,171 +1,78 @@
-"""The quasi-steady flow: Newton's method, and pseudo-transient continuation where that fails."""
+"""The quasi-steady flow over a bed: how it is found, and how it follows the temperature."""
 
-import logging
-from collections.abc import Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import ufl
 from dolfinx import fem
+from numpy.typing import NDArray
 
-from .. import fenicsx
-from ..equations.flow import FlowState
+from ..equations.flow import FlowEquations, FlowState
+from ..equations.openings import Opening, entering
 from ..errors import SolveError
-from ..geometry import BED, INTERFACE, SIDE, SYMMETRY, WALL
+from ..laws.functions import Value
+from ..laws.turbulence_models import TurbulentUnknown
+from ..mesh import fenicsx
+from ..mesh.domain import BED, INTERFACE, SIDE, SYMMETRY, WALL, Domain
 from .newton import NewtonSystem
-
-LOG = logging.getLogger(__name__)
-
-CONVERGED_UPDATE = 1e-8
-"""Relative update of the scaled unknown at which the flow counts as converged."""
-CONVERGED_PARTS = 1e-5
-"""The same of velocity, k and epsilon, each on its own."""
-
-STAGNATED_UPDATE = 1e-5
-"""The same of two iterations in succession: where k is all but 0 in coarse cells, Newton's method goes to and fro between small
-values of either sign. A thousandth of what a time step of the default tolerance accepts; of parts, the same as that."""
-STAGNATED_PARTS = 0.05
-
-FIRST_PSEUDO_STEP = 0.3
-ENDLESS_PSEUDO_STEP = 1e7
-LEAST_PSEUDO_STEP = 1e-9
-"""Pseudo-time steps, in transit times of one bead at the reference speed: the first one, that beyond which the steady
-equations themselves are solved, and that below which no solution is expected."""
-
-STEP_FACTORS = ((1e-3, 1e4), (1e-2, 40.0), (0.1, 4.0), (0.3, 2.0), (0.7, 1.2), (1.5, 0.7))
-"""Factors of the next pseudo-time step, each up to a relative update of the part that changes most."""
-FAILED_STEP_FACTOR = 0.125
-"""Factor of a pseudo-time step after which the state is not taken."""
-MOST_NEWTON_ITERATIONS, HALF_OF_THEM = 16, 8
-"""Iterations of Newton's method, and those after which its updates must be below 0.7."""
-MOST_PSEUDO_STEPS = 150
-"""Iterations from one initial guess after which another one is tried."""
-WIDE_BLEND, NARROWING = 120.0, 0.85
-"""Half-width (in Re_y) of the wall layer's blend that flows are found with, and its factor on the way to a narrower one."""
-LEAST_REMAINDER = 0.1
-"""Part of k and epsilon that a pseudo-time step leaves at least."""
-
-KEPT_TOLERANCE = 0.005
-"""Part of the tolerance to be met with kept factors, whose last update says less of the error."""
-SLOWEST_CONTRACTION = 0.7
-"""Ratio of successive updates beyond which kept factors are given up."""
-LOOSER_PARTS = 5.0
-"""Times the tolerance that the update of every part (k, epsilon, ...) may have on its own."""
-FRESH_ITERATIONS = 8
-"""Iterations with a new Jacobian each before the flow is solved from its start; where turbulence sets in or dies k may pass
-through negative values on the way."""
-
-TRACE_OF_TURBULENCE = 1e-3
-"""k over the reference speed squared that counts as none: its eddies are no more viscous than the fluid."""
-
-LARGEST_UNDERSHOOT = 0.2
-"""Of the largest k: negative k in single cells, behind an inlet say, counts as none in all that follows from it."""
+from .protocols import ArrayOf, Observer, Saved, restore_functions, saved_functions
+from .steady import FIRST_PSEUDO_STEP, SteadySolver, Unknowns
 
 REST_OF_TURBULENCE = 1e-5
 """Part of k and epsilon from which a laminar flow is sought."""
 
-LEAST_VALUE = 1e-6
-"""Scaled velocity or pressure that counts as none."""
 
+class NonlinearFlow(ABC):
+    """A flow whose steady equations are solved by a `SteadySolver`; `state` has the fields with units.
 
-def silent(text: str) -> None:
-    """Observe nothing."""
-
-
-class SteadyFlow:
-    """The flow over the bed of a domain for a given temperature field.
-
-    `equations` are `FlowEquations`; `openings` the inlet and outlet; `temperature` the function (K) that density and
-    viscosity are taken at. The scaled unknown is `unknown`; `state` has the fields with units.
-
-    `initial_guess()` may be replaced by a better one; `observe(text)` is called after every iteration, and may raise.
+    A subclass builds its discrete system and hands it over as `solver`, with the `functions` that its state is kept in.
     """
 
-    _entering: Sequence = ()
+    streamfunction: fem.Function | None = None
+    inlet: Opening | None = None
     kept_iterations = 5
     """Iterations with kept factors before the flow's Jacobian is renewed."""
 
-    def __init__(self, domain, equations, openings, temperature, dx, sources=None, fixed=()):
-        self.domain, self.equations, self.temperature = domain, equations, temperature
-        turbulent = equations.model is not None
-        elements = [fenicsx.lagrange_element(domain.mesh, 1, domain.mesh.geometry.dim)]
-        elements += [fenicsx.lagrange_element(domain.mesh, 1)] * (3 if turbulent else 1)
-        self.space = fenicsx.mixed_space(domain.mesh, elements)
-        self.unknown = fem.Function(self.space)
-        self._previous = fem.Function(self.space)
-        self._inverse_step = fem.Constant(domain.mesh, 0.0)
-        self.openings, self.dx = openings, dx
-        measures = dx(BED), domain.nodal_measure()(BED)
-        residual = equations.residual(
-            self.unknown, self._previous, self._inverse_step, temperature, openings, *measures, sources
-        )
-        # the matrix needs entries for the unknowns that are held at 0 inside the wall
-        nothing = fem.Constant(domain.mesh, 0.0)
-        residual += nothing * ufl.inner(self.unknown, ufl.TestFunction(self.space)) * dx(WALL)
-        held = np.concatenate([held_unknowns(domain, self.space, turbulent), *fixed])
-        self._system = NewtonSystem(residual, self.unknown, np.unique(held), keep_jacobian=True, blocks=self._blocks())
-        self.state = FlowState.of(ufl.split(self.unknown), equations.scales)
-        parts = [fenicsx.collapse(self.space, part)[1] for part in range(len(elements))]
-        self._take_parts(parts[:2], parts[2:])
-        self._entering = [
-            (opening.mean_square, *map(fenicsx.compiled_form, equations.entering(opening, self.state, temperature)))
-            for opening in openings
-            if opening.mean_square is not None
-        ]
-        self._reset_counters()
+    def __init__(
+        self, equations: FlowEquations, solver: SteadySolver, state: FlowState, functions: Sequence[fem.Function]
+    ) -> None:
+        self.equations, self.solver, self.state = equations, solver, state
+        self.functions = list(functions)
+        self.solves = 0
 
-    def _take_parts(self, motion, turbulence):
-        """Note the local unknowns of velocity and pressure, of k and epsilon, and the size below which each counts as 0.
-
-        All but the pressure evolve in a false transient: it belongs to its velocity, however short the step.
-        """
-        self._turbulence_unknowns = np.concatenate([np.empty(0, int), *turbulence])
-        self._sizes = [(part, LEAST_VALUE) for part in motion] + [(part, TRACE_OF_TURBULENCE) for part in turbulence]
-        self._evolving = self._sizes[:1] + self._sizes[len(motion) :]
-
-    def _reset_counters(self):
-        self.newton_iterations = self.solves = self.continuation_steps = 0
-        self.largest_undershoot = 0.0
-        self._update = np.inf
-        self.observe = silent
-
-    @property
-    def unknowns(self):
-        """Number of unknowns solved for."""
-        return self._system.active_unknowns
-
-    @property
-    def linear_iterations(self):
-        """Iterations of the last linear solve: 1 where it was factorised."""
-        return self._system.linear_iterations
-
+    @abstractmethod
     def initial_guess(self) -> bool:
         """Give the flow something to start from; tells whether it is so near that Newton's method should be tried."""
-        self.guess_uniform()
-        return self.equations.model is None
 
-    def guess_uniform(self, velocity=1.0, turbulence_intensity=0.05):
-        """Start from one (scaled) velocity along x[0] everywhere off the wall, and a uniform turbulence."""
-        _, numbers = fenicsx.collapse(self.space, 0)
-        values = self.unknown.x.array
-        values[:] = 0.0
-        values[numbers[:: self.domain.mesh.geometry.dim]] = velocity
-        if self._turbulence_unknowns.size:
-            for part, value in ((2, turbulence_intensity**2), (3, turbulence_intensity**2)):
-                values[fenicsx.collapse(self.space, part)[1]] = value
-        self._clear_held()
+    @abstractmethod
+    def fields(self) -> dict[str, fem.Function]:
+        """Present velocity, pressure and turbulence (SI) as functions by name (collective)."""
 
-    def guess(self, fields):
-        """Start from fields as `fields()` gives them, of any flow over the same domain."""
-        for index, (name, factor) in enumerate(self._factors().items()):
-            space, numbers = fenicsx.collapse(self.space, index)
-            values = fem.Function(space)
-            values.interpolate(fields[name])
-            self.unknown.x.array[numbers] = values.x.array / factor
-        self._clear_held()
+    def observe_with(self, observe: Observer) -> None:
+        """Have `observe(text)` called at every iteration; it may raise."""
+        self.solver.observe = observe
 
-    def _clear_held(self):
-        self.unknown.x.array[self._system.held] = 0.0
-        self.unknown.x.scatter_forward()
+    @property
+    def unknowns(self) -> int:
+        """Number of unknowns solved for."""
+        return self.solver.system.active_unknowns
+
+    @property
+    def newton_iterations(self) -> int:
+        """Newton iterations so far."""
+        return self.solver.newton_iterations
+
+    @property
+    def continuation_steps(self) -> int:
+        """Steps of false transients so far."""
+        return self.solver.continuation_steps
+
+    @property
+    def largest_undershoot(self) -> float:
+        """Largest part of the largest k by which k was below 0."""
+        return self.solver.largest_undershoot
 
     def start(self, time: float = 0.0) -> None:
         """Find the steady flow from the initial guess; raises `SolveError` like `solve`.
@@ -174,225 +81,222 @@ class SteadyFlow:
         turbulence, ends at the turbulent one.
         """
         self.solves += 1
-        if not self._find_from_guess(time) and not self._find_by_narrowing(time):
+        if not self._find_from_guess(time) and not self._find_by_continuation(time):
             self._fail(time)
+        self.found()
 
-    def solve(self, time=0.0):
+    def solve(self, time: float = 0.0) -> None:
         """Converge the steady flow; raises `SolveError` (named with `time`) if it is not found.
 
         By Newton's method from the present flow; where that leads away, by a false transient from the initial guess for
         the present temperature and, in the end, by one from the present flow.
         """
         self.solves += 1
-        present = self._state()
-        if self._find(np.inf, time):
-            return
-        if self._find_from_guess(time):
-            return
-        self._restore(present)
-        if self._find(FIRST_PSEUDO_STEP, time) or self._find_by_narrowing(time):
-            return
-        self._restore(present)
-        self._fail(time)
+        present = self.solver.copies()
+        if not (self.solver.find(np.inf, time) or self._find_from_guess(time)):
+            self.solver.put_back(present)
+            if not (self.solver.find(FIRST_PSEUDO_STEP, time) or self._find_by_continuation(time)):
+                self.solver.put_back(present)
+                self._fail(time)
+        self.found()
+
+    def renew(self, time: float, tolerance: float) -> None:
+        """Follow a changed temperature until the update is below `tolerance`; raises `SolveError` like `solve`."""
+        self.solves += 1
+        if self.solver.follow(tolerance, self.kept_iterations):
+            self.found()
+        else:
+            self.solve(time)
+
+    def found(self) -> None:  # noqa: B027 - most flows have nothing that follows
+        """Called with every flow that is found: for what follows from it."""
 
     def is_turbulent(self) -> bool:
-        """Whether k is more than a trace anywhere (collective)."""
-        values = self.unknown.x.array[self._kinetic_energy_unknowns()]
-        highest = self.domain.communicator.allreduce(float(np.max(values, initial=0.0)), op=max)
-        return highest > TRACE_OF_TURBULENCE
+        """Whether k is more than a trace anywhere, or eddies follow from the flow itself (collective)."""
+        if self.equations.model is not None and not self.equations.turbulent_unknowns:
+            return True
+        return self.solver.is_turbulent()
 
     def is_also_laminar(self, time: float = 0.0) -> bool:
         """Whether the steady equations have a laminar solution beside the present turbulent one, which stays (collective)."""
-        if not self.is_turbulent():
+        if not self.equations.turbulent_unknowns or not self.is_turbulent():
             return False
-        present = self._state()
-        self.unknown.x.array[self._turbulence_unknowns] *= REST_OF_TURBULENCE
-        found = self._find(FIRST_PSEUDO_STEP, time) and not self.is_turbulent()
-        self._restore(present)
+        present = self.solver.copies()
+        self.solver.scale_turbulence(REST_OF_TURBULENCE)
+        found = self.solver.find(FIRST_PSEUDO_STEP, time) and not self.is_turbulent()
+        self.solver.put_back(present)
         return found
 
     def _find_from_guess(self, time: float) -> bool:
         near = self.initial_guess()
-        guess = self._state()
-        if near and self._find(np.inf, time):
+        guess = self.solver.copies()
+        if near and self.solver.find(np.inf, time):
             return True
-        self._restore(guess)
-        return self._find(FIRST_PSEUDO_STEP, time)
+        self.solver.put_back(guess)
+        return self.solver.find(FIRST_PSEUDO_STEP, time)
 
-    def _find_by_narrowing(self, time: float) -> bool:
-        """Find the flow with a wide blend of the wall's layer, and follow it to the narrow one that the model asks for."""
-        if self.equations.model is None:
+    def _find_by_continuation(self, time: float) -> bool:
+        """Find the flow with an easy value of the turbulence model's parameter, and follow it to the wanted one."""
+        model = self.equations.model
+        if model is None or model.continuation is None:
             return False
-        width = self.equations.model.blend_half_width
-        wanted = float(width.value)
-        if wanted >= WIDE_BLEND:
+        easy, factor = model.continuation.easy, model.continuation.factor
+        parameter = getattr(model, model.continuation.parameter)
+        wanted = float(parameter.value)
+        if wanted >= easy:
             return False
-        width.value = WIDE_BLEND
+        parameter.value = easy
         found = self._find_from_guess(time)
-        while found and float(width.value) > wanted:
-            width.value = max(wanted, NARROWING * float(width.value))
-            found = self._find(np.inf, time) or self._find(FIRST_PSEUDO_STEP, time)
-        width.value = wanted
+        while found and float(parameter.value) > wanted:
+            parameter.value = max(wanted, factor * float(parameter.value))
+            found = self.solver.find(np.inf, time) or self.solver.find(FIRST_PSEUDO_STEP, time)
+        parameter.value = wanted
         return found
 
-    def _find(self, step: float, time: float) -> bool:
-        """Iterate from the present flow until the steady equations are solved; tells whether they are.
+    def _fail(self, time: float) -> None:
+        symbols = ", ".join(["u", "p", *(unknown.symbol for unknown in self.equations.turbulent_unknowns)])
+        raise SolveError(
+            f"flow ({symbols})",
+            time,
+            f"no false transient ends, residual {self.solver.system.residual_norm:.3e}, "
+            f"last update {self.solver.update:.3e}",
+            "a finer mesh (solver.axial_cells, solver.first_cell), model.turbulence = 'none', or a smaller pressure drop",
+        )
 
-        One Newton iteration for each implicit step of a false transient; the first one is `step` bead transits long, later
-        ones grow as the updates fall, until they are endless. `step` = inf is Newton's method alone.
-        """
-        scales = self.equations.scales
-        transit = float(scales.length.value / scales.speed.value)
-        newton = np.isinf(step)
-        for iteration in range(1, (MOST_NEWTON_ITERATIONS if newton else MOST_PSEUDO_STEPS) + 1):
-            before, last = self._state(), self._update
-            endless = step > ENDLESS_PSEUDO_STEP
-            update = self._pseudo_step(np.inf if endless else step * transit)
-            LOG.debug(
-                "t = %g s: step of %.1e bead transits, update %.1e, of a part %.1e", time, step, self._update, update
-            )
-            self.observe(f"flow: iteration {iteration}, update {self._update:.0e}")
-            if endless and self._converged(update, last):
-                return True
-            factor = next((factor for limit, factor in STEP_FACTORS if update < limit), FAILED_STEP_FACTOR)
-            if newton:
-                if not np.isfinite(update) or (iteration >= HALF_OF_THEM and factor < 1.0):
-                    break
-                continue
-            if step < LEAST_PSEUDO_STEP:
-                break
-            if factor == FAILED_STEP_FACTOR:
-                self._restore(before)
-            if factor < 1.0 or not endless:
-                step = min(step, ENDLESS_PSEUDO_STEP) * factor
-        return False
+    def extrapolate(self, previous: Sequence[NDArray[Any]], factor: float) -> None:
+        """Foresee the state `factor` times as far ahead as `previous` (arrays of `functions`) lies behind."""
+        self.solver.extrapolate(previous, factor)
 
-    def _pseudo_step(self, step: float) -> float:
-        """One Newton iteration of an implicit step (s) of a false transient, or of the steady equations where it is endless.
+    def save(self) -> Saved:
+        """The state, what the kept factors were made of, and the counters."""
+        solver, factors = self.solver, self.solver.system.factored_at
+        arrays = saved_functions(self.functions, "flow")
+        numbers = {
+            "solves": self.solves,
+            "newton_iterations": solver.newton_iterations,
+            "continuation_steps": solver.continuation_steps,
+            "largest_undershoot": solver.largest_undershoot,
+            "constants_of_factors": factors[1] if factors else None,
+        }
+        if factors:
+            arrays |= {f"factors/{i}": pair for i, pair in enumerate(factors[0])}
+        return Saved(numbers, arrays)
 
-        Gives the relative update of the part that changes most, infinite where the iteration fails.
-        """
-        before = self._previous.x.array
-        before[:] = self.unknown.x.array
-        self._inverse_step.value = 1.0 / step
-        self._system.renew_jacobian()
-        self._update = self._iterate()
-        self.newton_iterations += 1
-        if np.isfinite(step):
-            self.continuation_steps += 1
-        if not np.isfinite(self._update):
-            return np.inf
-        if np.isfinite(step):
-            numbers = self._turbulence_unknowns
-            old, now = before[numbers], self.unknown.x.array[numbers]
-            self.unknown.x.array[numbers] = np.where(old > 0.0, np.maximum(now, LEAST_REMAINDER * old), now)
-        return self._updates(before, self._evolving)[1]
+    def restore(self, numbers: Mapping[str, Any], array_of: ArrayOf) -> None:
+        """Go on from what `save()` gave; the factors are made again, as iterations with others end elsewhere within their
+        tolerance (collective)."""
+        self.solves = numbers["solves"]
+        self.solver.newton_iterations = numbers["newton_iterations"]
+        self.solver.continuation_steps = numbers["continuation_steps"]
+        self.solver.largest_undershoot = numbers["largest_undershoot"]
+        self.solver.system.factorise_again(
+            lambda number, space: array_of(f"factors/{number}", space), numbers["constants_of_factors"]
+        )
+        restore_functions(self.functions, "flow", array_of)
 
-    def _converged(self, update: float, last: float) -> bool:
-        """Whether the steady equations are solved; `last` is the update before the present one."""
-        small = self._update < CONVERGED_UPDATE and update < CONVERGED_PARTS
-        stagnated = max(self._update, last) < STAGNATED_UPDATE and update < STAGNATED_PARTS
-        return (small or stagnated) and self._physical()
+    def turbulent_factors(self) -> dict[str, float]:
+        """Units (SI) of the scaled turbulence, by the names of its fields."""
+        model, scales = self.equations.model, self.equations.scales
+        if model is None:
+            return {}
+        sizes = model.magnitudes(float(scales.speed.value), float(scales.length.value))
+        return {unknown.name: size for unknown, size in zip(model.unknowns, sizes, strict=True)}
 
-    def _blocks(self):
-        """Unknowns of u and p, of k, and of epsilon."""
-        if self.equations.model is None:
-            return ()
-        parts = [fenicsx.collapse(self.space, part)[1] for part in range(4)]
-        return np.concatenate(parts[:2]), parts[2], parts[3]
+
+class FullFlow(NonlinearFlow):
+    """The flow over the bed of a domain for a given temperature field.
+
+    `equations` are `FlowEquations`; `openings` the inlet and outlet; `temperature` the function (K) that density and
+    viscosity are taken at; `sources` and the local unknowns `fixed` are for manufactured solutions. The scaled unknown is
+    `unknown`. `guess(flow)` gives a better initial guess than the uniform flow, and tells whether it is near;
+    `simpler` is a cheaper flow over the same bed, in which a laminar flow is sought.
+    """
+
+    def __init__(
+        self,
+        domain: Domain,
+        equations: FlowEquations,
+        openings: Sequence[Opening],
+        temperature: fem.Function,
+        dx: ufl.Measure,
+        sources: Sequence[Value] | None = None,
+        fixed: Sequence[NDArray[Any]] = (),
+        guess: "Callable[[FullFlow], bool] | None" = None,
+        simpler: NonlinearFlow | None = None,
+    ) -> None:
+        self.domain, self.openings, self.dx = domain, openings, dx
+        self._better_guess, self._simpler = guess, simpler
+        self.inlet = openings[0] if openings else None
+        turbulence = equations.turbulent_unknowns
+        elements = [fenicsx.lagrange_element(domain.mesh, 1, domain.mesh.geometry.dim)]
+        elements += [fenicsx.lagrange_element(domain.mesh, 1)] * (1 + len(turbulence))
+        self.space = fenicsx.mixed_space(domain.mesh, elements)
+        self.unknown, previous = fem.Function(self.space), fem.Function(self.space)
+        inverse_step = fem.Constant(domain.mesh, 0.0)
+        measures = dx(BED), domain.nodal_measure()(BED)
+        residual = equations.residual(self.unknown, previous, inverse_step, temperature, openings, *measures, sources)
+        # the matrix needs entries for the unknowns that are held at 0 inside the wall
+        nothing = fem.Constant(domain.mesh, 0.0)
+        residual += nothing * ufl.inner(self.unknown, ufl.TestFunction(self.space)) * dx(WALL)
+        constrained = np.unique(np.concatenate([constrained_unknowns(domain, self.space, turbulence), *fixed]))
+        parts = [fenicsx.collapse(self.space, part)[1] for part in range(len(elements))]
+        blocks = (np.concatenate(parts[:2]), *parts[2:]) if turbulence else ()
+        system = NewtonSystem(residual, self.unknown, constrained, keep_jacobian=True, blocks=blocks)
+        state = equations.state_of(ufl.split(self.unknown))
+        self._entering = [
+            (opening.mean_square, *map(fenicsx.LaterForm, entering(equations, opening, state, temperature)))
+            for opening in openings
+            if opening.mean_square is not None
+        ]
+        unknowns = Unknowns(parts[:2], parts[2:])
+        solver = SteadySolver(
+            system, unknowns, [self.unknown], previous, inverse_step, equations.scales.transit_time, self._iterate
+        )
+        super().__init__(equations, solver, state, [self.unknown])
+
+    def _iterate(self) -> float:
+        self.renew_inlet()
+        return self.solver.newton_iteration()
 
     def renew_inlet(self) -> None:
         """Take the mean square of the present entering velocity for the inlet's total pressure (collective)."""
         for mean_square, *forms in self._entering:
-            flow, moment = (self.domain.communicator.allreduce(float(fem.assemble_scalar(form))) for form in forms)
+            flow, moment = (
+                self.domain.communicator.allreduce(float(fem.assemble_scalar(later.form))) for later in forms
+            )
             mean_square.value = moment / flow if flow > 0.0 else 0.0
 
-    def _iterate(self):
-        """One iteration with the present factors; gives its relative update, infinite where it fails."""
-        self.renew_inlet()
-        converged, iterations = self._system.solve(max_iterations=1, relative_update=1e-14)
-        if not iterations:  # there is nothing left to solve, as in a fluid at rest
-            return 0.0 if converged else np.inf
-        return self._system.relative_update
+    def initial_guess(self) -> bool:
+        self.guess_uniform()
+        return self.equations.model is None if self._better_guess is None else self._better_guess(self)
 
-    def _updates(self, before, parts=None):
-        """Update since the array `before`, relative to the geometric mean of then and now, so that growth shows like decay.
+    def is_also_laminar(self, time: float = 0.0) -> bool:
+        simpler = self._simpler
+        return super().is_also_laminar(time) if simpler is None else simpler.is_also_laminar(time)
 
-        Of all unknowns of the parts (default: all), and the largest of a part, as k and epsilon hardly count in that of all.
-        """
-        parts = parts or self._sizes
-        squares = [
-            [change @ change, now @ now, old @ old, len(now)]
-            for numbers, _ in parts
-            for now, old in [(self.unknown.x.array[numbers], before[numbers])]
-            for change in [now - old]
-        ]
-        changes, values, old_values, counts = self.domain.communicator.allreduce(np.array(squares)).T
-        least = np.array([trace for _, trace in parts]) ** 2 * np.maximum(counts, 1)
-        of_all = np.sqrt(max(values.sum(), least.sum()) * max(old_values.sum(), least.sum()))
-        of_parts = np.sqrt(np.maximum(values, least) * np.maximum(old_values, least))
-        return float(np.sqrt(changes.sum() / of_all)), float(np.sqrt(np.max(changes / of_parts)))
+    def guess_uniform(self, velocity: float = 1.0, turbulence_intensity: float = 0.05) -> None:
+        """Start from one (scaled) velocity along x[0] everywhere off the wall, and a uniform turbulence."""
+        _, numbers = fenicsx.collapse(self.space, 0)
+        values = self.unknown.x.array
+        values[:] = 0.0
+        values[numbers[:: self.domain.mesh.geometry.dim]] = velocity
+        values[self.solver.unknowns.of_turbulence] = turbulence_intensity**2
+        self._clear_constrained()
 
-    def extrapolate(self, previous, factor):
-        """Foresee the state `factor` times as far ahead as `previous` (arrays of `functions`) lies behind."""
-        turbulence = self.unknown.x.array[self._turbulence_unknowns].copy()
-        for function, array in zip(self.functions, previous, strict=True):
-            function.x.array[:] += factor * (function.x.array - array)
-        foreseen = self.unknown.x.array[self._turbulence_unknowns]
-        self.unknown.x.array[self._turbulence_unknowns] = np.maximum(foreseen, 0.3 * turbulence)
+    def guess(self, fields: Mapping[str, fem.Function]) -> None:
+        """Start from fields as `fields()` gives them, of any flow over the same domain."""
+        for index, (name, factor) in enumerate(self._factors().items()):
+            space, numbers = fenicsx.collapse(self.space, index)
+            values = fem.Function(space)
+            values.interpolate(fields[name])
+            self.unknown.x.array[numbers] = values.x.array / factor
+        self._clear_constrained()
 
-    def renew(self, time, tolerance):
-        """Follow a changed temperature by Newton iterations until the update is below `tolerance`.
+    def _clear_constrained(self) -> None:
+        self.unknown.x.array[self.solver.system.constrained] = 0.0
+        self.unknown.x.scatter_forward()
 
-        The Jacobian's factors serve from step to step while updates with them fall fast; then the Jacobian is renewed.
-        """
-        start, last = self._state(), np.inf
-        self.solves += 1
-        for _ in range(self.kept_iterations):
-            self._update = self._iterate()
-            self.newton_iterations += 1
-            self.observe("")
-            if self._update < KEPT_TOLERANCE * tolerance and self._physical():
-                return
-            if not self._update < SLOWEST_CONTRACTION * last:
-                self._restore(start)
-                break
-            last = self._update
-        for _ in range(FRESH_ITERATIONS):
-            before = self.unknown.x.array.copy()
-            self._system.renew_jacobian()
-            self._update = self._iterate()
-            self.newton_iterations += 1
-            self.observe("")
-            if not np.isfinite(self._update):
-                break
-            if max(self._update, self._updates(before)[1] / LOOSER_PARTS) < tolerance and self._physical():
-                return
-        self._restore(start)
-        self.solve(time)
-
-    def _state(self):
-        return [function.x.array.copy() for function in self.functions]
-
-    def _restore(self, arrays):
-        for function, array in zip(self.functions, arrays, strict=True):
-            function.x.array[:] = array
-
-    @property
-    def functions(self):
-        """What the state of the flow is kept in: finite-element functions to save and restore."""
-        return [self.unknown]
-
-    def factors(self):
-        """What the Jacobian's kept factors were made of, as `NewtonSystem.factored_at`."""
-        return self._system.factored_at
-
-    def recall_factors(self, array_of, constants):
-        """Make the factors again that `factors()` told of; `array_of(number, space)` gives the arrays (collective)."""
-        self._system.factorise_again(array_of, constants)
-
-    def fields(self):
-        """Present velocity, pressure and turbulence (SI) as functions by name (collective)."""
+    def fields(self) -> dict[str, fem.Function]:
         fields = {}
         for index, (name, factor) in enumerate(self._factors().items()):
             space, numbers = fenicsx.collapse(self.space, index)
@@ -400,59 +304,30 @@ class SteadyFlow:
             fields[name].x.array[:] = factor * self.unknown.x.array[numbers]
         return fields
 
-    def _factors(self):
+    def _factors(self) -> dict[str, float]:
         """Units of the parts of the scaled unknown, by the names of the fields."""
         scales = self.equations.scales
-        speed, pressure, length = (float(scale.value) for scale in (scales.speed, scales.pressure, scales.length))
-        factors = {"velocity": speed, "pressure": pressure}
-        if self.equations.model is not None:
-            factors |= {"turbulent_kinetic_energy": speed**2, "dissipation_rate": speed**3 / length}
-        return factors
-
-    def _physical(self):
-        """No NaN, and k no further below zero than a part of its largest value, or a trace of the speed squared where there is
-        no turbulence. `largest_undershoot` notes the largest part that has passed."""
-        if not self._turbulence_unknowns.size:
-            return True
-        values = self.unknown.x.array[self._kinetic_energy_unknowns()]
-        low, high = (
-            self.domain.communicator.allreduce(float(value), op=op)
-            for value, op in ((np.min(values, initial=0.0), min), (np.max(values, initial=0.0), max))
-        )
-        if low < -max(LARGEST_UNDERSHOOT * high, TRACE_OF_TURBULENCE):
-            return False
-        if high > TRACE_OF_TURBULENCE:
-            self.largest_undershoot = max(self.largest_undershoot, -low / high)
-        return bool(np.isfinite(low))
-
-    def _kinetic_energy_unknowns(self):
-        return self._turbulence_unknowns[: self._turbulence_unknowns.size // 2]
-
-    def _fail(self, time):
-        self._inverse_step.value = 0.0
-        raise SolveError(
-            "flow (u, p, k, epsilon)",
-            time,
-            f"no false transient ends, residual {self._system.residual_norm:.3e}, last update {self._update:.3e}",
-            "a finer mesh (solver.axial_cells, solver.first_cell), model.turbulence = 'none', or a smaller pressure drop",
-        )
+        return {
+            "velocity": float(scales.speed.value),
+            "pressure": float(scales.pressure.value),
+        } | self.turbulent_factors()
 
 
-def held_unknowns(domain, space, turbulent):
-    """Unknowns that are held at 0: velocity and k at the wall, the velocity across planes of symmetry, all in the wall."""
-    held = [unknowns_outside(domain, space, range(4 if turbulent else 2), BED)]
+def constrained_unknowns(domain: Domain, space: Any, turbulent_unknowns: Sequence[TurbulentUnknown]) -> NDArray[Any]:
+    """Unknowns that are held at 0: the velocity and what else is 0 at the wall, the velocity across planes of symmetry, all in
+    the wall."""
+    constrained = [unknowns_outside(domain, space, range(2 + len(turbulent_unknowns)), BED)]
     facet_dimension = domain.mesh.topology.dim - 1
     parts = [(space.sub(0), INTERFACE), (space.sub(0).sub(1), SYMMETRY)]
     if domain.mesh.geometry.dim == 3:
         parts.append((space.sub(0).sub(2), SIDE))
-    if turbulent:
-        parts.append((space.sub(2), INTERFACE))
+    parts += [(space.sub(2 + number), INTERFACE) for number, u in enumerate(turbulent_unknowns) if u.zero_at_wall]
     for part, tag in parts:
-        held.append(fem.locate_dofs_topological(part, facet_dimension, domain.facets(tag)))
-    return np.concatenate(held)
+        constrained.append(fem.locate_dofs_topological(part, facet_dimension, domain.facets(tag)))
+    return np.concatenate(constrained)
 
 
-def unknowns_outside(domain, space, parts, tag):
+def unknowns_outside(domain: Domain, space: Any, parts: Iterable[int], tag: int) -> NDArray[Any]:
     """Local unknowns of the mixed space's parts that no cell with the tag touches: where the field does not live."""
     dimension = domain.mesh.topology.dim
     outside = []

@@ -11,99 +11,40 @@ heat balance closes to the tolerance of that iteration. The flow is held during 
 for its middle, which makes the coupled method second order.
 """
 
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, TypeAlias
 
 import numpy as np
 import ufl
 from dolfinx import fem
+from numpy.typing import NDArray
 
-from .. import fenicsx
-from ..equations.energy import Transport
-from ..equations.stabilisation import Streamline
+from ..equations.energy import EnergyEquations
 from ..errors import SolveError
-from ..geometry import BED
+from ..mesh import fenicsx
+from ..mesh.domain import BED, Domain
 from .bead_modes import BeadModes
-from .flow import silent, unknowns_outside
-from .newton import NewtonSystem
+from .flow import unknowns_outside
+from .newton import NewtonSystem, modified_newton
+from .protocols import ArrayOf, HeatBalance, Observer, Saved, restore_functions, saved_functions, silent
+from .transport import FrozenTransport, MonotoneCells
 
 GAMMA = 0.43586652150845899942
 """Root of gamma^3 - 3 gamma^2 + 3/2 gamma - 1/6 = 0 between 0 and 1/2."""
 LAST_ROW = (-(6 * GAMMA**2 - 16 * GAMMA + 1) / 4, (6 * GAMMA**2 - 20 * GAMMA + 5) / 4, GAMMA)
-STAGES: tuple[tuple[float, ...], ...] = ((GAMMA,), ((1 - GAMMA) / 2, GAMMA), LAST_ROW)
-BACKWARD_EULER: tuple[tuple[float, ...], ...] = ((1.0,),)
-OVERSHOOT = 0.07
-"""Kelvin out of bounds at which a cell becomes monotone."""
+Stages: TypeAlias = tuple[tuple[float, ...], ...]
+"""Rows of the coefficients a_ij of a method."""
+STAGES: Stages = ((GAMMA,), ((1 - GAMMA) / 2, GAMMA), LAST_ROW)
+BACKWARD_EULER: Stages = ((1.0,),)
 DAMPING_PART = 0.05
 """Part of a repeated step that the backward Euler method takes first where marking cells alone did not help."""
 BACKWARD_EULER_ERROR = 10.0
 """Weight of the estimated error where the backward Euler method takes the whole of a step."""
-MONOTONE_STEPS = 2
-"""Steps after which a cell is second order again; if it is out of bounds once more it is marked once more."""
 STAGE_UPDATE = 1e-9
 """Relative update at which a stage counts as solved: 3e-7 K."""
 MOST_REPETITIONS = 12
-
-
-@dataclass
-class HeatBalance:
-    """Heat since the start (J): brought in by the fluid, through the outer wall, stored, created by REV terms."""
-
-    by_fluid: float = 0.0
-    through_outer_wall: float = 0.0
-    stored: float = 0.0
-    by_rev_terms: float = 0.0
-
-    @property
-    def imbalance(self):
-        """What is missing, as a fraction of the heat put in (the larger of stored and brought in, at least 1e-6 J)."""
-        scale = max(abs(self.by_fluid + self.through_outer_wall), abs(self.stored), 1e-6)
-        return (self.by_fluid + self.through_outer_wall + self.by_rev_terms - self.stored) / scale
-
-
-def either(a, b):
-    """Reduction of tuples of flags for `allreduce`."""
-    return tuple(x or y for x, y in zip(a, b, strict=True))
-
-
-class FrozenTransport:
-    """A `Transport` at the quadrature points, renewed once a step; in monotone cells the `Streamline` is that of the middle.
-
-    That leaves the enthalpies as the only nonlinearity within a step; taken at the temperature foreseen for its middle,
-    the method stays second order. `monotone` marks the cells that are to be so.
-    """
-
-    def __init__(self, domain, equations, temperature, quadrature_degree):
-        cells = fenicsx.cell_constant_space(domain.mesh)
-        self.monotone = fem.Function(cells)
-        transport = equations.transport(temperature, self.monotone)
-        along = transport.streamline
-        self._cells = [
-            (fem.Function(cells), fenicsx.compiled_expression(expression, cells))
-            for expression in (along.fitting, along.exchange)
-        ]
-        given = [along.reach, along.upwind, transport.advection, transport.conduction]
-        given += [transport.exchange] if transport.exchange is not None else []
-        self._points = [fenicsx.PointValues(domain.mesh, expression, quadrature_degree) for expression in given]
-        reach, upwind, *points = (point.value for point in self._points)
-        fitting, exchange = (function for function, _ in self._cells)
-        streamline = Streamline(
-            reach,
-            upwind,
-            fitting,
-            exchange,
-            self.monotone,
-            equations.coordinates.from_middle,
-            along.across,
-        )
-        advection, conduction, *exchanged = points
-        self.frozen = Transport(advection, conduction, exchanged[0] if exchanged else None, streamline)
-
-    def renew(self):
-        """Take the values of the present flow and temperature."""
-        for function, expression in self._cells:
-            function.interpolate(expression)
-        for point in self._points:
-            point.renew()
+MOST_ITERATIONS = 20
+"""Of a stage, with one Jacobian."""
 
 
 class TransientHeat:
@@ -114,7 +55,16 @@ class TransientHeat:
     `set_time(t)` is called before each stage to update the boundary values.
     """
 
-    def __init__(self, domain, equations, initial_temperature, set_time, dx, property_temperature, quadrature_degree):
+    def __init__(
+        self,
+        domain: Domain,
+        equations: EnergyEquations,
+        initial_temperature: float,
+        set_time: Callable[[float], None],
+        dx: ufl.Measure,
+        property_temperature: fem.Function,
+        quadrature_degree: int,
+    ) -> None:
         self.domain, self.equations, self._set_time = domain, equations, set_time
         two = equations.two_temperatures
         element = fenicsx.lagrange_element(domain.mesh, 1)
@@ -125,7 +75,8 @@ class TransientHeat:
         self.unknown.x.array[:] = initial_temperature
         self._start, self._first = fem.Function(self.space), fem.Function(self.space)
         if two:
-            parts, tests = ufl.split(self.unknown), ufl.TestFunctions(self.space)
+            parts: Any = ufl.split(self.unknown)
+            tests: Any = ufl.TestFunctions(self.space)
         else:
             parts, tests = (self.unknown,) * 2, (ufl.TestFunction(self.space),) * 2
         self.bead_modes = None
@@ -133,48 +84,54 @@ class TransientHeat:
             self.bead_modes = BeadModes(domain, equations, parts, property_temperature)
         self._inverse_stage = fem.Constant(domain.mesh, 1.0)
         self._transport = FrozenTransport(domain, equations, property_temperature, quadrature_degree)
-        stored = equations.stored_heat(*parts, *tests, self._transport.frozen)
+        stored = equations.stored_heat(parts[0], parts[1], tests[0], tests[1], self._transport.frozen)
         nothing = fem.Constant(domain.mesh, 0.0)
         # the matrix needs entries for the bead temperatures that are held inside the wall
-        residual = self._inverse_stage * stored + equations.outflow_of_heat(*parts, *tests, self._transport.frozen)
+        residual = self._inverse_stage * stored + equations.outflow_of_heat(
+            parts[0], parts[1], tests[0], tests[1], self._transport.frozen
+        )
         residual += nothing * parts[1] * tests[1] * dx
         if two:
-            held = unknowns_outside(domain, self.space, (1,), BED)
-            beads = np.setdiff1d(fenicsx.collapse(self.space, 1)[1], held)
+            constrained = unknowns_outside(domain, self.space, (1,), BED)
+            beads = np.setdiff1d(fenicsx.collapse(self.space, 1)[1], constrained)
             self._storing = np.concatenate([beads, unknowns_outside(domain, self.space, (0,), BED)])
         else:
-            held, self._storing = np.empty(0, np.int64), np.arange(len(self.unknown.x.array))
-        self._system = NewtonSystem(residual, self.unknown, held, keep_jacobian=True, pivoting=False)
-        self._stored_form = fenicsx.compiled_form(stored)
+            constrained, self._storing = np.empty(0, np.int64), np.arange(len(self.unknown.x.array))
+        self._system = NewtonSystem(residual, self.unknown, constrained, keep_jacobian=True, pivoting=False)
+        self._stored_form = fenicsx.LaterForm(stored)
         self._stored_start, self._stored_now = (fenicsx.petsc_vector(self.unknown).duplicate() for _ in range(2))
         self.scalars = {
             "by_fluid": equations.heat_input(parts[0]),
             "through_outer_wall": equations.heat_through_outer_wall(parts[0]),
             "by_rev_terms": equations.rev_heat(*parts),
         }
-        self.scalars = {name: fenicsx.compiled_form(form) for name, form in self.scalars.items() if form is not None}
+        self.scalars = {name: fenicsx.LaterForm(form) for name, form in self.scalars.items() if form is not None}
         self.balance = HeatBalance()
-        self.observe = silent
+        self.observe: Observer = silent
         self.newton_iterations = 0
         self.repetitions = 0
         tables = (
             [fenicsx.dof_table(self.space.sub(part)) for part in (0, 1)] if two else [fenicsx.dof_table(self.space)]
         )
-        self._cell_unknowns = np.hstack(tables)
-        self.monotone_steps = fem.Function(self._transport.monotone.function_space)
-        self._cell_marks = fenicsx.dof_table(self.monotone_steps.function_space)[:, 0]
+        self._cells = MonotoneCells(self._transport.monotone, np.hstack(tables))
+
+    def observe_with(self, observe: Observer) -> None:
+        """Have `observe(text)` called at every stage; it may raise."""
+        self.observe = observe
 
     @property
-    def unknowns(self):
+    def unknowns(self) -> Any:
         """Number of unknowns solved for."""
         return self._system.active_unknowns
 
     @property
-    def functions(self):
+    def functions(self) -> list[Any]:
         """What the temperatures are kept in, those inside the beads included."""
         return [self.unknown, *(self.bead_modes.functions if self.bead_modes else [])]
 
-    def step(self, time, step, *, after_jump=False, bounds=(-np.inf, np.inf)):
+    def step(
+        self, time: float, step: float, *, after_jump: bool = False, bounds: tuple[float, float] = (-np.inf, np.inf)
+    ) -> Any:
         """One step of `step` seconds from `time`; gives the estimated error (K). The heat balance is brought forward.
 
         `after_jump` takes the backward Euler method, which damps what a jump of the inlet excites and other methods let
@@ -183,7 +140,7 @@ class TransientHeat:
         Raises `SolveError` if a stage does not converge: the balance is then as before, `functions` and `monotone_steps` are
         the caller's to put back.
         """
-        self._release_cells()
+        self._cells.release()
         first = BACKWARD_EULER if after_jump else STAGES
         # where marking cells does not help: the fluid jumps where its equation has changed, which the backward Euler
         # method damps; and no method of higher order keeps bounds at any step
@@ -198,7 +155,7 @@ class TransientHeat:
                 error, weight = self.estimated_error(), 1.0
             else:  # that is an error of this method itself, far above those of the other
                 weight = BACKWARD_EULER_ERROR
-            out, new = self._limit_cells(bounds)
+            out, new = self._cells.mark(self._temperatures(), bounds)
             way += not new
             if not out or way == len(ways) or not left:
                 break
@@ -211,28 +168,52 @@ class TransientHeat:
         return weight * error
 
     @property
-    def frozen(self):
+    def memory(self) -> list[fem.Function]:
+        """What the next step depends on besides `functions`."""
+        return [self.monotone_steps]
+
+    def largest_bead_difference(self) -> float | None:
+        """Largest distance (K) of a bead's surface from its mean; None where beads are isothermal (collective)."""
+        return self.bead_modes.largest_difference() if self.bead_modes else None
+
+    def save(self) -> Saved:
+        """Temperatures, marked cells, balance and counters."""
+        numbers = {
+            "balance": vars(self.balance),
+            "newton_iterations": self.newton_iterations,
+            "repetitions": self.repetitions,
+        }
+        return Saved(numbers, saved_functions([*self.functions, *self.memory], "heat"))
+
+    def restore(self, numbers: Mapping[str, Any], array_of: ArrayOf) -> None:
+        """Go on from what `save()` gave."""
+        self.balance = HeatBalance(**numbers["balance"])
+        self.newton_iterations, self.repetitions = numbers["newton_iterations"], numbers["repetitions"]
+        restore_functions([*self.functions, *self.memory], "heat", array_of)
+
+    @property
+    def frozen(self) -> Any:
         """The `Transport` of the present step."""
         return self._transport.frozen
 
-    def begin(self, step):
+    def begin(self, step: float) -> None:
         """Note the start of a step that another solver takes."""
         self._start.x.array[:] = self.unknown.x.array
         self._transport.renew()
-        fenicsx.assemble_vector(self._stored_start, self._stored_form)
+        fenicsx.assemble_vector(self._stored_start, self._stored_form.form)
 
-    def note_first_stage(self):
+    def note_first_stage(self) -> None:
         """Note the present unknown as the first stage of such a step."""
         self._first.x.array[:] = self.unknown.x.array
 
-    def finish(self, flows):
+    def finish(self, flows: Mapping[str, float]) -> None:
         """Bring the balance forward by the heat (J) that flowed during such a step."""
-        fenicsx.assemble_vector(self._stored_now, self._stored_form)
+        fenicsx.assemble_vector(self._stored_now, self._stored_form.form)
         for name, heat in flows.items():
             setattr(self.balance, name, getattr(self.balance, name) + heat)
         self.balance.stored += self._stored_now.sum() - self._stored_start.sum()
 
-    def _take_all(self, time, parts):
+    def _take_all(self, time: float, parts: Sequence[Any]) -> tuple[Any, ...]:
         """Successive (step, stages) from `time`; gives the heat (J) of each flow and the heat stored."""
         flows, stored = dict.fromkeys(self.scalars, 0.0), 0.0
         for step, stages in parts:
@@ -241,7 +222,7 @@ class TransientHeat:
             stored, time = stored + gained, time + step
         return flows, stored
 
-    def _take(self, time, step, stages):
+    def _take(self, time: float, step: float, stages: Stages) -> tuple[Any, ...]:
         """All stages of a step; gives the heat (J) of each flow and the heat stored."""
         values = self.unknown.x.array
         self._start.x.array[:] = values
@@ -252,8 +233,8 @@ class TransientHeat:
         self._transport.renew()
         self._system.renew_jacobian()
         flows = dict.fromkeys(self.scalars, 0.0)
-        fenicsx.assemble_vector(self._stored_start, self._stored_form)
-        outflows: list = []
+        fenicsx.assemble_vector(self._stored_start, self._stored_form.form)
+        outflows: list[Any] = []
         for stage, row in enumerate(stages):
             self._set_time(time + sum(row) * step)
             self.observe("")
@@ -270,52 +251,38 @@ class TransientHeat:
                 self.bead_modes.end_stage()
             if stage == 0:
                 self._first.x.array[:] = values
-            fenicsx.assemble_vector(self._stored_now, self._stored_form)
+            fenicsx.assemble_vector(self._stored_now, self._stored_form.form)
             # A(T_i) from the stage's own equation
             outflow = self._stored_now.copy()
             outflow.scale(-self._inverse_stage.value)
             outflow.axpy(-1.0, addend)
             outflows.append(outflow)
             for name, form in self.scalars.items():
-                flows[name] += step * stages[-1][stage] * self._sum(fem.assemble_scalar(form))
+                flows[name] += step * stages[-1][stage] * self._sum(fem.assemble_scalar(form.form))
         return flows, self._stored_now.sum() - self._stored_start.sum()
 
-    def _temperatures_of_cells(self):
-        """Temperatures at the nodes of every local cell, held ones left out as NaN: (cells, nodes)."""
+    @property
+    def monotone_steps(self) -> fem.Function:
+        """For how many more steps each cell is monotone."""
+        return self._cells.steps
+
+    def _temperatures(self) -> NDArray[Any]:
+        """All unknowns, held ones left out as NaN."""
         values = self.unknown.x.array.copy()
-        values[self._system.held] = np.nan
-        return values[self._cell_unknowns]
+        values[self._system.constrained] = np.nan
+        return values
 
-    def _limit_cells(self, bounds):
-        """Make the cells monotone that have a temperature out of bounds: whether there are any, and new ones, on any rank."""
-        values, marks = self._temperatures_of_cells(), self._transport.monotone.x.array
-        out = (values < bounds[0] - OVERSHOOT) | (values > bounds[1] + OVERSHOOT)
-        out = out.any(axis=1)
-        new = out & (marks[self._cell_marks] == 0.0)
-        marks[self._cell_marks[new]] = 1.0
-        self.monotone_steps.x.array[self._cell_marks[out]] = MONOTONE_STEPS
-        return self.domain.communicator.allreduce((bool(out.any()), bool(new.any())), op=either)
-
-    def _release_cells(self):
-        """Give the cells second order again that have been monotone for a while: by then the front has spread."""
-        left = self.monotone_steps.x.array
-        left[:] = np.maximum(left - 1.0, 0.0)
-        self._transport.monotone.x.array[:] = left > 0.0
-
-    def _sum(self, value):
+    def _sum(self, value: float) -> Any:
         return self.domain.communicator.allreduce(float(value))
 
-    def _solve_stage(self, time, step, addend):
+    def _solve_stage(self, time: float, step: float, addend: Any) -> None:
         self._system.addend = addend
         guess = self.unknown.x.array.copy()
-        converged, iterations = self._system.solve(max_iterations=20, relative_update=STAGE_UPDATE)
-        self.newton_iterations += iterations
-        if not converged:
-            self.unknown.x.array[:] = guess
-            self._system.renew_jacobian()
-            converged, iterations = self._system.solve(max_iterations=20, relative_update=STAGE_UPDATE)
-            self.newton_iterations += iterations
-        if not converged:
+        if self._iterate_stage():
+            return
+        self.unknown.x.array[:] = guess
+        self._system.renew_jacobian()
+        if not self._iterate_stage():
             raise SolveError(
                 "energy (T_f, T_s, T_w)",
                 time,
@@ -324,7 +291,17 @@ class TransientHeat:
                 "a smaller solver.largest_step or solver.first_step",
             )
 
-    def estimated_error(self):
+    def _iterate_stage(self) -> bool:
+        return modified_newton(self._iterate, most=MOST_ITERATIONS, converged=lambda update: update < STAGE_UPDATE)
+
+    def _iterate(self) -> float:
+        converged, iterations = self._system.solve(max_iterations=1, relative_update=1e-14)
+        self.newton_iterations += iterations
+        if not iterations:
+            return 0.0 if converged else np.inf
+        return self._system.relative_update
+
+    def estimated_error(self) -> Any:
         """Largest difference (K) between the step's end and the continuation of its first stage's slope, over all ranks.
 
         That is the local error of the backward Euler method, of the order dt^2 d2T/dt2. Taken over beads and wall,

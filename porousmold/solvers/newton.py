@@ -1,11 +1,17 @@
 """One nonlinear system F(x) = 0 of UFL forms, driven by PETSc SNES with a direct solver."""
 
+import functools
+from collections.abc import Callable, Sequence
+from typing import Any
+
 import numpy as np
 import ufl
 from dolfinx import fem
+from numpy.typing import NDArray
 from petsc4py import PETSc
 
-from .. import fenicsx
+from ..laws.functions import Value
+from ..mesh import fenicsx
 
 _PREFIX = "porousmold_"
 """One prefix for all systems: PETSc holds 512 options at most."""
@@ -26,10 +32,37 @@ _OPTIONS = {
 }
 
 
+def modified_newton(
+    iterate: Callable[[], float],
+    *,
+    most: int,
+    converged: Callable[[float], bool],
+    renew_jacobian: Callable[[], None] | None = None,
+    renews: Callable[[float, float], bool] = lambda update, last: True,
+    gives_up: Callable[[float, float], bool] = lambda update, last: False,
+) -> bool:
+    """Newton's method on factors that may be kept: iterate until `converged(update)`; tells whether it is.
+
+    `iterate()` takes one iteration with the present factors and gives its relative update, infinite where it fails. With
+    `renew_jacobian` the Jacobian is renewed before an iteration where `renews(update, last)` of the two updates before (inf
+    where there was none) says so. `gives_up(update, last)` ends it, as do `most` iterations and a failed one.
+    """
+    update = last = float("inf")
+    for _ in range(most):
+        if renew_jacobian is not None and renews(update, last):
+            renew_jacobian()
+        last, update = update, iterate()
+        if converged(update):
+            return True
+        if gives_up(update, last) or not np.isfinite(update):
+            return False
+    return False
+
+
 class NewtonSystem:
     """Residual form F(x; v), its derivative, and homogeneous Dirichlet conditions, solved by SNES.
 
-    The unknowns `held` (local numbers in the function's own space, ghosts included) stay as they are in `unknown`.
+    The unknowns `constrained` (local numbers in the function's own space, ghosts included) stay as they are in `unknown`.
     `pivoting` is needed where the diagonal may vanish, as that of the pressure does. `addend` is a PETSc vector added to
     the assembled residual. `blocks` are the unknowns of parts that may be factorised one after the other. The Jacobian is
     renewed at every iteration, or with `keep_jacobian` only when `renew_jacobian()` was called: then the factors serve
@@ -37,40 +70,68 @@ class NewtonSystem:
     constants' values.
     """
 
-    def __init__(self, residual, unknown, held, *, keep_jacobian=False, pivoting=True, blocks=()):
+    def __init__(
+        self,
+        residual: Value,
+        unknown: fem.Function,
+        constrained: NDArray[Any],
+        *,
+        keep_jacobian: bool = False,
+        pivoting: bool = True,
+        blocks: Sequence[NDArray[Any]] = (),
+    ) -> None:
         self.unknown = unknown
         self.space = unknown.function_space
         zero = fem.Function(self.space)
-        self._conditions = [fem.dirichletbc(zero, np.asarray(held, dtype=np.int32))]
-        self.held = np.asarray(held)
-        self._held_owned = np.asarray(held)[np.asarray(held) < self._owned_size()]
-        self.active_unknowns = self.space.mesh.comm.allreduce(self._owned_size() - len(self._held_owned))
+        self._conditions = [fem.dirichletbc(zero, np.asarray(constrained, dtype=np.int32))]
+        self.constrained = np.asarray(constrained)
+        self._owned_constrained = np.asarray(constrained)[np.asarray(constrained) < self.owned_size]
+        self.active_unknowns = self.space.mesh.comm.allreduce(self.owned_size - len(self._owned_constrained))
         trial = ufl.TrialFunction(self.space)
-        self.residual_form = fenicsx.compiled_form(residual)
-        self.jacobian_form = fenicsx.compiled_form(ufl.derivative(residual, unknown, trial))
+        self._residual = fenicsx.LaterForm(residual)
+        self._jacobian = fenicsx.LaterForm(ufl.derivative(residual, unknown, trial))
         self._coefficients, self._constants = residual.coefficients(), residual.constants()
-        self.factored_at = None
-        self.matrix = fenicsx.create_matrix(self.jacobian_form)
-        self.vector = self.matrix.createVecLeft()
-        self._assembled = self._view().duplicate()
-        self.addend = None
+        self.factored_at: tuple[list[Any], list[Any]] | None = None
+        self.addend: Any = None
         self._keep_jacobian, self._jacobian_due = keep_jacobian, True
-        self._snes = PETSc.SNES().create(self.space.mesh.comm)
+        self._pivoting, self._blocks = pivoting, blocks
+
+    @functools.cached_property
+    def matrix(self) -> PETSc.Mat:
+        """The Jacobian."""
+        return fenicsx.create_matrix(self._jacobian.form)
+
+    @functools.cached_property
+    def vector(self) -> PETSc.Vec:
+        """The residual."""
+        return self.matrix.createVecLeft()
+
+    @functools.cached_property
+    def _assembled(self) -> PETSc.Vec:
+        return self._view().duplicate()
+
+    @functools.cached_property
+    def _iterate(self) -> PETSc.Vec:
+        return self.matrix.createVecRight()
+
+    @functools.cached_property
+    def _snes(self) -> Any:
+        snes = PETSc.SNES().create(self.space.mesh.comm)
         options = PETSc.Options()
         # PETSc's own factorisation is the faster one of thin matrices, but serial and without pivoting
         dimension = self.space.mesh.geometry.dim
-        solver = "mumps" if pivoting or dimension == 3 or self.space.mesh.comm.size > 1 else "petsc"
+        solver = "mumps" if self._pivoting or dimension == 3 or self.space.mesh.comm.size > 1 else "petsc"
         for name, value in (_OPTIONS | {"pc_factor_mat_solver_type": solver}).items():
             options[_PREFIX + name] = value
-        self._snes.setOptionsPrefix(_PREFIX)
-        self._snes.setFunction(self._assemble_residual, self.vector)
-        self._snes.setJacobian(self._assemble_jacobian, self.matrix)
-        self._snes.setFromOptions()
-        if blocks and self.active_unknowns > LARGEST_FACTORISED[dimension]:
-            self._split_fields(blocks)
-        self._iterate = self.matrix.createVecRight()
+        snes.setOptionsPrefix(_PREFIX)
+        snes.setFunction(self._assemble_residual, self.vector)
+        snes.setJacobian(self._assemble_jacobian, self.matrix)
+        snes.setFromOptions()
+        if self._blocks and self.active_unknowns > LARGEST_FACTORISED[dimension]:
+            self._split_fields(snes.getKSP(), self._blocks)
+        return snes
 
-    def _split_fields(self, blocks):
+    def _split_fields(self, ksp: Any, blocks: Sequence[NDArray[Any]]) -> None:
         """Solve by GMRES, preconditioned with the factors of each block of unknowns in turn: less to factorise."""
         offset = self.space.dofmap.index_map.local_range[0] * self.space.dofmap.index_map_bs
         options = PETSc.Options()
@@ -78,7 +139,6 @@ class NewtonSystem:
             prefix = f"{_PREFIX}fieldsplit_{number}_"
             options[prefix + "ksp_type"], options[prefix + "pc_type"] = "preonly", "lu"
             options[prefix + "pc_factor_mat_solver_type"], options[prefix + "mat_mumps_icntl_14"] = "mumps", 80
-        ksp = self._snes.getKSP()
         ksp.setType("fgmres")
         ksp.setGMRESRestart(60)
         ksp.setTolerances(rtol=1e-4, max_it=200)  # Newton's method gains no more by an exact one
@@ -86,47 +146,49 @@ class NewtonSystem:
         preconditioner.setType("fieldsplit")
         preconditioner.setFieldSplitType(PETSc.PC.CompositeType.MULTIPLICATIVE)
         for number, block in enumerate(blocks):
-            owned = np.sort(block[block < self._owned_size()])
+            owned = np.sort(block[block < self.owned_size])
             indices = PETSc.IS().createGeneral((offset + owned).astype(PETSc.IntType), comm=self.space.mesh.comm)
             preconditioner.setFieldSplitIS((str(number), indices))
 
-    def _owned_size(self):
+    @property
+    def owned_size(self) -> int:
+        """Number of unknowns that this rank owns, the first of its local ones."""
         dofmap = self.space.dofmap
         return dofmap.index_map.size_local * dofmap.index_map_bs
 
-    def renew_jacobian(self):
+    def renew_jacobian(self) -> None:
         """Have the next solve assemble and factorise the Jacobian anew."""
         self._jacobian_due = True
 
-    def _store(self, x):
+    def _store(self, x: PETSc.Vec) -> None:
         x.copy(self._view())
         self.unknown.x.scatter_forward()
 
-    def _view(self):
+    def _view(self) -> Any:
         return fenicsx.petsc_vector(self.unknown)
 
-    def _assemble_residual(self, snes, x, residual):
+    def _assemble_residual(self, snes: Any, x: PETSc.Vec, residual: Value) -> None:
         self._store(x)
         self.assemble_residual_into(residual)
 
-    def assemble_residual_into(self, residual):
+    def assemble_residual_into(self, residual: Value) -> None:
         """Residual of the present unknown, 0 at the held unknowns."""
-        fenicsx.assemble_vector(self._assembled, self.residual_form)
+        fenicsx.assemble_vector(self._assembled, self._residual.form)
         self._assembled.copy(residual)
         if self.addend is not None:
             residual.axpy(1.0, self.addend)
-        residual.array[self._held_owned] = 0.0
+        residual.array[self._owned_constrained] = 0.0
 
-    def _assemble_jacobian(self, snes, x, matrix, preconditioner):
+    def _assemble_jacobian(self, snes: Any, x: PETSc.Vec, matrix: PETSc.Mat, preconditioner: PETSc.Mat) -> None:
         if self._keep_jacobian and not self._jacobian_due:
             return
-        fenicsx.assemble_matrix(self.matrix, self.jacobian_form, self._conditions)
+        fenicsx.assemble_matrix(self.matrix, self._jacobian.form, self._conditions)
         self._jacobian_due = False
         if self._keep_jacobian:
             arrays = [(function.function_space, function.x.array.copy()) for function in self._coefficients]
             self.factored_at = arrays, [np.asarray(constant.value).tolist() for constant in self._constants]
 
-    def factorise_again(self, array_of, constants):
+    def factorise_again(self, array_of: Callable[[int, Any], NDArray[Any]], constants: Sequence[Any] | None) -> None:
         """Make the Jacobian that `factored_at` (its arrays by `array_of(number, space)`) tells of, whatever the present."""
         if constants is None:
             return
@@ -141,11 +203,11 @@ class NewtonSystem:
             function.x.array[:] = array
         self._set_constants(values_now)
 
-    def _set_constants(self, values):
+    def _set_constants(self, values: Sequence[Any]) -> None:
         for constant, value in zip(self._constants, values, strict=True):
             constant.value = np.asarray(value)
 
-    def solve(self, *, max_iterations, relative_update):
+    def solve(self, *, max_iterations: int, relative_update: float) -> tuple[Any, ...]:
         """Iterate until |dx| < relative_update |x|; give (converged, iterations).
 
         A factorisation that fails, a NaN or the iteration limit count as not converged; the unknown then holds the
@@ -165,28 +227,28 @@ class NewtonSystem:
         finite = np.isfinite(self._iterate.norm())
         return bool(reason > 0 and finite), self._snes.getIterationNumber()
 
-    def apply_inverse(self, vector):
+    def apply_inverse(self, vector: PETSc.Vec) -> Any:
         """Solution of the linear system with the present Jacobian and its factors, of one right-hand side (PETSc)."""
         if self._jacobian_due:  # there was nothing to solve, as in a fluid at rest
             self._assemble_jacobian(None, None, None, None)
             self._snes.getKSP().setOperators(self.matrix, self.matrix)
-        vector.array[self._held_owned] = 0.0
+        vector.array[self._owned_constrained] = 0.0
         result = vector.duplicate()
         self._snes.getKSP().solve(vector, result)
         return result
 
     @property
-    def linear_iterations(self):
+    def linear_iterations(self) -> Any:
         """Iterations of the last linear solve: 1 where the matrix was factorised."""
         return self._snes.getKSP().getIterationNumber()
 
     @property
-    def residual_norm(self):
+    def residual_norm(self) -> Any:
         """Residual norm of the last solve."""
         return self._snes.getFunctionNorm()
 
     @property
-    def relative_update(self):
+    def relative_update(self) -> Any:
         """|dx|/|x| of the last iteration of the last solve; |x| counts as a millionth per unknown at least, so that the
         solution zero of scaled unknowns can be told."""
         least = 1e-6 * self._iterate.getSize() ** 0.5

@@ -1,6 +1,9 @@
 """Sizes of the time steps: a geometric ramp under a cap, cut back at kinks and after steps that went wrong."""
 
 from dataclasses import dataclass, field
+from typing import Any
+
+from ..errors import SolveError
 
 SMALLEST_FRACTION = 1e-6
 """Steps below this fraction of the first step mean that no step converges."""
@@ -33,16 +36,16 @@ class TimeControl:
     rejected: int = field(init=False, default=0)
     _failures: int = field(init=False, default=0)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         self.first_step = min(self.first_step, self.largest_step / LARGEST_OVER_FIRST)
         self.step = self.first_step
 
-    def after_jump(self, time):
+    def after_jump(self, time: float) -> bool:
         """Whether a step from `time` is among the first few after a kink, where the fluid may jump."""
         last = max(kink for kink in (0.0, *self.kinks) if kink <= time * (1 + 1e-9))
         return time - last < self.first_step * JUMP_STEPS
 
-    def propose(self, time):
+    def propose(self, time: float) -> Any:
         """The step to try from `time`: never across a kink or the end."""
         stops = [stop for stop in (*self.kinks, self.end_time) if stop > time * (1 + 1e-12)]
         room = min(stops, default=self.end_time) - time
@@ -50,7 +53,7 @@ class TimeControl:
             return room
         return room / 2 if room < 2 * self.step else self.step
 
-    def accept(self, time, step, error):
+    def accept(self, time: float, step: float, error: float) -> bool:
         """After a good step to `time`: give True, or False if its estimated `error` (K) asks for a repetition."""
         self._failures = 0
         if error > self.tolerance and step > self.first_step * SMALLEST_FRACTION:
@@ -64,12 +67,12 @@ class TimeControl:
         self.step = min(self.largest_step, max(self.step, step) * min(self.growth, max(1.0, 0.9 * room)))
         return True
 
-    def go_on_with(self, step):
+    def go_on_with(self, step: float) -> None:
         """Propose `step` next, or start small again where that was cut back so far that the solves gave up."""
         given_up = step < self.first_step * SMALLEST_FRACTION
         self.step = self.first_step if given_up else min(step, self.largest_step)
 
-    def reject_failed(self, step, failure):
+    def reject_failed(self, step: float, failure: SolveError) -> None:
         """After a step that did not converge: a quarter of it next; raises `failure` after `MOST_FAILURES` in succession."""
         self.rejected += 1
         self._failures += 1

@@ -1,18 +1,22 @@
 """The commands that run many cases: study, sensitivity, optimum."""
 
+import argparse
 import math
 import re
 import sys
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from ..errors import InputError
-from ..stop_signals import StopSignals
-from ..units import to_si
+from ..files.units import to_si
+from ..output.console import Bar, add_extension_option
+from ..simulation.stop_signals import StopSignals
 
 DONE, INTERRUPTED = 0, 130
 
 
-def add_commands(commands):
+def add_commands(commands: Any) -> None:
     """Add the commands to the program's subparsers."""
     study = commands.add_parser("study", help="run many cases of a scene, as STUDY.toml says")
     study.add_argument("study", metavar="STUDY.toml")
@@ -23,6 +27,7 @@ def add_commands(commands):
     )
     study.add_argument("--collect", action="store_true", help="run nothing, write the tables of what is there")
     study.add_argument("--quiet", action="store_true", help="no progress bar, no summary")
+    add_extension_option(study)
     study.set_defaults(command=_study)
     sensitivity = commands.add_parser(
         "sensitivity", help="elasticities of the heating time to every parameter of a scene"
@@ -31,15 +36,22 @@ def add_commands(commands):
     sensitivity.add_argument("--out", metavar="DIR", help="folder to write (default: runs/NAME OF SCENE-sensitivity)")
     sensitivity.add_argument("--step", default="0.05", help="relative change of every parameter (default 0.05)")
     sensitivity.add_argument("--quiet", action="store_true", help="no progress bar, no summary")
+    add_extension_option(sensitivity)
     sensitivity.set_defaults(command=_sensitivity)
     optimum = commands.add_parser("optimum", help="the best parameters of a study under limits, as its [optimum] says")
     optimum.add_argument("study", metavar="STUDY.toml")
     optimum.add_argument("--out", metavar="DIR", help="folder to write (default: runs/NAME OF STUDY)")
     optimum.add_argument("--quiet", action="store_true", help="no progress bar, no summary")
+    add_extension_option(optimum)
     optimum.set_defaults(command=_optimum)
 
 
-def _part(text):
+def _counting(bar: Bar, cases: Any) -> Any:
+    """Progress that is called with the number of cases that have ended."""
+    return lambda ended: bar.show(ended, cases, "cases")
+
+
+def _part(text: str) -> Any:
     match = re.fullmatch(r"(\d{1,6})/(\d{1,6})", text)
     part = (int(match.group(1)), int(match.group(2))) if match else (0, 0)
     if not 1 <= part[0] <= part[1]:
@@ -47,10 +59,13 @@ def _part(text):
     return part
 
 
-def _sensitivity(options):
-    from ..scene import Scene
+def _sensitivity(options: argparse.Namespace) -> Any:
+    from ..scene.scene import Scene
 
-    scene, step = Scene.from_file(options.scene), to_si("--step", options.step, "")
+    scene, step = (
+        Scene.load(options.scene, allow_extensions=options.allow_extensions),
+        to_si("--step", options.step, ""),
+    )
     if not 0.0 < step < 1.0:
         raise InputError("--step", step, "must be > 0 and < 1")
     out = Path(options.out) if options.out else Path("runs") / f"{Path(options.scene).stem}-sensitivity"
@@ -59,12 +74,12 @@ def _sensitivity(options):
     from .sensitivity import cases_around, elasticities, write
 
     signals, first = StopSignals(), MPI.COMM_WORLD.rank == 0
-    bar = None if options.quiet or not first else Bar(len(cases_around(scene, step)))
+    bar = Bar(quiet=options.quiet or not first)
+    progress = _counting(bar, len(cases_around(scene, step)))
     try:
-        found = elasticities(scene, out, step=step, progress=bar, stop=lambda: bool(signals))
+        found = elasticities(scene, out, step=step, progress=progress, stop=signals.__bool__)
     finally:
-        if bar is not None:
-            bar.close()
+        bar.close()
     if first:
         picture = write(found, out)
         if not options.quiet:
@@ -75,29 +90,19 @@ def _sensitivity(options):
     return INTERRUPTED if signals else DONE
 
 
-def _optimum(options):
+def _optimum(options: argparse.Namespace) -> Any:
     from .optimum import load, search, summary_text, write
 
-    study, aim = load(options.study)
+    study, aim = load(options.study, allow_extensions=options.allow_extensions)
     out = Path(options.out) if options.out else Path("runs") / Path(options.study).stem
     from mpi4py import MPI
 
     signals, first = StopSignals(), MPI.COMM_WORLD.rank == 0
-    bars: list = []
-
-    def bar(cases):
-        if options.quiet or not first:
-            return None
-        while bars:
-            bars.pop().close()
-        bars.append(Bar(cases))
-        return bars[0]
-
+    bar = Bar(quiet=options.quiet or not first)
     try:
-        found = search(study, aim, out, progress=bar, stop=lambda: bool(signals))
+        found = search(study, aim, out, progress=lambda cases: _counting(bar, cases), stop=signals.__bool__)
     finally:
-        while bars:
-            bars.pop().close()
+        bar.close()
     if found is None:
         if first:
             print(f"porousmold: interrupted; what was run is in {out}, the same command goes on", file=sys.stderr)
@@ -110,10 +115,10 @@ def _optimum(options):
     return DONE
 
 
-def _study(options):
+def _study(options: argparse.Namespace) -> Any:
     from .definition import Study
 
-    study, part = Study.load(options.study), _part(options.part)
+    study, part = Study.load(options.study, allow_extensions=options.allow_extensions), _part(options.part)
     out = Path(options.out) if options.out else Path("runs") / Path(options.study).stem
     from mpi4py import MPI
 
@@ -126,39 +131,18 @@ def _study(options):
             raise InputError("--out", str(out), "holds no study to collect")
         rows = collect(study, out)
     else:
-        bar = None if options.quiet or not first else Bar(len(study.cases[part[0] - 1 :: part[1]]))
+        bar = Bar(quiet=options.quiet or not first)
+        progress = _counting(bar, len(study.cases[part[0] - 1 :: part[1]]))
         try:
-            rows = run_study(study, out, group=options.group, part=part, progress=bar, stop=lambda: bool(signals))
+            rows = run_study(study, out, group=options.group, part=part, progress=progress, stop=signals.__bool__)
         finally:
-            if bar is not None:
-                bar.close()
+            bar.close()
     if first and not options.quiet:
         print(summary_text(study, rows, out))
     return INTERRUPTED if signals else DONE
 
 
-class Bar:
-    """Progress bar over cases, shown once the first is told."""
-
-    def __init__(self, cases):
-        self._cases, self._bar = cases, None
-
-    def __call__(self, ended):
-        from tqdm import tqdm
-
-        if self._bar is None:
-            shape = "{desc} |{bar}| {n}/{total}, {remaining} left"
-            self._bar = tqdm(total=self._cases, initial=ended, unit="case", desc="cases", bar_format=shape)
-        self._bar.update(ended - self._bar.n)
-        self._bar.refresh()
-
-    def close(self):
-        """Leave the bar as it stands."""
-        if self._bar is not None:
-            self._bar.close()
-
-
-def summary_text(study, rows, out):
+def summary_text(study: Any, rows: Sequence[Any], out: Path) -> str:
     """The short readable end of a study: how many cases ended how, the range of what was recorded, the reasons."""
     counts = {status: sum(row.status == status for row in rows) for status in ("done", "failed", "refused", "missing")}
     lines = [f"{len(rows)} cases: " + ", ".join(f"{count} {status}" for status, count in counts.items() if count)]

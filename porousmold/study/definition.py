@@ -5,6 +5,7 @@ import hashlib
 import itertools
 import json
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -12,9 +13,10 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
-from ..scene import KEYS, Scene
-from ..tables import read_toml
-from ..units import to_si
+from ..files.tables import read_toml
+from ..files.units import to_si
+from ..scene.language import KEYS
+from ..scene.scene import Scene
 
 DESIGNS = ("grid", "one-at-a-time", "cases")
 RECORDS = {
@@ -50,18 +52,19 @@ class Study:
     record: list[str] = field(default_factory=lambda: ["heating_time"])
     base: Path | None = None
     common: dict[str, Any] = field(default_factory=dict)
-    """The base scene's file and the settings for all cases, of which `case` makes further ones."""
+    allow_extensions: bool = False
+    """The base scene's file, the settings for all cases and whether its extensions may run, of which `case` makes more."""
 
-    def case(self, settings):
+    def case(self, settings: dict[str, Any]) -> Any:
         """A case of this study with other settings {'table.key': value}."""
-        return _case(settings, self.base, self.common)
+        return _case(settings, self.base, self.common, self.allow_extensions)
 
-    def with_cases(self, cases):
+    def with_cases(self, cases: Any) -> Any:
         """This study with other cases."""
         return replace(self, cases=cases)
 
     @classmethod
-    def load(cls, path):
+    def load(cls, path: str | Path, *, allow_extensions: bool = False) -> Any:
         """Read a study file. Raises `InputError` naming the key for anything that is unknown or impossible; a combination
         of values that no scene can have is no such error, but a case with a reason."""
         path = Path(path)
@@ -84,15 +87,15 @@ class Study:
                 raise InputError("study.record", str(name), f"must be of {', '.join(RECORDS)}", where)
         base = path.parent / scene_path
         common = QUIET | _settings(table_of(tables, "set", where), "set", where)
-        Scene.from_file(base, common)  # a base that is no scene is refused here
+        Scene.load(base, common, allow_extensions=allow_extensions)  # a base that is no scene is refused here
         combinations = _combinations(design, tables, where)
-        cases = [_case(settings, base, common) for settings in combinations]
+        cases = [_case(settings, base, common, allow_extensions) for settings in combinations]
         _make_unique(cases, where)
         varied = list(dict.fromkeys(name for settings in combinations for name in settings))
-        return cls(cases, varied, list(dict.fromkeys(record)), base, common)
+        return cls(cases, varied, list(dict.fromkeys(record)), base, common, allow_extensions)
 
 
-def table_of(tables, name, where):
+def table_of(tables: Mapping[str, Any], name: str, where: str) -> Any:
     """The table of a name, empty where there is none."""
     content = tables.get(name, {})
     if not isinstance(content, dict):
@@ -100,7 +103,7 @@ def table_of(tables, name, where):
     return content
 
 
-def check_names(table, known, prefix, where):
+def check_names(table: Any, known: Any, prefix: str, where: str) -> None:
     """Refuse (`InputError`) a name that is not known."""
     for name in table:
         if name not in known:
@@ -109,7 +112,7 @@ def check_names(table, known, prefix, where):
             raise InputError(f"{prefix}{name}", None, f"is not a known key{hint}", where)
 
 
-def _settings(table, place, where):
+def _settings(table: Any, place: str, where: str) -> Any:
     """{'table.key': value} from the nested tables that TOML makes of dotted keys."""
     settings: dict[str, Any] = {}
     for group, content in table.items():
@@ -124,7 +127,7 @@ def _settings(table, place, where):
     return settings
 
 
-def _combinations(design, tables, where):
+def _combinations(design: str, tables: Mapping[str, Any], where: str) -> list[Any]:
     if design == "cases":
         if "vary" in tables:
             raise InputError("vary", None, "has no place with design 'cases'", where)
@@ -145,7 +148,7 @@ def _combinations(design, tables, where):
     return [{name: value} for name, values in varied.items() for value in values]
 
 
-def _values(place, name, given, where):
+def _values(place: str, name: str, given: Any, where: str) -> Any:
     """A list of values, or a range {from, to, count, spacing} of them in SI."""
     if isinstance(given, dict):
         check_names(given, ("from", "to", "count", "spacing"), f"{place}.", where)
@@ -169,7 +172,7 @@ def _values(place, name, given, where):
     return given
 
 
-def _case(settings, base, common):
+def _case(settings: dict[str, Any], base: Any, common: dict[str, Any], allow_extensions: bool) -> Any:
     parts = [f"{name}={value}" for name, value in settings.items()]
     text = ",".join(parts).replace(" ", "_") or "base"
     name = re.sub(r"[^A-Za-z0-9_.,=+-]+", "_", text)
@@ -177,12 +180,12 @@ def _case(settings, base, common):
         digest = hashlib.sha256(",".join(parts).encode()).hexdigest()[:12]
         name = f"{name[: LONGEST_NAME - 13]}-{digest}"
     try:
-        return Case(name, settings, Scene.from_file(base, common | settings))
+        return Case(name, settings, Scene.load(base, common | settings, allow_extensions=allow_extensions))
     except InputError as error:
         return Case(name, settings, None, str(error))
 
 
-def _make_unique(cases, where):
+def _make_unique(cases: Any, where: str) -> None:
     seen: dict[str, Case] = {}
     for case in cases:
         if case.name in seen:

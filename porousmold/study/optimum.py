@@ -9,19 +9,22 @@ row of limits, from the least that can be had to what the free minimum takes.
 
 import json
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from mpi4py import MPI
+from numpy.typing import NDArray
 from scipy.interpolate import RBFInterpolator
 from scipy.optimize import minimize
 
 from ..errors import InputError
-from ..scene import KEYS
-from ..tables import read_toml
-from ..units import to_si
-from ..whole_files import output_file
+from ..files.tables import read_toml
+from ..files.units import to_si
+from ..files.whole_files import output_file
+from ..scene.language import KEYS
 from .definition import RECORDS, Study, check_names, table_of
 from .running import run_study, setting
 
@@ -38,7 +41,7 @@ class Aim:
     """What a study's table [optimum] asks for: the record to minimise, limits (SI) by record, the other one of the trade-off."""
 
     minimise: str
-    below: dict
+    below: dict[str, float]
     trade_off: str | None
 
 
@@ -47,14 +50,14 @@ class Optimum:
     """The best run: its row, the best row for every limit of the trade-off, and whether the search came to agreement."""
 
     row: object
-    trade_off: list
+    trade_off: list[Any]
     agreed: bool
 
 
-def load(path):
+def load(path: str | Path, *, allow_extensions: bool = False) -> tuple[Any, ...]:
     """The `Study` and `Aim` of a file. Raises `InputError` naming the key for anything impossible."""
     path = Path(path)
-    study, where = Study.load(path), str(path)
+    study, where = Study.load(path, allow_extensions=allow_extensions), str(path)
     head = table_of(read_toml("study", path), "optimum", where)
     check_names(head, ("minimise", "below", "trade_off"), "optimum.", where)
     minimise, below, trade_off = head.get("minimise", "heating_time"), head.get("below", {}), head.get("trade_off")
@@ -89,7 +92,7 @@ def load(path):
 class _Surface:
     """Interpolates the records of rows over the unit cube of the varied parameters."""
 
-    def __init__(self, study, rows, records):
+    def __init__(self, study: Any, rows: Sequence[Any], records: Any) -> None:
         self._names = study.varied
         known = [row for row in rows if all(_positive(row.values[name]) for name in records)]
         places = np.array([[float(setting(row.case, name)) for name in self._names] for row in known])
@@ -108,14 +111,14 @@ class _Surface:
         self._values = {name: np.log([row.values[name] for row in known]) for name in records}
         self._fits = {name: RBFInterpolator(self.places, values) for name, values in self._values.items()}
 
-    def _scaled(self, values):
+    def _scaled(self, values: Any) -> NDArray[Any]:
         return np.where(self._logarithmic, np.log(np.where(self._logarithmic, values, 1.0)), values)
 
-    def __call__(self, name, place):
+    def __call__(self, name: str, place: NDArray[Any]) -> float:
         """Logarithm of a record at a place of the unit cube."""
         return float(self._fits[name](np.clip(place, 0.0, 1.0)[None, :])[0])
 
-    def settings(self, place):
+    def settings(self, place: str) -> dict[str, Any]:
         """Values of the parameters at a place, rounded."""
         values = self._low + place * (self._high - self._low)
         values = np.where(self._logarithmic, np.exp(values), values)
@@ -125,15 +128,15 @@ class _Surface:
             for name, value, low, high in zip(self._names, rounded, *self._ends, strict=True)
         }
 
-    def minimum(self, name, limits):
+    def minimum(self, name: str, limits: Any) -> Any:
         """Place of the least value of a record under limits {record: SI}; the least excess where they cannot be met."""
         constraints = [
             {"type": "ineq", "fun": lambda x, n=n, limit=limit: math.log(limit) - self(n, x)}
             for n, limit in limits.items()
         ]
 
-        def excess(x):
-            return sum(max(0.0, self(n, x) - math.log(limit)) for n, limit in limits.items())
+        def excess(x: NDArray[Any]) -> float:
+            return math.fsum(max(0.0, self(n, x) - math.log(limit)) for n, limit in limits.items())
 
         starts = sorted(self.places, key=lambda x: (round(excess(x), 3), self(name, x)))[:5]
         ends = [
@@ -143,11 +146,13 @@ class _Surface:
         return min([*starts, *ends], key=lambda x: (round(excess(x), 4), self(name, x)))
 
 
-def _positive(value):
+def _positive(value: Any) -> Any:
     return isinstance(value, int | float) and math.isfinite(value) and value > 0.0
 
 
-def search(study, aim, out, *, progress=lambda cases: None, stop=lambda: False):
+def search(
+    study: Any, aim: Any, out: Path, *, progress: Any = lambda cases: None, stop: Callable[[], bool] = lambda: False
+) -> Any:
     """Run what is missing in `out`, search, and give the `Optimum` (collective); None if it was stopped.
 
     progress: called as progress(number of cases) before each batch of runs; gives what `run_study` takes as progress, or
@@ -156,10 +161,10 @@ def search(study, aim, out, *, progress=lambda cases: None, stop=lambda: False):
     rows = run_study(study, out, progress=progress(len(study.cases)), stop=stop)
     records = list(dict.fromkeys([aim.minimise, *aim.below, *([aim.trade_off] if aim.trade_off else [])]))
 
-    def where(case):
+    def where(case: Any) -> Any:
         return tuple(float(f"{setting(case, name):.{DIGITS}g}") for name in study.varied)
 
-    def run_at(wanted):
+    def run_at(wanted: Any) -> Any:
         """Run the minima under the given limits; the largest difference of what was foreseen from what was found."""
         nonlocal study, rows
         surface = _Surface(study, rows, records)
@@ -201,7 +206,7 @@ def search(study, aim, out, *, progress=lambda cases: None, stop=lambda: False):
     return Optimum(best(rows, aim.minimise, aim.below), curve, agreed)
 
 
-def best(rows, name, limits):
+def best(rows: Sequence[Any], name: str, limits: Any) -> Any:
     """The row with the least of a record among those within the limits (to `AGREEMENT`); None if there is none."""
     within = [
         row for row in rows
@@ -211,7 +216,7 @@ def best(rows, name, limits):
     return min(within, key=lambda row: row.values[name], default=None)
 
 
-def front(rows, aim):
+def front(rows: Sequence[Any], aim: Any) -> Any:
     """Rows that no other row beats in both records of the trade-off, in the order of the second."""
     known = [row for row in rows if _positive(row.values[aim.minimise]) and _positive(row.values[aim.trade_off])]
     known.sort(key=lambda row: (row.values[aim.trade_off], row.values[aim.minimise]))
@@ -223,10 +228,10 @@ def front(rows, aim):
     return kept
 
 
-def write(found, study, aim, out):
+def write(found: Any, study: Any, aim: Any, out: Path) -> list[Any]:
     """optimum.json, and with a trade-off its picture trade_off.png; gives the written paths."""
 
-    def entry(row):
+    def entry(row: Any) -> Any:
         return None if row is None else {n: setting(row.case, n) for n in study.varied} | row.values
 
     content = {
@@ -240,7 +245,7 @@ def write(found, study, aim, out):
         temporary.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
     if not found.trade_off:
         return [out / "optimum.json"]
-    from ..figures import STYLE, plt, save
+    from ..output.figures import STYLE, plt, save
 
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(1, 2, figsize=(11.0, 4.4))
@@ -262,11 +267,11 @@ def write(found, study, aim, out):
         return [out / "optimum.json", save(figure, out / "trade_off.png")]
 
 
-def _labelled(name):
+def _labelled(name: str) -> str:
     return f"{name.replace('_', ' ')}, {RECORDS[name]}"
 
 
-def summary_text(found, study, aim):
+def summary_text(found: Any, study: Any, aim: Any) -> str:
     """The short readable end of a search."""
     limits = ", ".join(f"{name} below {limit:.6g} {RECORDS[name]}" for name, limit in aim.below.items())
     under = f" with {limits}" if limits else ""

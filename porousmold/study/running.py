@@ -10,17 +10,19 @@ import io
 import json
 import tempfile
 import time as clock
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from mpi4py import MPI
 
-from ..checkpoint import fingerprint
 from ..errors import InputError, SolveError
-from ..running import RunInterrupted, run
-from ..scene import KEYS
-from ..series import TimeSeries
-from ..whole_files import InUseError, held, whole_file
+from ..files.whole_files import InUseError, locked, whole_file
+from ..scene.identity import identity_of
+from ..scene.language import KEYS
+from ..scene.series import TimeSeries
+from ..simulation.running import RunInterrupted, run
 from .definition import RECORDS
 
 MISSING, BEGUN = "missing", "begun"
@@ -34,10 +36,18 @@ class Row:
     case: object
     status: str
     reason: str
-    values: dict
+    values: dict[str, Any]
 
 
-def run_study(study, out, *, group=1, part=(1, 1), progress=None, stop=lambda: False):
+def run_study(
+    study: Any,
+    out: Path,
+    *,
+    group: int = 1,
+    part: tuple[int, int] = (1, 1),
+    progress: Any = None,
+    stop: Callable[[], bool] = lambda: False,
+) -> Any:
     """Run what is missing of a study (collective over all ranks) and give its rows on every rank.
 
     group: ranks per case. part: (i, n) takes every n-th case from the i-th. progress: called on rank 0 as progress(cases
@@ -53,12 +63,12 @@ def run_study(study, out, *, group=1, part=(1, 1), progress=None, stop=lambda: F
 
     looked = [0.0]
 
-    def tell():
+    def tell() -> None:
         if progress and world.rank == 0:
             progress(sum(row_of(case, out, study.record).status != MISSING for case in cases))
             looked[0] = clock.monotonic()
 
-    def told(*_):
+    def told(*_: Any) -> None:
         if clock.monotonic() > looked[0] + SECONDS_BETWEEN_LOOKS:
             tell()
 
@@ -88,7 +98,7 @@ def run_study(study, out, *, group=1, part=(1, 1), progress=None, stop=lambda: F
     return collect(study, out)
 
 
-def _on_leader(workers, action, *arguments):
+def _on_leader(workers: Any, action: Callable[..., Any], *arguments: Any) -> tuple[Any, ...]:
     """(what the action gives on the group's rank 0, None on the others; what an `OSError` there says, on all of them)."""
     result = problem = None
     if workers.rank == 0:
@@ -99,7 +109,7 @@ def _on_leader(workers, action, *arguments):
     return result, workers.bcast(problem)
 
 
-def collect(study, out):
+def collect(study: Any, out: Path) -> Any:
     """The rows of a study as they stand in its folder, written to table.csv and table.json (collective)."""
     world, out = MPI.COMM_WORLD, Path(out)
     rows, problem = _on_leader(world, write_tables, study, out)
@@ -108,7 +118,7 @@ def collect(study, out):
     return world.bcast(rows)
 
 
-def _make_folder(out, world):
+def _make_folder(out: Path, world: Any) -> None:
     problem = None
     if world.rank == 0:
         try:
@@ -125,23 +135,23 @@ def _make_folder(out, world):
 class _NoClaim:
     """What the other ranks of a group hold."""
 
-    def close(self):
+    def close(self) -> None:
         """Nothing to let go."""
 
 
-def _take(case, out, record, workers):
+def _take(case: Any, out: Path, record: Sequence[str], workers: Any) -> tuple[Any, ...]:
     """A claim on a case that is missing and not taken, else None; and what kept it from being made (collective)."""
     claim, problem = _on_leader(workers, _claim, case, out, record)
     taken = workers.bcast(claim is not None)
     return (claim or _NoClaim()) if taken else None, problem
 
 
-def _claim(case, out, record):
+def _claim(case: Any, out: Path, record: Sequence[str]) -> Any:
     if row_of(case, out, record).status != MISSING:
         return None
     (out / case.name).mkdir(exist_ok=True)
     try:
-        claim = held(out / case.name / ".claim")
+        claim = locked(out / case.name / ".claim")
     except InUseError:
         return None
     if row_of(case, out, record).status != MISSING:  # done by another in the meantime
@@ -150,7 +160,7 @@ def _claim(case, out, record):
     return claim
 
 
-def _run_case(case, out, workers, told, stop):
+def _run_case(case: Any, out: Path, workers: Any, told: Any, stop: Callable[[], bool]) -> Any:
     """Run a case and tell its folder; gives what kept that from being written."""
     folder, status, reason = out / case.name, "refused", case.reason
     if case.scene is not None:
@@ -162,7 +172,7 @@ def _run_case(case, out, workers, told, stop):
     return _on_leader(workers, _tell, case, folder, status, reason)[1]
 
 
-def _outcome(case, folder, workers, told, stop, resume):
+def _outcome(case: Any, folder: Path, workers: Any, told: Any, stop: Callable[[], bool], resume: bool) -> Any:
     try:
         run(case.scene, folder, workers, progress=told, stop=stop, resume=resume)
         return "done", ""
@@ -175,13 +185,13 @@ def _outcome(case, folder, workers, told, stop, resume):
         return BEGUN if error.key == "--out" else "refused", str(error)
 
 
-def _tell(case, folder, status, reason):
+def _tell(case: Any, folder: Path, status: int, reason: str) -> None:
     content = {"identity": identity(case), "status": status, "reason": reason, "settings": case.settings}
     with whole_file(folder / "case.json") as temporary:
         temporary.write_text(json.dumps(content, indent=2, default=str) + "\n", encoding="utf-8")
 
 
-def _told(folder):
+def _told(folder: Path) -> Any:
     """What stands in the folder's case.json; nothing if that is missing or damaged."""
     try:
         content = json.loads((folder / "case.json").read_text(encoding="utf-8"))
@@ -190,12 +200,12 @@ def _told(folder):
         return {}
 
 
-def identity(case):
+def identity(case: Any) -> Any:
     """Text that changes with anything that could change the case's result."""
-    return fingerprint(case.scene) if case.scene is not None else case.reason
+    return identity_of(case.scene) if case.scene is not None else case.reason
 
 
-def row_of(case, out, record):
+def row_of(case: Any, out: Path, record: Sequence[str]) -> Any:
     """The row of a case from its folder."""
     told, values = _told(out / case.name), dict.fromkeys(record)
     same = told.get("identity") == identity(case)
@@ -213,26 +223,26 @@ def row_of(case, out, record):
         return missing
 
 
-def _entry(summary, name):
+def _entry(summary: Any, name: str) -> Any:
     for part in name.split("."):
         summary = summary[part]
     return summary
 
 
-def setting(case, name):
+def setting(case: Any, name: str) -> Any:
     """The value (SI) that a case has of a key, as given where it has no scene."""
     if case.scene is None:
         return case.settings.get(name)
     table, key = name.split(".")
     value = getattr(getattr(case.scene, table), key)
     if isinstance(value, TimeSeries):
-        value = value.source or value.values[0]
+        value = value.as_value()
     return str(value) if isinstance(value, Path) else value
 
 
-def write_tables(study, out):
+def write_tables(study: Any, out: Path) -> Any:
     """table.csv and table.json of all cases in their order; gives the rows. Waits for another process that is at it."""
-    with held(out / ".table", wait=True):
+    with locked(out / ".table", wait=True):
         rows = [row_of(case, out, study.record) for case in study.cases]
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
@@ -255,7 +265,7 @@ def write_tables(study, out):
     return rows
 
 
-def _head(name):
+def _head(name: str) -> Any:
     """Head of the column of a key: with its unit, if it has one."""
     table, key = name.split(".")
     unit = KEYS[table][key].unit

@@ -8,10 +8,14 @@ temperature, which drives everything.
 
 import json
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 from ..errors import InputError
-from ..laws import Laws
+from ..scene.chosen_laws import Laws
+from ..scene.scene import Scene
 from .definition import QUIET, Case, Study
 from .running import run_study
 
@@ -33,7 +37,7 @@ class Elasticity:
     reason: str = ""
 
 
-def parameters_of(scene):
+def parameters_of(scene: Scene) -> Any:
     """{name: value (SI)} of the parameters that the scene has; properties of materials as constants."""
     laws = Laws.of(scene)
     solids = {"bed.bead_": laws.beads, "wall.": laws.wall}
@@ -50,12 +54,12 @@ def parameters_of(scene):
         without_wall = scene.model.wall in ("insulated", "fixed-temperature") or scene.geometry.kind == "mesh"
         if value is not None and value > 0.0 and not (table == "wall" and without_wall):
             found[name] = value
-    if scene.profile is not None:
+    if scene.bed.porosity_profile is not None:
         found.pop("bed.bulk_porosity")
     return found
 
 
-def cases_around(scene, step=STEP):
+def cases_around(scene: Scene, step: float = STEP) -> Any:
     """The cases whose heating times give the elasticities: a higher and a lower value of every parameter."""
     initial = scene.operation.initial_temperature
     cases = []
@@ -68,14 +72,16 @@ def cases_around(scene, step=STEP):
             label = f"{name},{side}"
             try:
                 given = {"bed.allow_small_ratio": True, **QUIET, **settings}
-                scene_there = scene.with_changes(**{k.replace(".", "__"): v for k, v in given.items()})
+                scene_there = scene.changed(given)
                 cases.append(Case(label, settings, scene_there))
             except InputError as error:
                 cases.append(Case(label, settings, None, str(error)))
     return cases
 
 
-def elasticities(scene, out, *, step=STEP, progress=None, stop=lambda: False):
+def elasticities(
+    scene: Scene, out: Path, *, step: float = STEP, progress: Any = None, stop: Callable[[], bool] = lambda: False
+) -> list[Any]:
     """Run what is missing in `out` and give the `Elasticity` of every parameter, largest first (collective).
 
     Writes elasticities.json beside the tables of the study.
@@ -94,9 +100,9 @@ def elasticities(scene, out, *, step=STEP, progress=None, stop=lambda: False):
     return sorted(found, key=lambda entry: -abs(entry.value or 0.0))
 
 
-def write(found, out):
+def write(found: Any, out: Path) -> Path:
     """elasticities.json, and the tornado picture; gives the picture's path."""
-    from ..figures import STYLE, plt, save
+    from ..output.figures import STYLE, plt, save
 
     content = {entry.parameter: entry.value for entry in found}
     (out / "elasticities.json").write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")

@@ -6,11 +6,12 @@ import ufl
 from dolfinx import fem
 from scipy.integrate import solve_bvp
 
-from porousmold import fenicsx, geometry
-from porousmold.closures.functions import exp
 from porousmold.equations.coordinates import Coordinates
 from porousmold.equations.flow import FlowState
-from porousmold.solvers.flow import SteadyFlow
+from porousmold.laws.functions import exp
+from porousmold.mesh import domain as geometry
+from porousmold.mesh import fenicsx
+from porousmold.solvers.flow import FullFlow
 
 from ..support import (
     box,
@@ -29,8 +30,8 @@ DEGREE = 4
 
 def held_velocity(domain, space, tags):
     """Unknowns of the velocity on the boundary's parts, and one of the pressure, which is else known but for a constant."""
-    held = [fem.locate_dofs_topological(space.sub(0), 1, domain.facets(tag)) for tag in tags]
-    return [*held, fenicsx.collapse(space, 1)[1][:1]] if held else held
+    constrained = [fem.locate_dofs_topological(space.sub(0), 1, domain.facets(tag)) for tag in tags]
+    return [*constrained, fenicsx.collapse(space, 1)[1][:1]] if constrained else constrained
 
 
 def solve(domain, equations, openings, *, sources=None, exact=None, fixed_tags=()):
@@ -38,13 +39,13 @@ def solve(domain, equations, openings, *, sources=None, exact=None, fixed_tags=(
     temperature = nodal(domain, 300.0 + ufl.SpatialCoordinate(domain.mesh)[0] * 0.0 + 1e-30 * domain.wall_distance)
     elements = [fenicsx.lagrange_element(domain.mesh, 1, 2), fenicsx.lagrange_element(domain.mesh, 1)]
     fixed = held_velocity(domain, fenicsx.mixed_space(domain.mesh, elements), fixed_tags)
-    flow = SteadyFlow(domain, equations, openings, temperature, domain.cell_measure(DEGREE), sources, fixed)
+    flow = FullFlow(domain, equations, openings, temperature, domain.cell_measure(DEGREE), sources, fixed)
     flow.guess_uniform(0.0)
     if exact is not None:
         for part, field in enumerate((exact.velocity, exact.pressure)):
             fill_part(flow.unknown, part, field)
     flow.solve()
-    return FlowState.of(ufl.split(flow.unknown), equations.scales), temperature
+    return flow.state, temperature
 
 
 def manufactured_errors(cells, axisymmetric):

@@ -5,10 +5,11 @@ import pytest
 import ufl
 from dolfinx import fem
 
-from porousmold import fenicsx, geometry
-from porousmold.closures.functions import exp
 from porousmold.equations.medium import rev_vector
-from porousmold.solvers.flow import SteadyFlow
+from porousmold.laws.functions import exp
+from porousmold.mesh import domain as geometry
+from porousmold.mesh import fenicsx
+from porousmold.solvers.flow import FullFlow
 
 from ..support import box, flow_equations, nodal, opening
 
@@ -31,7 +32,7 @@ def velocities(drop, gauge, *, published):
         opening(domain, geometry.OUTLET, 4, pressure=fem.Constant(domain.mesh, gauge)),
     ]
     temperature = nodal(domain, 300.0 + ufl.SpatialCoordinate(domain.mesh)[0])
-    flow = SteadyFlow(domain, equations, openings, temperature, domain.cell_measure(4))
+    flow = FullFlow(domain, equations, openings, temperature, domain.cell_measure(4))
     flow.guess_uniform(0.0)
     flow.solve()
     return flow.unknown.x.array[fenicsx.collapse(flow.space, 0)[1]]

@@ -6,14 +6,14 @@ import ufl
 from dolfinx import fem
 from mpi4py import MPI
 
-from porousmold import fenicsx, geometry
-from porousmold.closures import turbulence as closure
-from porousmold.discretisation import Discretisation
 from porousmold.equations.flow import FlowState
-from porousmold.equations.turbulence import TurbulenceModel
-from porousmold.probe import PointProbe
-from porousmold.scene import Scene
-from porousmold.solvers.flow import SteadyFlow
+from porousmold.laws import turbulence as closure
+from porousmold.laws.turbulence_models import KEpsilon
+from porousmold.mesh import domain as geometry
+from porousmold.mesh import fenicsx
+from porousmold.mesh.probe import PointProbe
+from porousmold.scene.scene import Scene
+from porousmold.solvers.flow import FullFlow
 
 from ..support import (
     ALUMINIUM,
@@ -27,16 +27,17 @@ from ..support import (
     nodal,
     observed_orders,
     opening,
+    problem_of,
 )
 
 
 def test_a_slow_flow_has_no_turbulence_and_needs_no_continuation():
     """At 10 Pa (Re_s about 6) no bead source acts: k is a trace, whose sign rounding and coarse cells may decide."""
-    problem = Discretisation(Scene.from_file(ALUMINIUM, {"operation.pressure_drop": "10 Pa"}), MPI.COMM_SELF)
+    problem = problem_of(Scene.load(ALUMINIUM, {"operation.pressure_drop": "10 Pa"}), MPI.COMM_SELF)
     problem.flow.start()
     assert problem.flow.continuation_steps == 0
     energy = problem.flow.fields()["turbulent_kinetic_energy"].x.array
-    assert np.max(np.abs(energy)) < 1e-3 * problem.estimates.speed**2
+    assert np.max(np.abs(energy)) < 1e-3 * problem.medium.estimates.speed**2
 
 
 @pytest.mark.parametrize("model", ["nakayama-kuwahara", "damped-nakayama-kuwahara"])
@@ -45,7 +46,7 @@ def test_uniform_bed_settles_at_damped_equilibrium(model):
 
     The pressure drop puts the damped case amid its range (Re_s about 850).
     """
-    scene = Scene.from_file(
+    scene = Scene.load(
         ALUMINIUM,
         {
             "bed.porosity_model": "constant",
@@ -56,15 +57,15 @@ def test_uniform_bed_settles_at_damped_equilibrium(model):
             "solver.cell_growth": 1.5,
         },
     )
-    problem = Discretisation(scene, MPI.COMM_SELF)
-    problem.flow_temperature.x.array[:] = 330.0
+    problem = problem_of(scene, MPI.COMM_SELF)
+    problem.medium.flow_temperature.x.array[:] = 330.0
     problem.flow.guess_uniform()
     problem.flow.solve()
     fields = problem.flow.fields()
     at = {name: PointProbe(problem.domain, [(0.5, 0.0)])(field)[0] for name, field in fields.items()}
     phi, diameter, speed = 0.4, 5e-3, at["velocity"][0]
-    density = problem.laws.fluid.density(101325.0 + at["pressure"][0], 330.0)
-    reynolds = density * phi * speed * diameter / problem.laws.fluid.viscosity(330.0)
+    density = problem.specs.laws.fluid.density(101325.0 + at["pressure"][0], 330.0)
+    reynolds = density * phi * speed * diameter / problem.specs.laws.fluid.viscosity(330.0)
     fraction = 1.0
     if model.startswith("damped"):
         fraction = closure.damping(reynolds)
@@ -84,13 +85,13 @@ def manufactured_errors(cells, axisymmetric):
     z, r = ufl.SpatialCoordinate(domain.mesh)
     phi = 0.4 + 0.5 * ufl.exp(-3.0 * domain.wall_distance)
     far = 1e4 + 0.0 * z  # from the wall: Re_y >> 200, the outer layer everywhere
-    published = TurbulenceModel(blend_half_width=domain.constant(20.0), longest_eddy=domain.constant(1e6))
+    published = KEpsilon(blend_half_width=domain.constant(20.0), longest_eddy=domain.constant(1e6))
     equations = flow_equations(domain, phi, model=published, wall_distance=far, fluid=liquid(viscosity=0.01))
     coordinates = equations.coordinates
     u = ufl.as_vector([(1.0 - r**2) * (1.0 + 0.3 * ufl.sin(np.pi * z)), 0.2 * r * (1.0 - r) * ufl.cos(np.pi * z)])
     k = 2.0 + ufl.sin(np.pi * z) * ufl.cos(np.pi * r)
     epsilon = 1.0 + 0.3 * ufl.cos(np.pi * z) * ufl.cos(np.pi * r)
-    exact = FlowState(u, ufl.cos(np.pi * z), k, epsilon)
+    exact = FlowState(u, ufl.cos(np.pi * z), (k, epsilon))
     m = equations.momentum(exact, 300.0 + 0.0 * z)
     eddy = 0.09 * k**2 / epsilon
     production = eddy * coordinates.shear_rate_squared(u)
@@ -112,15 +113,15 @@ def manufactured_errors(cells, axisymmetric):
     fixed = [fem.locate_dofs_topological(space.sub(part), 1, domain.facets(tag)) for part in (0, 2, 3) for tag in tags]
     fixed.append(fenicsx.collapse(space, 1)[1][:1])  # the pressure is else known but for a constant
     temperature = nodal(domain, 300.0 + z)
-    flow = SteadyFlow(domain, equations, openings, temperature, domain.cell_measure(4), sources, fixed)
+    flow = FullFlow(domain, equations, openings, temperature, domain.cell_measure(4), sources, fixed)
     for part, field in enumerate((u, exact.pressure, k, epsilon)):
         size = (1.0, 1.0, 1.0, 1.0 / 0.5)[part]  # epsilon is solved for in units of speed^3/bead_diameter
         fill_part(flow.unknown, part, field / size)
     flow.solve()
-    state = FlowState.of(ufl.split(flow.unknown), equations.scales)
+    state = flow.state
     return (
-        error_norm(domain, state.kinetic_energy - k, coordinates),
-        error_norm(domain, state.dissipation_rate - epsilon, coordinates),
+        error_norm(domain, state.turbulence[0] - k, coordinates),
+        error_norm(domain, state.turbulence[1] - epsilon, coordinates),
     )
 
 

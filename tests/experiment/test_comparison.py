@@ -89,6 +89,7 @@ def test_a_run_without_sensors_is_refused(tmp_path):
         compare(tmp_path, tmp_path)
 
 
+@pytest.mark.heavy
 def test_the_comparison_tells_the_right_model_from_the_wrong_one(tmp_path):
     """Beside noise of 0.3 K, whose mean magnitude is 0.24 K: the model that the synthetic data come from stays below the noise
     level, a laminar one is clearly above."""
@@ -100,7 +101,7 @@ def test_the_comparison_tells_the_right_model_from_the_wrong_one(tmp_path):
             "output.pictures": False,
             "output.fields": False,
         }
-        run(Scene.from_file(EXPERIMENT / "experiment.toml", settings), tmp_path / turbulence, MPI.COMM_SELF)
+        run(Scene.load(EXPERIMENT / "experiment.toml", settings), tmp_path / turbulence, MPI.COMM_SELF)
         deviations[turbulence] = average_deviation(
             compare(tmp_path / turbulence, EXPERIMENT / "measured_synthetic.csv")
         )
@@ -124,7 +125,7 @@ def test_sensors_that_are_nowhere_are_refused(tmp_path, text, word):
         shutil.copy(path, tmp_path)
     (tmp_path / "sensors.csv").write_text(text)
     with pytest.raises(InputError, match=word):
-        run(Scene.from_file(tmp_path / "experiment.toml", {"model.turbulence": "none"}), communicator=MPI.COMM_SELF)
+        run(Scene.load(tmp_path / "experiment.toml", {"model.turbulence": "none"}), communicator=MPI.COMM_SELF)
 
 
 def test_sensors_record_what_stations_do(tmp_path):
@@ -132,7 +133,7 @@ def test_sensors_record_what_stations_do(tmp_path):
     sensors = tmp_path / "sensors.csv"
     sensors.write_text("name, x [m], y [m]\nhere, 0.3125, 0\n")
     settings = {"model.turbulence": "none", "model.flow": "plug", "operation.end_time": 1500.0}
-    scene = Scene.from_file(EXPERIMENT.parent / "baseline.toml", settings | {"geometry.sensors": str(sensors)})
+    scene = Scene.load(EXPERIMENT.parent / "baseline.toml", settings | {"geometry.sensors": str(sensors)})
     history = run(scene, communicator=MPI.COMM_SELF).history
     assert history["sensor_here"] == pytest.approx(history["temperature_centre_L/2"], abs=1e-9)
     assert np.ptp(history["sensor_here"]) > 1.0

@@ -5,7 +5,7 @@ import pytest
 
 from porousmold.cli import main
 from porousmold.experiment.rotameter import REFERENCE_PRESSURE, averaged, inlet_velocity
-from porousmold.series import read_series
+from porousmold.scene.series import read_series
 
 AREA = 0.25 * np.pi * 0.1016**2
 HEAD = "time [s], flow [ft^3/min], rotameter_pressure [kPa], rotameter_temperature [degC], inlet_pressure [kPa], inlet_temperature [degC]\n"  # noqa: E501

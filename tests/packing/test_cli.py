@@ -7,8 +7,8 @@ import pytest
 
 from porousmold import run
 from porousmold.cli import main
+from porousmold.laws.porosity_profile import PorosityProfile
 from porousmold.packing.files import read_packing
-from porousmold.porosity.profile import PorosityProfile
 
 from ..support import STUDIES, coarse_scene, under_mpirun
 
@@ -40,7 +40,7 @@ def test_profile_reads_as_a_scene_reads_it(profile):
 def test_scene_runs_on_the_profile(profile):
     """The profile moves the mass flow by 1.7 %; the heating time only by chance of the mesh: by 0.1 % on finer ones."""
     by_law = run(coarse_scene()).summary
-    by_profile = run(coarse_scene(bed__porosity_profile=str(profile))).summary
+    by_profile = run(coarse_scene({"bed.porosity_profile": str(profile)})).summary
     assert by_profile["heating_time"] == pytest.approx(by_law["heating_time"], rel=0.15)
     assert by_profile["mass_flow_initial"] != pytest.approx(by_law["mass_flow_initial"], rel=1e-2)
     assert abs(by_profile["energy_imbalance"]) < 1e-3

@@ -73,7 +73,7 @@ def test_mixture_has_a_bead_of_each_size():
 
 
 def test_large_beads_of_a_mixture_overlap_no_more_than_small_ones():
-    packing = pack(Slab(0.04, 0.056), Mixture((2e-3, 8e-3), (0.3, 0.7)), bed_height=0.03)
+    packing = pack(Slab(0.04, 0.056), Mixture((3e-3, 8e-3), (0.3, 0.7)), bed_height=0.03)
     pairs, overlap = packing.contacts
     large = (packing.diameters[pairs] == 8e-3).all(axis=1)
     assert large.sum() > 20 and overlap[large].mean() < 2e-3 * 8e-3

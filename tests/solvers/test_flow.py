@@ -5,23 +5,22 @@ import pytest
 from mpi4py import MPI
 
 from porousmold import InputError, SolveError, run
-from porousmold.discretisation import Discretisation
-from porousmold.simulation import Simulation
-from porousmold.solvers import flow as solver
+from porousmold.simulation import march
+from porousmold.solvers import steady
 
-from ..support import ALUMINIUM, PIPE, coarse_scene
+from ..support import ALUMINIUM, PIPE, coarse_scene, problem_of
 
-CELLS = {"solver__axial_cells": 9, "solver__cell_growth": 1.4}
+CELLS = {"solver.axial_cells": 9, "solver.cell_growth": 1.4}
 DRIVES = {
     "pressure drop": {},
-    "mass flow": {"operation__pressure_drop": None, "operation__mass_flow": 0.0395},
-    "velocity": {"operation__pressure_drop": None, "operation__inlet_velocity": 1.5},
+    "mass flow": {"operation.pressure_drop": None, "operation.mass_flow": 0.0395},
+    "velocity": {"operation.pressure_drop": None, "operation.inlet_velocity": 1.5},
 }
 
 
-def started(path=ALUMINIUM, **changes):
+def started(*given):
     """Discretisation of a shipped scene with changes, its flow found."""
-    problem = Discretisation(coarse_scene(path, **CELLS | changes), MPI.COMM_SELF)
+    problem = problem_of(coarse_scene(CELLS, *given))
     problem.flow.start()
     return problem
 
@@ -30,46 +29,47 @@ def started(path=ALUMINIUM, **changes):
 @pytest.mark.parametrize("turbulence", ["k-epsilon", "damped-nakayama-kuwahara"])
 def test_found_however_it_is_driven_without_undershoots(drive, turbulence):
     """k is nowhere clearly negative, at the inlet's nodes neither, and what comes in goes out."""
-    problem = started(model__turbulence=turbulence, **DRIVES[drive])
+    problem = started({"model.turbulence": turbulence, **DRIVES[drive]})
     energy = problem.flow.fields()["turbulent_kinetic_energy"].x.array
     assert problem.flow.is_turbulent()
     assert energy.min() > -5e-3 * energy.max()
-    assert abs(problem.mass_imbalance) < 1e-8
+    assert abs(problem.balances.mass_imbalance) < 1e-8
 
 
 @pytest.mark.parametrize(
     "path, changes",
     [
-        (ALUMINIUM, {"operation__pressure_drop": 3e4}),
-        (ALUMINIUM, {"geometry__cavity_height": 0.08, "bed__bead_diameter": 0.008}),
-        (ALUMINIUM, {"geometry__length": 0.1, "operation__pressure_drop": 2e4}),
-        (ALUMINIUM, {"bed__porosity_model": "vortmeyer-schuster"}),
-        (PIPE, {"bed__bead_diameter": 0.01}),
+        (ALUMINIUM, {"operation.pressure_drop": 3e4}),
+        (ALUMINIUM, {"geometry.cavity_height": 0.08, "bed.bead_diameter": 0.008}),
+        (ALUMINIUM, {"geometry.length": 0.1, "operation.pressure_drop": 2e4}),
+        (ALUMINIUM, {"bed.porosity_model": "vortmeyer-schuster"}),
+        (PIPE, {"bed.bead_diameter": 0.01}),
     ],
 )
 @pytest.mark.parametrize("kind", ["full", "developed"])
 def test_found_where_bead_sources_fade_out_in_the_bulk(path, changes, kind):
     """Scenes whose flow was not found once, within few iterations."""
-    problem = started(path, model__flow=kind, **changes)
+    problem = started(path, {"model.flow": kind, **changes})
     assert problem.flow.newton_iterations < 60
 
 
 def test_a_coarser_mesh_needs_no_more_iterations():
     iterations = [
-        started(solver__mesh_refinement=size, model__flow="developed").flow.newton_iterations for size in (1.0, 3.0)
+        started({"solver.mesh_refinement": size, "model.flow": "developed"}).flow.newton_iterations
+        for size in (1.0, 3.0)
     ]
     assert iterations[0] <= iterations[1] + 5
 
 
 def test_the_published_form_of_the_wall_layer_is_reached():
     """By Newton's method or along ever narrower blends; its mass flow is that of the wide blend within 1 %."""
-    changes = {"model__blend_half_width": 20.0, "model__longest_eddy": 1e6}
-    published, ours = started(**changes), started()
-    assert published.mass_flow == pytest.approx(ours.mass_flow, rel=0.01)
-    model = published.equations.model
+    changes = {"model.blend_half_width": 20.0, "model.longest_eddy": 1e6}
+    published, ours = started(changes), started()
+    assert published.balances.mass_flow == pytest.approx(ours.balances.mass_flow, rel=0.01)
+    model = published.medium.equations.model
     assert float(model.blend_half_width.value) == 20.0
-    assert published.flow._find_by_narrowing(0.0)  # the long way leads to the same flow
-    assert published.mass_flow == pytest.approx(ours.mass_flow, rel=0.01)
+    assert published.flow._find_by_continuation(0.0)  # the long way leads to the same flow
+    assert published.balances.mass_flow == pytest.approx(ours.balances.mass_flow, rel=0.01)
     assert float(model.blend_half_width.value) == 20.0
 
 
@@ -77,7 +77,7 @@ def test_the_published_form_of_the_wall_layer_is_reached():
 def test_of_two_steady_flows_the_turbulent_one_is_taken_and_told(kind):
     """Plain k-epsilon at 8 kPa has both, whatever mesh and flow; the summary and a warning say so."""
     result = run(
-        coarse_scene(model__turbulence="k-epsilon", model__flow=kind, operation__end_time=5.0, **CELLS),
+        coarse_scene({"model.turbulence": "k-epsilon", "model.flow": kind, "operation.end_time": 5.0, **CELLS}),
         communicator=MPI.COMM_SELF,
     )
     assert result.summary["flow_regimes"] == ["turbulent", "laminar"]
@@ -85,23 +85,23 @@ def test_of_two_steady_flows_the_turbulent_one_is_taken_and_told(kind):
 
 
 def test_a_slow_flow_is_laminar_alone():
-    changes = {"model__turbulence": "k-epsilon", "operation__pressure_drop": 100.0, "operation__end_time": 5.0}
-    summary = run(coarse_scene(**changes, **CELLS), communicator=MPI.COMM_SELF).summary
+    changes = {"model.turbulence": "k-epsilon", "operation.pressure_drop": 100.0, "operation.end_time": 5.0}
+    summary = run(coarse_scene(CELLS, changes), communicator=MPI.COMM_SELF).summary
     assert summary["flow_regimes"] == ["laminar"]
 
 
 def test_the_laminar_flow_beside_a_turbulent_one_leaves_it_as_it_is():
-    problem = started(model__turbulence="k-epsilon", model__flow="developed")
-    before = problem.flow._state()
+    problem = started({"model.turbulence": "k-epsilon", "model.flow": "developed"})
+    before = problem.flow.solver.copies()
     assert problem.is_also_laminar()
-    for now, then in zip(problem.flow._state(), before, strict=True):
+    for now, then in zip(problem.flow.solver.copies(), before, strict=True):
         assert np.array_equal(now, then)
 
 
 def test_the_inlets_mean_static_pressure_is_the_one_given():
     """Of a short bed whose flow has a dynamic pressure of several per cent of it."""
-    problem = started(geometry__length=0.1, operation__pressure_drop=2e4, model__turbulence="none")
-    assert problem.pressure_drop == pytest.approx(2e4, rel=5e-3)
+    problem = started({"geometry.length": 0.1, "operation.pressure_drop": 2e4, "model.turbulence": "none"})
+    assert problem.balances.pressure_drop == pytest.approx(2e4, rel=5e-3)
     velocity = problem.flow.fields()["velocity"].x.array
     assert 0.5 * np.max(velocity**2) > 0.01 * 2e4
 
@@ -110,20 +110,20 @@ def test_switched_off_and_on_needs_no_false_transient_of_its_own(tmp_path):
     """After a jump the flow starts from the initial guess for the new drive."""
     series = tmp_path / "switched.csv"
     series.write_text("time [s], dp [kPa]\n0, 8\n20, 8\n20.5, 0\n40, 0\n40.5, 8\n4000, 8\n")
-    scene = coarse_scene(operation__pressure_drop=str(series), operation__end_time=60.0, **CELLS)
+    scene = coarse_scene({"operation.pressure_drop": str(series), "operation.end_time": 60.0, **CELLS})
     summary = run(scene, communicator=MPI.COMM_SELF).summary
     assert summary["rejected_steps"] == 0 and summary["newton_iterations"]["flow"] < 300
 
 
 def test_a_recorded_mass_flow_fed_back_gives_the_same_heating_time(tmp_path):
     """Which it does where the flow recorded at a time is that of the time."""
-    scene = coarse_scene(model__turbulence="none", model__flow="developed", **CELLS)
+    scene = coarse_scene({"model.turbulence": "none", "model.flow": "developed", **CELLS})
     first = run(scene, communicator=MPI.COMM_SELF)
     rows = zip(first.history["time"], first.history["mass_flow"], strict=True)
     series = tmp_path / "mass_flow.csv"
     series.write_text("time [s], m [kg/s]\n" + "".join(f"{float(t)!r}, {float(m)!r}\n" for t, m in rows))
     again = run(
-        scene.with_changes(operation__pressure_drop=None, operation__mass_flow=str(series)), communicator=MPI.COMM_SELF
+        scene.changed({"operation.pressure_drop": None, "operation.mass_flow": str(series)}), communicator=MPI.COMM_SELF
     )
     assert again.heating_time == pytest.approx(first.heating_time, rel=1e-3)
 
@@ -131,21 +131,21 @@ def test_a_recorded_mass_flow_fed_back_gives_the_same_heating_time(tmp_path):
 def test_what_cannot_be_found_fails_soon_and_finer_cells_are_tried(monkeypatch):
     """The run tries finer cells by itself, and ends with the failure where they do not help either."""
     meshes = []
-    original = Simulation.__init__
+    original = march.Simulation.__init__
 
-    def noted(self, scene, *arguments):
-        meshes.append(scene.solver.mesh_refinement)
-        original(self, scene, *arguments)
+    def noted(self, specs, *arguments):
+        meshes.append(specs.mesh.refinement)
+        original(self, specs, *arguments)
 
-    monkeypatch.setattr(Simulation, "__init__", noted)
-    monkeypatch.setattr(solver.SteadyFlow, "_converged", lambda self, update, last: False)
-    monkeypatch.setattr(solver, "MOST_PSEUDO_STEPS", 5)
+    monkeypatch.setattr(march.Simulation, "__init__", noted)
+    monkeypatch.setattr(steady.SteadySolver, "_converged", lambda self, update, last: False)
+    monkeypatch.setattr(steady, "MOST_PSEUDO_STEPS", 5)
     with pytest.raises(SolveError, match="flow"):
-        run(coarse_scene(model__flow="developed", **CELLS), communicator=MPI.COMM_SELF)
+        run(coarse_scene({"model.flow": "developed", **CELLS}), communicator=MPI.COMM_SELF)
     assert meshes == [1.0, 1.5]
 
 
 def test_a_mesh_beyond_the_memory_is_refused_before_it_is_built():
-    scene = coarse_scene(**CELLS | {"solver__axial_cells": 100000, "solver__cell_growth": 1.01})
+    scene = coarse_scene(CELLS | {"solver.axial_cells": 100000, "solver.cell_growth": 1.01})
     with pytest.raises(InputError, match="GiB of memory"):
-        Discretisation(scene, MPI.COMM_SELF)
+        problem_of(scene, MPI.COMM_SELF)

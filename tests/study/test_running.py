@@ -7,9 +7,9 @@ import pytest
 
 from porousmold import InputError
 from porousmold.cli import main
+from porousmold.files.whole_files import locked
 from porousmold.study.definition import Study
 from porousmold.study.running import collect, row_of, run_study
-from porousmold.whole_files import held
 
 from ..support import ALUMINIUM, under_mpirun
 
@@ -68,7 +68,7 @@ def test_starting_again_runs_only_what_is_missing_or_changed(study_file, tmp_pat
 def test_a_case_that_another_process_has_taken_is_left_to_it(study_file, tmp_path):
     out, study = tmp_path / "out", Study.load(study_file)
     (out / study.cases[0].name).mkdir(parents=True)
-    claim = held(out / study.cases[0].name / ".claim")
+    claim = locked(out / study.cases[0].name / ".claim")
     assert [row.status for row in run_study(study, out)][:2] == ["missing", "done"]
     claim.close()
     assert [row.status for row in run_study(study, out)][:2] == ["done", "done"]
@@ -125,7 +125,7 @@ def test_a_folder_in_the_way_is_told_and_what_it_kept_from_running_is_run_later(
 def test_trouble_with_a_folder_is_not_kept_as_the_case_s_answer(study_file, tmp_path):
     out, study = tmp_path / "out", Study.load(study_file)
     (out / study.cases[0].name).mkdir(parents=True)
-    lock = held(out / study.cases[0].name / ".lock")  # as a run of the user's own would
+    lock = locked(out / study.cases[0].name / ".lock")  # as a run of the user's own would
     row = run_study(study, out)[0]
     assert row.status == "missing" and "another process" in row.reason
     lock.close()

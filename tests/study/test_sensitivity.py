@@ -11,10 +11,11 @@ from ..support import ALUMINIUM, PIPE, STUDIES
 CHEAP = {"model.flow": "plug", "model.turbulence": "none", "solver.axial_cells": 6}
 
 
+@pytest.mark.heavy
 def test_heat_stored_in_beads_and_wall_sets_the_time_scale(tmp_path):
     """Twice all solid heat capacity is twice the time (the fluid's own is a thousandth): the elasticities add up to 1, and
     density and heat capacity, which enter as a product, have the same one."""
-    found = {e.parameter: e for e in elasticities(Scene.from_file(ALUMINIUM, CHEAP), tmp_path)}
+    found = {e.parameter: e for e in elasticities(Scene.load(ALUMINIUM, CHEAP), tmp_path)}
     assert found["bed.bead_density"].value == pytest.approx(found["bed.bead_heat_capacity"].value, abs=1e-4)
     assert found["wall.density"].value == pytest.approx(found["wall.heat_capacity"].value, abs=1e-4)
     assert found["bed.bead_density"].value + found["wall.density"].value == pytest.approx(1.0, abs=0.01)
@@ -31,7 +32,7 @@ def test_parameters_are_those_that_the_scene_has():
     assert not [
         name for name in parameters_of(Scene.load(STUDIES / "mold" / "curved.toml")) if name.startswith("wall.")
     ]
-    insulated = Scene.load(ALUMINIUM, model__wall="insulated")
+    insulated = Scene.load(ALUMINIUM, {"model.wall": "insulated"})
     assert not [name for name in parameters_of(insulated) if name.startswith("wall.")]
 
 

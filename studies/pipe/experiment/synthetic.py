@@ -42,7 +42,7 @@ def main():
           np.column_stack([slowly, losses]))  # fmt: skip
     command_line(["rotameter", str(HERE / "log_synthetic.csv"), "--diameter", "101.6 mm",
                   "--reference-temperature", "21 degC", "--interval", "120 s", "--out", str(HERE)])  # fmt: skip
-    truth = run(Scene.from_file(HERE / "experiment.toml", EXPENSIVE))
+    truth = run(Scene.load(HERE / "experiment.toml", EXPENSIVE))
     sensors = [name for name in truth.history if name.startswith("sensor_")]
     told = np.arange(30.0, DURATION, 30.0)
     columns = [np.interp(told, truth.history["time"], truth.history[name]) - 273.15 for name in sensors]

@@ -1,1 +1,0 @@
-"""Empirical laws: small pure functions of floats, arrays or UFL, each with its equation, range and source."""

@@ -1,0 +1,1 @@
+"""Reading tables, writing whole files, units. No physics."""

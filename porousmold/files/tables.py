@@ -1,0 +1,115 @@
+"""CSV and TOML files that the user gives."""
+
+import csv
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from .units import to_si
+
+SEPARATORS = ";\t,"
+
+
+def read_rows(key: str, path: Path) -> list[Any]:
+    """Rows of a CSV file but for blank ones and those that start with #; `InputError` naming `key` if unreadable."""
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            return [row for row in csv.reader(file) if row and not row[0].lstrip().startswith("#")]
+    except (OSError, ValueError, csv.Error) as error:
+        raise InputError(key, str(path), f"must be a readable CSV file: {error}") from error
+
+
+def read_toml(key: str, path: Path) -> Any:
+    """Tables of a TOML file; `InputError` naming `key` if it is not there, not readable or not valid."""
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError as error:
+        raise InputError(key, str(path), "no such file") from error
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(key, str(path), f"is not valid TOML: {error}") from error
+    except (OSError, ValueError) as error:  # no text, or a path with a null byte
+        raise InputError(key, str(path), "must be a readable TOML text file") from error
+
+
+@dataclass(frozen=True)
+class Columns:
+    """A CSV file of numbers: `names` and `units` of its columns, `values` (rows, columns), and the `lines` they stand on."""
+
+    key: str
+    path: str
+    names: list[str]
+    units: list[str]
+    values: NDArray[Any]
+    lines: list[int]
+
+    def in_si(self, column: int, unit: str) -> Any:
+        """A column in SI. Raises `InputError` if it has another dimension."""
+        where = f"{self.path}, column {self.names[column]!r}"
+        if unit and not self.units[column].strip():
+            raise InputError(self.key, where, f"needs its unit in the head, such as {unit}")
+        zero, one = (to_si(self.key, f"{number} {self.units[column]}", unit, where) for number in (0, 1))
+        return zero + (one - zero) * self.values[:, column]
+
+    def times(self) -> Any:
+        """The first column in s. Raises `InputError` where it does not increase, naming the line."""
+        times = self.in_si(0, "s")
+        if np.any(np.diff(times) <= 0.0):
+            line = self.lines[int(np.argmax(np.diff(times) <= 0.0)) + 1]
+            raise InputError(self.key, self.path, f"must have increasing times; row {line} does not increase")
+        return times
+
+
+def read_columns(key: str, path: Path) -> Any:
+    """`Columns` of a CSV file with a head `name [unit]` of every column, separated by commas, semicolons or tabs.
+
+    Beside semicolons a comma may stand for the decimal point. Blank lines and those that start with # are skipped. Raises
+    `InputError` naming the key, the file and the row (line) of whatever is wrong.
+    """
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            text = [(n, line) for n, line in enumerate(file, 1) if line.strip() and not line.lstrip().startswith("#")]
+    except (OSError, ValueError) as error:  # a path with a null byte, too
+        raise InputError(key, str(path), f"must be a readable CSV file: {error}") from error
+    if len(text) < 2:
+        raise InputError(key, str(path), "must have a head like 'time [s], name [unit]' and rows of numbers")
+    separator = next((s for s in SEPARATORS if s in text[0][1]), ",")
+    try:
+        head, *rows = csv.reader((line for _, line in text), delimiter=separator, strict=True)
+    except csv.Error as error:
+        raise InputError(key, str(path), f"must be a readable CSV file: {error}") from error
+    lines = [number for number, _ in text[1:]]
+    if any(not 0 <= cell.find("[") < cell.find("]") for cell in head):
+        raise InputError(key, str(path), "needs a head with units, like 'time [s], temperature [degC]'")
+    for line, row in zip(lines, rows, strict=False):
+        if len(row) != len(head):
+            raise InputError(
+                key, str(path), f"row {line} has {len(row)} cells, the head {len(head)}: are separators mixed?"
+            )
+    names, units = zip(*((cell[: cell.find("[")].strip(), cell[cell.find("[") + 1 : cell.find("]")]) for cell in head),
+                       strict=True)  # fmt: skip
+    if separator == ";":
+        rows = [[cell.replace(",", ".") for cell in row] for row in rows]
+    return Columns(key, str(path), list(names), list(units), _numbers(key, path, rows, lines), lines)
+
+
+def _numbers(key: str, path: Path, rows: list[list[str]], lines: list[int]) -> Any:
+    try:
+        values = np.array(rows, dtype=float)
+    except ValueError:
+        values = None
+    if values is not None and np.all(np.isfinite(values)):
+        return values
+    for line, row in zip(lines, rows, strict=True):
+        for cell in row:
+            try:
+                good = bool(np.isfinite(float(cell)))
+            except ValueError:
+                good = False
+            if not good:
+                raise InputError(key, str(path), f"row {line} has {cell.strip()!r}, which is no number")
+    raise AssertionError("some cell is no number")

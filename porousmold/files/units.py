@@ -1,0 +1,91 @@
+"""Numbers with units at the program's border: everything inside is SI."""
+
+import functools
+import math
+import re
+from typing import Any
+
+from ..errors import InputError
+
+_NUMBER_AND_UNIT = re.compile(r"^\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*$")
+
+
+@functools.cache
+def _registry() -> Any:
+    import pint  # half a second, which a scene in plain SI numbers does not pay
+
+    return pint.UnitRegistry()
+
+
+def to_si(key: str, value: Any, unit: str, where: str | None = None) -> float:
+    """The value in `unit` (a pint unit name, '' for pure numbers), from a number in SI or a text like '5 mm'.
+
+    Temperatures may be in degC; temperature differences (unit 'delta_degC' or 'kelvin' margins) are in K. Raises
+    `InputError` naming the key for a value that is no number, not finite, or of another dimension.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        raise InputError(key, value, f"must be a number in {unit or 'no unit'} or a text with a unit", where)
+    if isinstance(value, str):
+        value = _converted(key, value, unit, where)
+    try:
+        finite = math.isfinite(value)
+    except OverflowError:  # an integer of hundreds of digits
+        finite = False
+    if not finite:
+        raise InputError(key, value, "must be a finite number", where)
+    return float(value)
+
+
+def _converted(key: str, text: str, unit: str, where: str | None) -> Any:
+
+    match = _NUMBER_AND_UNIT.match(text)
+    allowed = f"must be a number with a unit of {_dimension(unit)}, like {_example(unit)!r}"
+    if match is None:
+        raise InputError(key, text, allowed, where)
+    number, given = float(match.group(1)), match.group(2)
+    if not given:
+        return number
+    registry = _registry()
+    try:
+        if unit == "delta_degC":
+            if registry.Quantity(0.0, given).to("kelvin").magnitude == 0.0:
+                return registry.Quantity(number, given).to("kelvin").magnitude
+            raise InputError(key, text, "is a temperature difference: give it in K", where)
+        return registry.Quantity(number, given).to(unit or "dimensionless").magnitude
+    except InputError:
+        raise
+    except Exception as error:  # pint raises many kinds, AssertionError among them, for units that are no units
+        raise InputError(key, text, allowed, where) from error
+
+
+_EXAMPLES = {
+    "m": ("length", "5 mm"),
+    "K": ("temperature", "90 degC"),
+    "delta_degC": ("temperature difference", "2 K"),
+    "Pa": ("pressure", "8 kPa"),
+    "s": ("time", "30 min"),
+    "kg/m^3": ("density", "2580 kg/m^3"),
+    "J/(kg*K)": ("specific heat capacity", "0.9 kJ/kg/K"),
+    "W/(m*K)": ("thermal conductivity", "0.2 W/m/K"),
+    "m/s": ("velocity", "1.5 m/s"),
+    "kg/s": ("mass flow", "40 g/s"),
+    "Pa*s": ("viscosity", "1 mPa*s"),
+    "W/(m^2*K)": ("heat transfer coefficient", "5 W/m^2/K"),
+    "W/m^2": ("heat flux", "50 W/m^2"),
+    "m^3/s": ("volume flow", "9 ft^3/min"),
+    "m^2": ("area", "81 cm^2"),
+    "kg": ("mass", "150 g"),
+    "Pa*s/m^3": ("hydraulic resistance", "5.9e8 Pa*s/m^3"),
+    "J": ("energy", "4 MJ"),
+    "W": ("power", "2 kW"),
+    "m/s^2": ("acceleration", "9.81 m/s^2"),
+    "": ("a pure number", "0.4"),
+}
+
+
+def _dimension(unit: str) -> Any:
+    return _EXAMPLES[unit][0]
+
+
+def _example(unit: str) -> Any:
+    return _EXAMPLES[unit][1]

@@ -1,0 +1,158 @@
+"""How a user's own laws are registered, and tried before anything is computed with them.
+
+A law must take floats, numpy arrays and UFL expressions: use `porousmold.laws.functions` for exp, sqrt, maximum and the like.
+Each is called with samples of its range when it is registered; one that raises, gives another shape or no finite number is
+refused with one line (`InputError`) that names it.
+"""
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import numpy as np
+import ufl
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from .conductivity import CONDUCTIVITY_LAWS, Anisotropic, ConductivityLaw, LocalBed
+from .drag import DRAG_LAWS, DragLaw
+from .functions import Value
+from .materials import FLUIDS, SOLIDS, Fluid, Solid
+from .nusselt import NUSSELT_CORRELATIONS, REST, NusseltCorrelation
+from .porosity import POROSITY_MODELS, PorosityModel
+from .turbulence_models import TURBULENCE_MODELS, LocalFlow, TurbulenceModel
+
+Function = Callable[..., Value]
+Decorator = Callable[[Function], Function]
+Model = TypeVar("Model", bound=type[TurbulenceModel])
+TEMPERATURES = np.array([250.0, 300.0, 400.0])
+
+
+def nusselt(name: str, *, reynolds: tuple[float, float], source: str, floor: float | None = REST) -> Decorator:
+    """Register f(reynolds, prandtl, porosity) = h d/lambda_f as `model.nusselt = name`; `reynolds` is its range, below `floor`
+    it is held constant."""
+
+    def register(function: Function) -> Function:
+        _try(f"nusselt {name!r}", function, np.geomspace(*reynolds, 9), 0.7, 0.4)
+        NUSSELT_CORRELATIONS.register(name, NusseltCorrelation(function, reynolds, source, floor))
+        return function
+
+    return register
+
+
+def drag(name: str, *, source: str) -> Decorator:
+    """Register f(porosity, bead_diameter, density, viscosity, speed) = drag per total volume and per intrinsic velocity
+    (kg m-3 s-1), finite at rest, as `model.drag = name`."""
+
+    def register(function: Function) -> Function:
+        speeds = np.array([0.0, 1e-3, 0.1, 1.0, 10.0])
+        _try(f"drag {name!r}", function, 0.4, 5e-3, 1.2, 1.8e-5, speeds)
+        DRAG_LAWS.register(name, DragLaw(function, source))
+        return function
+
+    return register
+
+
+def porosity(name: str, *, source: str, largest_bulk_porosity: float = 1.0) -> Decorator:
+    """Register f(wall distance/bead diameter, bulk_porosity) as `bed.porosity_model = name`."""
+
+    def register(function: Function) -> Function:
+        values = _try(f"porosity {name!r}", function, np.linspace(0.0, 10.0, 41), 0.4 * largest_bulk_porosity)
+        if np.min(values) <= 0.0 or np.max(values) > 1.0 + 1e-9:
+            raise InputError(f"porosity {name!r}", float(np.max(values)), "must give values in (0, 1]")
+        POROSITY_MODELS.register(name, PorosityModel(function, source, largest_bulk_porosity))
+        return function
+
+    return register
+
+
+def conductivity(name: str, *, source: str, beads: Function | None = None) -> Decorator:
+    """Register f(bed) = conductivity of the fluid per total volume (W/m/K, or `Anisotropic`) of a `LocalBed` as
+    `model.conductivity = name`; `beads` gives that of the beads in the same way, by default (1 - phi) lambda_s."""
+
+    def register(function: Function) -> Function:
+        of_beads = beads or CONDUCTIVITY_LAWS["parallel"].beads
+        bed = LocalBed(0.4, np.array([0.0, 1e-4, 1e-2]), 5e-3, 1.2, 1.8e-5, 1007.0, 1.0, 1e-3, 0.026, 2.0)
+        law = f"conductivity {name!r}"
+        for part in (function, of_beads):
+            found = _called(law, part, bed)
+            for values in found if isinstance(found, Anisotropic) else (found,):
+                _check(law, values, 3)
+                if np.min(values) < 0.0:
+                    raise InputError(f"{law} law", float(np.min(values)), "must not be negative")
+        CONDUCTIVITY_LAWS.register(name, ConductivityLaw(function, of_beads, source))
+        return function
+
+    return register
+
+
+def turbulence(name: str) -> Callable[[Model], Model]:
+    """Register a frozen dataclass that is a `TurbulenceModel` as `model.turbulence = name`."""
+
+    def register(model: Model) -> Model:
+        chosen = model()
+        flow = LocalFlow(0.4, 5e-3, np.array([1e-5, 1e-3, 1e-2]), 1.2, 1.8e-5, np.array([0.1, 1.0, 3.0]), 1.0)
+        shear = np.array([1e2, 1e4, 1e6])
+        values = [np.array([1e-3, 1e-2, 1e-1])] * len(chosen.unknowns)
+        law = f"turbulence {name!r}"
+        state = _called(law, chosen.state, values, flow, shear)
+        viscosity = _called(law, lambda: state.eddy_viscosity)
+        _check(law, viscosity, 3)
+        for count, found in (
+            ("terms", _called(law, chosen.terms, values, flow, state, shear)),
+            ("inflow", _called(law, chosen.inflow, flow)),
+            ("guess", _called(law, chosen.guess, flow)),
+            ("magnitudes", _called(law, chosen.magnitudes, 1.0, 5e-3)),
+        ):
+            if len(found) != len(chosen.unknowns):
+                raise InputError(law, count, f"must have one entry for each of the {len(chosen.unknowns)} unknowns")
+        TURBULENCE_MODELS.register(name, chosen)
+        return model
+
+    return register
+
+
+def register(material: Solid | Fluid) -> Solid | Fluid:
+    """Register a material under its name."""
+    owner = f"{type(material).__name__.lower()} {material.name!r}"
+    for name, law in material.laws().items():
+        arguments: tuple[Any, ...] = (TEMPERATURES,)
+        if name == "density" and isinstance(material, Fluid):
+            arguments = (1e5, TEMPERATURES)
+        values = _called(owner, law, *arguments) + 0.0 * TEMPERATURES
+        _check(f"{owner}, {name}", values, len(TEMPERATURES))
+        if np.min(values) <= 0.0:
+            raise InputError(f"{owner}, {name}", float(np.min(values)), "must be positive from 250 to 400 K")
+        if not hasattr(law, "source"):
+            raise InputError(f"{owner}, {name}", None, "must be a number, or a law with a source (Polynomial, ...)")
+    if isinstance(material, Solid):
+        SOLIDS.register(material.name, material)
+    else:
+        FLUIDS.register(material.name, material)
+    return material
+
+
+def _called(law: str, function: Function, *arguments: Any) -> Any:
+    try:
+        return function(*arguments)
+    except Exception as error:
+        told = f"{type(error).__name__}: {error}".splitlines()[0]
+        raise InputError(f"{law} law", None, f"fails: {told}") from error
+
+
+def _check(law: str, values: Any, count: int) -> None:
+    if np.shape(values) not in ((), (count,)):
+        raise InputError(f"{law} law", str(np.shape(values)), f"must give the shape of its argument, ({count},)")
+    if not np.all(np.isfinite(np.asarray(values, float))):
+        raise InputError(f"{law} law", None, "gives numbers that are not finite")
+
+
+def _try(law: str, function: Function, *samples: Any) -> NDArray[Any]:
+    """Call a law with arrays and with UFL numbers; its values for the arrays."""
+    count = next(len(sample) for sample in samples if np.ndim(sample))
+    with np.errstate(all="ignore"):
+        values = _called(law, function, *samples)
+    _check(law, values, count)
+    symbols = [ufl.variable(ufl.as_ufl(float(np.ravel(sample)[-1]))) for sample in samples]
+    if getattr(_called(f"{law} (with UFL)", function, *symbols), "ufl_shape", ()):
+        raise InputError(f"{law} law", None, "must give one number at a point")
+    return np.asarray(values, float)

@@ -1,0 +1,1 @@
+"""Meshes of bed and wall, dolfinx and what differs between its versions, values at points."""

@@ -1,0 +1,10 @@
+"""Names for what MPI and dolfinx do not type."""
+
+from typing import Any, TypeAlias
+
+Communicator: TypeAlias = Any
+"""An MPI communicator."""
+Constant: TypeAlias = Any
+"""A dolfinx constant: its `value` can be set."""
+Expression: TypeAlias = Any
+"""A UFL expression or form."""

@@ -1,0 +1,298 @@
+"""Meshes of bed and wall with their tags, and the distance to the wall.
+
+x[0] runs along the flow, x[1] across it: from the symmetry plane (mold) or the axis (pipe) through the bed to the
+wall; in three dimensions x[2] runs from a second symmetry plane (`SIDE`) to the wall beside, or to a third plane of
+symmetry (`SIDE` too). The bed's cells have the tag `BED`, those of the wall `WALL`; the boundary's parts have the tags
+`INLET` ... below. One mesh carries both, so that one temperature is continuous across the interface.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+import ufl
+from dolfinx import fem, mesh
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from ..errors import InputError
+from . import fenicsx
+from .aliases import Communicator, Constant
+
+BED, WALL = 1, 2
+INLET, OUTLET, INTERFACE, OUTER, SYMMETRY, SIDE = 1, 2, 3, 4, 5, 6
+REGION_NAMES = {"bed": BED, "wall": WALL}
+BOUNDARY_NAMES = {"inlet": INLET, "outlet": OUTLET, "interface": INTERFACE, "outer": OUTER, "symmetry": SYMMETRY}
+
+
+Marked: TypeAlias = Sequence[tuple[int, Callable[[NDArray[Any]], NDArray[Any]]]]
+"""Tags, each with a function that tells which of the points (coordinates, points) it belongs to."""
+
+
+@dataclass
+class Domain:
+    """A tagged mesh. `wall_distance` is a UFL expression (m); `stations(fraction)` gives named points (m) at that
+    fraction of the length. A `straight` one has its cells along x[0]; `columns` are the nodes along and across the bed (m)
+    of a straight one in two dimensions, else None."""
+
+    mesh: mesh.Mesh
+    cell_tags: Any
+    facet_tags: Any
+    axisymmetric: bool
+    wall_distance: ufl.core.expr.Expr
+    length: float
+    stations: Callable[[float], dict[str, tuple[float, ...]]]
+    straight: bool = False
+    columns: tuple[NDArray[Any], NDArray[Any]] | None = None
+
+    @property
+    def communicator(self) -> Any:
+        return self.mesh.comm
+
+    @property
+    def has_wall(self) -> bool:
+        """Whether any cell of any rank lies in the wall."""
+        return self.communicator.allreduce(len(self.cell_tags.find(WALL)) > 0, op=max)
+
+    @property
+    def has_outer_wall(self) -> bool:
+        """Whether any facet of any rank lies on the outer wall."""
+        return self.communicator.allreduce(len(self.facets(OUTER)) > 0, op=max)
+
+    def constant(self, value: float) -> Constant:
+        """A number as UFL constant, so that another value needs no new compilation."""
+        return fem.Constant(self.mesh, float(value))
+
+    def cells(self, *tags: Any) -> Any:
+        """Local cells with any of the tags, sorted."""
+        return np.sort(np.concatenate([self.cell_tags.find(tag) for tag in tags]).astype(np.int32))
+
+    def facets(self, tag: int) -> Any:
+        """Local facets with the tag."""
+        return self.facet_tags.find(tag)
+
+    def entrance(self) -> Any:
+        """Function that is 1 in the cells with a node on the inlet, else 0."""
+        dimension = self.mesh.topology.dim
+        nodes = fem.Function(fenicsx.lagrange_space(self.mesh))
+        space = nodes.function_space
+        nodes.x.array[fem.locate_dofs_topological(space, dimension - 1, self.facets(INLET))] = 1.0
+        nodes.x.scatter_forward()
+        cells = fem.Function(fenicsx.cell_constant_space(self.mesh))
+        touched = nodes.x.array[fenicsx.dof_table(space)].max(axis=1)
+        cells.x.array[fenicsx.dof_table(cells.function_space)[:, 0]] = touched
+        return cells
+
+    def cell_measure(self, quadrature_degree: int) -> Any:
+        """dx with the regions' tags as subdomains."""
+        metadata = {"quadrature_degree": quadrature_degree}
+        return ufl.Measure("dx", domain=self.mesh, subdomain_data=self.cell_tags, metadata=metadata)
+
+    def nodal_measure(self) -> Any:
+        """dx with quadrature at the nodes, which makes what is stored at a node its own affair."""
+        metadata = fenicsx.vertex_rule(self.mesh.ufl_cell().cellname())
+        return ufl.Measure("dx", domain=self.mesh, subdomain_data=self.cell_tags, metadata=metadata)
+
+    def column_measure(self, quadrature_degree: int) -> Any:
+        """dx of a straight bed with quadrature at the nodes along the flow: every column of nodes is by itself."""
+        rule = fenicsx.column_rule(fenicsx.flow_axis(self.mesh), quadrature_degree)
+        return ufl.Measure("dx", domain=self.mesh, subdomain_data=self.cell_tags, metadata=rule)
+
+    def facet_measure(self, quadrature_degree: int) -> Any:
+        """ds with the boundary's tags as subdomains."""
+        metadata = {"quadrature_degree": quadrature_degree}
+        return ufl.Measure("ds", domain=self.mesh, subdomain_data=self.facet_tags, metadata=metadata)
+
+
+def graded_coordinates(
+    width: float, first_cell: float, growth: float, layer: float = 0.0, widest: float = math.inf
+) -> NDArray[Any]:
+    """Nodes from 0 (the wall) to `width`: cells from `first_cell` grow by at most `growth`, by its root up to the depth `layer`.
+
+    The number of cells is the smallest with that growth; the first cell is met exactly unless it is wider than a uniform
+    cell. No other cell is wider than `widest`.
+    """
+    if first_cell >= width:
+        return np.array([0.0, width])
+
+    def nodes(exponent: float, count: int | None = None) -> NDArray[Any]:
+        size, depths = first_cell, [0.0]
+        while depths[-1] < width if count is None else len(depths) <= count:
+            depths.append(depths[-1] + size)
+            ratio = growth ** (exponent * (0.5 if depths[-1] < layer else 1.0))
+            size = min(size * ratio, max(widest, first_cell))
+        return np.array(depths)
+
+    count = len(nodes(1.0)) - 1
+    if first_cell * count >= width:
+        return np.linspace(0.0, width, count + 1)
+    found = nodes(brentq(lambda exponent: nodes(exponent, count)[-1] - width, 0.0, 1.0), count)
+    return found * (width / found[-1])
+
+
+@dataclass(frozen=True)
+class Across:
+    """One direction across a straight bed, from its middle outwards: `nodes` (m) from 0, the first `bed_cells` cells of them
+    in the bed, the others in the wall. Not `walled`, it ends at another plane of symmetry."""
+
+    nodes: NDArray[Any]
+    bed_cells: int
+    walled: bool = True
+
+    @classmethod
+    def to_wall(cls, bed_nodes: NDArray[Any], wall_nodes: NDArray[Any]) -> Any:
+        """`bed_nodes` are distances from the wall, 0 to the bed's width; `wall_nodes` depths into the wall (empty: none)."""
+        width = bed_nodes[-1]
+        return cls(np.concatenate([width - bed_nodes[::-1], width + np.asarray(wall_nodes)[1:]]), len(bed_nodes) - 1)
+
+    @property
+    def cells(self) -> Any:
+        return len(self.nodes) - 1
+
+    @property
+    def width(self) -> float:
+        """Of the bed, m."""
+        return float(self.nodes[self.bed_cells])
+
+
+def straight_bed(
+    communicator: Communicator, axial_nodes: NDArray[Any], across: Sequence[Across], *, axisymmetric: bool = False
+) -> Any:
+    """Mesh of a straight bed along x[0] (`axial_nodes` from 0, m) with a wall outside it.
+
+    `across` has one `Across` for x[1], and a second one for x[2] in three dimensions; the first is walled.
+    """
+    cells = [len(axial_nodes) - 1, *(direction.cells for direction in across)]
+    domain = fenicsx.box_mesh(communicator, cells)
+
+    def in_bed(x: NDArray[Any], besides: int | None = None) -> Any:
+        return np.all(
+            [
+                x[axis] < (direction.bed_cells + 0.25) / direction.cells
+                for axis, direction in enumerate(across, start=1)
+                if axis != besides
+            ]
+            + [np.full(x.shape[1], True)],
+            axis=0,
+        )
+
+    def at(axis: int, place: float) -> Any:
+        return lambda x: np.isclose(x[axis], place)
+
+    def in_bed_at(axis: int, place: float) -> Any:
+        return lambda x: np.isclose(x[axis], place) & in_bed(x, besides=axis)
+
+    exterior, interior = [(INLET, in_bed_at(0, 0.0)), (OUTLET, in_bed_at(0, 1.0))], []
+    for axis, direction in enumerate(across, start=1):
+        middle = (SYMMETRY, SIDE)[axis - 1]
+        exterior.append((middle, at(axis, 0.0)))
+        if not direction.walled:
+            exterior.append((middle, at(axis, 1.0)))
+            continue
+        if direction.cells > direction.bed_cells:
+            exterior.append((OUTER, at(axis, 1.0)))
+        interior.append((INTERFACE, in_bed_at(axis, direction.bed_cells / direction.cells)))
+    tags = _tag_regions(domain, in_bed)
+    facets = _tag_boundary(domain, exterior, interior)
+    points = domain.geometry.x
+    for axis, nodes in enumerate((axial_nodes, *(direction.nodes for direction in across))):
+        points[:, axis] = np.asarray(nodes)[np.rint(points[:, axis] * cells[axis]).astype(int)]
+
+    def stations(fraction: float) -> Any:
+        z, first = fraction * axial_nodes[-1], across[0]
+        rest = (0.0,) * (len(across) - 1)
+        named = {"centre": (z, 0.0, *rest), "bed_side": (z, first.width, *rest)}
+        if first.cells > first.bed_cells:
+            named["outer"] = (z, first.nodes[-1], *rest)
+            if len(across) == 2 and across[1].walled:
+                named["corner"] = (z, first.nodes[-1], across[1].nodes[-1])
+        return named
+
+    position = ufl.SpatialCoordinate(domain)
+    widths = [fem.Constant(domain, float(direction.width)) for direction in across]  # another one needs no compilation
+    wall_distance = widths[0] - position[1]
+    if len(across) == 2 and across[1].walled:
+        beside = widths[1] - position[2]
+        wall_distance = ufl.conditional(ufl.lt(beside, wall_distance), beside, wall_distance)
+    columns = (np.asarray(axial_nodes), across[0].nodes[: across[0].bed_cells + 1]) if len(across) == 1 else None
+    length = float(axial_nodes[-1])
+    return Domain(domain, tags, facets, axisymmetric, wall_distance, length, stations, straight=True, columns=columns)
+
+
+def _tag_regions(domain: Any, in_bed: Callable[[NDArray[Any]], NDArray[Any]]) -> Any:
+    dimension = domain.topology.dim
+    count = domain.topology.index_map(dimension).size_local + domain.topology.index_map(dimension).num_ghosts
+    cells = np.arange(count, dtype=np.int32)
+    middle = domain.geometry.x[fenicsx.cell_vertices(domain)].mean(axis=1)
+    values = np.where(in_bed(middle.T), BED, WALL).astype(np.int32)
+    return mesh.meshtags(domain, dimension, cells, values)
+
+
+def _tag_boundary(domain: Any, exterior: Marked, interior: Marked) -> Any:
+    dimension = domain.topology.dim - 1
+    found = [(tag, mesh.locate_entities_boundary(domain, dimension, where)) for tag, where in exterior]
+    found += [(tag, mesh.locate_entities(domain, dimension, where)) for tag, where in interior]
+    facets = np.concatenate([part for _, part in found])
+    values = np.concatenate([np.full(len(part), tag, dtype=np.int32) for tag, part in found])
+    facets, first = np.unique(facets, return_index=True)
+    return mesh.meshtags(domain, dimension, facets.astype(np.int32), values[first])
+
+
+def from_file(communicator: Communicator, path: Path, *, axisymmetric: bool) -> Any:
+    """Mesh of a gmsh file (.geo or .msh) whose physical groups have the names of `REGION_NAMES` and `BOUNDARY_NAMES`.
+
+    Bed and wall are physical surfaces, the boundary's parts physical curves; the symmetry line, if any, lies along
+    x[1] = constant, and the interface is a curve over x[0]. The distance to the wall is that to the nearest interface
+    segment, at the nodes. Raises
+    `InputError` where the file cannot be read or lacks a group.
+    """
+    try:
+        domain, cell_tags, facet_tags = fenicsx.read_gmsh(path, communicator, REGION_NAMES, BOUNDARY_NAMES)
+    except OSError as error:
+        raise InputError("geometry.mesh", str(path), f"must be a mesh that gmsh can read: {error}") from error
+    present = {int(value) for value in np.concatenate(communicator.allgather(np.unique(facet_tags.values)))}
+    missing = [name for name in ("inlet", "outlet", "interface") if BOUNDARY_NAMES[name] not in present]
+    if missing:
+        raise InputError("geometry.mesh", str(path), f"a mesh with a physical curve named {missing[0]!r}")
+    segments = _gathered_segments(domain, facet_tags, INTERFACE)
+    space = fenicsx.lagrange_space(domain)
+    distance = fem.Function(space)
+    nodes = space.tabulate_dof_coordinates()[:, :2]
+    distance.x.array[:] = distance_to_segments(nodes, segments)
+    corners = np.unique(segments.reshape(-1, 2), axis=0)  # sorted along the flow
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))])
+    outer = _gathered_segments(domain, facet_tags, OUTER)
+    symmetry = _gathered_segments(domain, facet_tags, SYMMETRY)
+
+    def stations(fraction: float) -> Any:
+        bed_side = np.array([np.interp(fraction * along[-1], along, corners[:, i]) for i in range(2)])
+        named = {"bed_side": tuple(bed_side)}
+        for name, curve in (("outer", outer), ("centre", symmetry)):
+            if len(curve):
+                ends = curve.reshape(-1, 2)
+                named[name] = tuple(ends[np.argmin(np.linalg.norm(ends - bed_side, axis=1))])
+        return named
+
+    return Domain(domain, cell_tags, facet_tags, axisymmetric, distance, float(along[-1]), stations)
+
+
+def _gathered_segments(domain: Any, facet_tags: Any, tag: int) -> NDArray[Any]:
+    facets = facet_tags.find(tag)
+    owned = facets[facets < domain.topology.index_map(domain.topology.dim - 1).size_local]
+    mine = domain.geometry.x[fenicsx.facet_vertices(domain, owned)][:, :, :2]
+    return np.concatenate(domain.comm.allgather(mine))
+
+
+def distance_to_segments(points: NDArray[Any], segments: NDArray[Any]) -> Any:
+    """Distance of points (n, 2) to the nearest of the segments (m, 2, 2), in m."""
+    start, along = segments[:, 0], segments[:, 1] - segments[:, 0]
+    square = np.einsum("ij,ij->i", along, along)
+    result = np.empty(len(points))
+    for i, point in enumerate(points):
+        offset = point - start
+        fraction = np.clip(np.einsum("ij,ij->i", offset, along) / square, 0.0, 1.0)
+        result[i] = np.sqrt(np.min(np.sum((offset - fraction[:, None] * along) ** 2, axis=1)))
+    return result

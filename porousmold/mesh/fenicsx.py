@@ -1,0 +1,437 @@
+"""Everything that differs between dolfinx 0.5.2 (Debian 12), 0.9 (Debian 13) and 0.11, behind one set of names.
+
+No other file asks for a version or for `hasattr` of dolfinx, UFL or basix.
+"""
+
+import contextlib
+import ctypes
+import fcntl
+import functools
+import hashlib
+import importlib
+import logging
+import math
+import os
+import signal
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import basix
+import dolfinx
+import numpy as np
+import ufl
+from dolfinx import fem, mesh
+from dolfinx.fem import petsc as fem_petsc
+from numpy.typing import NDArray
+from petsc4py import PETSc
+
+from .aliases import Communicator, Expression
+
+try:
+    import basix.ufl as _basix_ufl
+except ImportError:  # dolfinx 0.5: elements come from UFL itself
+    _basix_ufl = None
+
+
+@functools.cache
+def _compiler_options() -> dict[str, Any]:
+    """Options of FFCx's compiler: a cache of our own, kept free of what a killed process began to compile."""
+    defaults = dolfinx.jit.get_options if hasattr(dolfinx.jit, "get_options") else dolfinx.jit.get_parameters
+    cache = Path(defaults()["cache_dir"]) / "porousmold"
+    cache.mkdir(parents=True, exist_ok=True)
+    lock_cache(cache)
+    # -O2 takes half as long again to compile, and a run is no faster
+    return {"cffi_extra_compile_args": ["-O1"], "cache_dir": cache, "timeout": 300}
+
+
+@functools.cache
+def lock_cache(cache: Path) -> Any:
+    """Lock on the cache, held until the process ends and shared by all that may compile.
+
+    FFCx takes an unfinished C file for the work of another process and waits for it; who gets the lock alone knows that
+    unfinished files are nobody's work.
+    """
+    lock = open(cache / "lock", "w")  # noqa: SIM115
+    with contextlib.suppress(BlockingIOError):
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        for begun in cache.glob("*.c"):
+            if not begun.with_suffix(".c.cached").exists():
+                begun.unlink(missing_ok=True)
+    fcntl.flock(lock, fcntl.LOCK_SH)
+    return lock
+
+
+@contextlib.contextmanager
+def _quiet_compiler() -> Iterator[Any]:
+    """FFCx and its C compiler report every step at INFO, which would stand amid the run's own lines."""
+    before = logging.root.manager.disable
+    logging.disable(logging.INFO)
+    try:
+        yield
+    finally:
+        logging.disable(before)
+
+
+def lagrange_element(domain: Any, degree: int, components: int = 1) -> Any:
+    """Continuous Lagrange element on the mesh's cells, scalar or with a number of components."""
+    if _basix_ufl is None:
+        if components == 1:
+            return ufl.FiniteElement("Lagrange", domain.ufl_cell(), degree)
+        return ufl.VectorElement("Lagrange", domain.ufl_cell(), degree, dim=components)
+    shape = None if components == 1 else (components,)
+    return _basix_ufl.element("Lagrange", domain.basix_cell(), degree, shape=shape)
+
+
+def mixed_space(domain: Any, elements: Sequence[Any]) -> Any:
+    """Function space of the mixed element."""
+    element = ufl.MixedElement(elements) if _basix_ufl is None else _basix_ufl.mixed_element(elements)
+    return _space(domain, element)
+
+
+def lagrange_space(domain: Any, degree: int = 1, components: int = 1) -> Any:
+    """Continuous Lagrange space of the degree."""
+    return _space(domain, lagrange_element(domain, degree, components))
+
+
+def _space(domain: Any, element: Any) -> Any:
+    with _quiet_compiler():
+        if hasattr(fem, "functionspace"):
+            return fem.functionspace(domain, element)
+        return fem.FunctionSpace(domain, element)
+
+
+def cell_constant_space(domain: Any, components: int = 1) -> Any:
+    """Discontinuous space of one value per cell, scalar or with a number of components."""
+    if _basix_ufl is None:
+        if components == 1:
+            return _space(domain, ufl.FiniteElement("DG", domain.ufl_cell(), 0))
+        return _space(domain, ufl.VectorElement("DG", domain.ufl_cell(), 0, dim=components))
+    return _space(
+        domain, _basix_ufl.element("DG", domain.basix_cell(), 0, shape=None if components == 1 else (components,))
+    )
+
+
+def vertex_rule(cell_type: str) -> dict[str, Any]:
+    """Quadrature at a reference cell's vertices with equal weights, as metadata of a measure: (points, weights).
+
+    `cell_type` is a name such as "quadrilateral". FFCx's own scheme "vertex" knows no quadrilaterals before 0.7.
+    """
+    cell = getattr(basix.CellType, cell_type)
+    points = basix.geometry(cell)
+    volume = float(np.sum(basix.make_quadrature(cell, 1)[1]))
+    return {
+        "quadrature_rule": "custom",
+        "quadrature_degree": 1,
+        "quadrature_points": tuple(map(tuple, points.tolist())),
+        "quadrature_weights": (volume / len(points),) * len(points),
+    }
+
+
+def column_rule(flow_axis: int, degree: int) -> dict[str, Any]:
+    """Quadrature on quadrilaterals at the ends of reference axis `flow_axis` and at Gauss points along the other."""
+    gauss, weights = basix.make_quadrature(basix.CellType.interval, degree)
+    points = []
+    for end in (0.0, 1.0):
+        for along in gauss[:, 0]:
+            points.append((end, float(along)) if flow_axis == 0 else (float(along), end))
+    return {
+        "quadrature_rule": "custom",
+        "quadrature_degree": degree,
+        "quadrature_points": tuple(points),
+        "quadrature_weights": tuple(float(0.5 * weight) for weight in weights) * 2,
+    }
+
+
+def flow_axis(domain: Any) -> Any:
+    """Reference axis (0 or 1) of a rectangle mesh's cells along x[0] (a collective call)."""
+    nodes = cell_vertices(domain)
+    mine = None
+    if len(nodes):
+        first, second = domain.geometry.x[nodes[0, :2], 0]
+        mine = 0 if abs(second - first) > 0.0 else 1
+    return next(axis for axis in domain.comm.allgather(mine) if axis is not None)
+
+
+def evaluate(expression: Expression, domain: Any, points: NDArray[Any]) -> Any:
+    """Function that gives an expression's present values in all local cells at reference points: (cells, points x size)."""
+    compiled = _expression_at(expression, domain, np.asarray(points))
+    cells_map = domain.topology.index_map(domain.topology.dim)
+    cells = np.arange(cells_map.size_local + cells_map.num_ghosts, dtype=np.int32)
+
+    def values() -> Any:
+        try:
+            result = compiled.eval(domain, cells)
+        except TypeError:  # dolfinx 0.5
+            result = compiled.eval(cells)
+        return np.asarray(result).reshape(len(cells), len(points) * int(np.prod(expression.ufl_shape)))
+
+    return values
+
+
+def nodal_values(expression: Expression, space: Any) -> Any:
+    """The expression's values at the nodes of a scalar Lagrange space."""
+    function = fem.Function(space)
+    function.interpolate(compiled_expression(expression, space))
+    return function.x.array.copy()
+
+
+class PointValues:
+    """An expression's values at the quadrature points of the cells, as a function for forms of the same degree.
+
+    `value` is the function (of a tensor the tensor of its entries), `renew()` takes the expression's present values.
+    """
+
+    def __init__(self, domain: Any, expression: Expression, quadrature_degree: int) -> None:
+        components = math.prod(expression.ufl_shape)
+        if _basix_ufl is None:
+            arguments = {"degree": quadrature_degree, "quad_scheme": "default"}
+            element = (
+                ufl.FiniteElement("Quadrature", domain.ufl_cell(), **arguments)
+                if components == 1
+                else ufl.VectorElement("Quadrature", domain.ufl_cell(), dim=components, **arguments)
+            )
+        else:
+            shape = () if components == 1 else (components,)
+            element = _basix_ufl.quadrature_element(domain.basix_cell(), value_shape=shape, degree=quadrature_degree)
+        cell = getattr(basix.CellType, domain.ufl_cell().cellname())
+        points = basix.make_quadrature(cell, quadrature_degree)[0]
+        self._function = fem.Function(_space(domain, element))
+        rows = expression.ufl_shape[0] if len(expression.ufl_shape) == 2 else 0
+        columns = components // rows if rows else 0
+        self.value = self._function
+        if rows:  # a tensor is kept as a vector of its entries
+            entries = [[self._function[row * columns + column] for column in range(columns)] for row in range(rows)]
+            self.value = ufl.as_tensor(entries)
+        self._values = evaluate(expression, domain, points)
+        table = dof_table(self._function.function_space)
+        self._places = (components * table[:, :, None] + np.arange(components)).reshape(
+            len(table), components * table.shape[1]
+        )
+
+    def renew(self) -> None:
+        """Evaluate the expression in all local cells, ghosts included."""
+        self._function.x.array[self._places] = self._values()
+
+
+def petsc_vector(function: fem.Function) -> Any:
+    """The function's PETSc vector: a view, not a copy."""
+    return function.x.petsc_vec if hasattr(function.x, "petsc_vec") else function.vector
+
+
+class LaterForm:
+    """A UFL form that is compiled while others are: its compilation begins at once, in a process of its own, and is waited for
+    where `form` is first asked for. Forms that were compiled before are only loaded then."""
+
+    def __init__(self, form: Expression) -> None:
+        self._ufl_form = form
+        self._child = _begin_to_compile(form) if form.ufl_domain().ufl_cargo().comm.size == 1 else None
+        _PENDING.append(self)
+
+    @functools.cached_property
+    def form(self) -> Any:
+        """The compiled form (collective)."""
+        if self._child is not None:
+            with contextlib.suppress(ChildProcessError):
+                os.waitpid(self._child, 0)
+        compiled = compiled_form(self._ufl_form)
+        if self._child is not None:
+            _known(self._ufl_form).touch()
+        return compiled
+
+
+PR_SET_PDEATHSIG = 1
+"""Of Linux's prctl: the signal that a process gets when its parent ends."""
+_PENDING: list[LaterForm] = []
+"""Forms begun since the last `finish_compiling`."""
+
+
+def finish_compiling() -> None:
+    """Wait for every form that was begun (collective)."""
+    while _PENDING:
+        _ = _PENDING.pop(0).form
+
+
+def _known(form: Expression) -> Path:
+    """File that is there if a form of this signature was compiled once."""
+    signature = hashlib.sha256(f"{dolfinx.__version__} {form.signature()}".encode()).hexdigest()
+    known = _compiler_options()["cache_dir"] / "known"
+    known.mkdir(exist_ok=True)
+    return Path(known / signature)
+
+
+def _begin_to_compile(form: Expression) -> int | None:
+    """Number of a process that compiles the form into the cache; None where it stands there."""
+    if _known(form).exists():
+        return None
+    parent = os.getpid()
+    child = os.fork()
+    if child:
+        return child
+    try:
+        # it ends with its parent, whose locks it holds as well
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+        if os.getppid() != parent:
+            return None
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, signal.SIG_DFL)
+        silent = os.open(os.devnull, os.O_RDWR)
+        for stream in (0, 1, 2):
+            os.dup2(silent, stream)
+        compiled_form(form)
+    finally:
+        os._exit(0)
+
+
+def compiled_form(form: Expression) -> Any:
+    """The UFL form, compiled (cached on disk by FFCx)."""
+    with _quiet_compiler():
+        try:
+            return fem.form(form, jit_options=_compiler_options())  # type: ignore[call-arg]
+        except TypeError:  # dolfinx 0.5
+            return fem.form(form, jit_params=_compiler_options())
+
+
+def compiled_expression(expression: Expression, space: Any) -> Any:
+    """The UFL expression, compiled for interpolation into the space."""
+    points = space.element.interpolation_points
+    return _expression_at(expression, space.mesh, points() if callable(points) else points)
+
+
+def _expression_at(expression: Expression, domain: Any, points: NDArray[Any]) -> Any:
+    if expression.ufl_domain() is None:  # a number: dolfinx wants to know where it lives
+        zeros = [fem.Constant(domain, 0.0)] * max(int(np.prod(expression.ufl_shape)), 1)
+        expression += ufl.as_vector(zeros) if expression.ufl_shape else zeros[0]
+    with _quiet_compiler():
+        try:
+            return fem.Expression(expression, points, jit_options=_compiler_options())  # type: ignore[call-arg]
+        except TypeError:  # dolfinx 0.5
+            return fem.Expression(expression, points, jit_params=_compiler_options())
+
+
+def create_matrix(form: Expression) -> Any:
+    """PETSc matrix with the form's sparsity."""
+    return fem_petsc.create_matrix(form)
+
+
+def assemble_matrix(matrix: PETSc.Mat, form: Expression, conditions: Sequence[Any]) -> None:
+    """Fill the matrix with the form, 1 on the diagonal of the conditions' unknowns, and finish the assembly."""
+    matrix.zeroEntries()
+    fem_petsc.assemble_matrix(matrix, form, conditions)  # type: ignore[arg-type]
+    matrix.assemble()
+
+
+def assemble_vector(vector: PETSc.Vec, form: Expression) -> None:
+    """Fill the vector with the linear form, contributions of all ranks added."""
+    with vector.localForm() as local:
+        local.set(0.0)
+    fem_petsc.assemble_vector(vector, form)
+    vector.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
+
+
+def collapse(space: Any, index: int) -> tuple[Any, NDArray[Any]]:
+    """Collapsed subspace and the map from its unknowns to those of the mixed space (a collective call)."""
+    subspace, numbers = space.sub(index).collapse()
+    return subspace, np.asarray(numbers, dtype=np.int64)
+
+
+def box_mesh(communicator: Communicator, cells: Sequence[int]) -> Any:
+    """Unit square or cube of cells[0] x cells[1] (x cells[2]) cells with ghost cells shared across facets."""
+    flat = len(cells) == 2
+    create: Any = mesh.create_rectangle if flat else mesh.create_box
+    kind = mesh.CellType.quadrilateral if flat else mesh.CellType.hexahedron
+    corners = [np.zeros(len(cells)), np.ones(len(cells))]
+    domain = create(communicator, corners, list(cells), kind, ghost_mode=mesh.GhostMode.shared_facet)
+    _complete(domain)
+    return domain
+
+
+def _complete(domain: Any) -> None:
+    """Cell-cell and facet-cell connectivities, which locating and tagging entities need; a coordinate element that stays."""
+    dimension = domain.topology.dim
+    domain.topology.create_connectivity(dimension, dimension)
+    domain.topology.create_connectivity(dimension - 1, dimension)
+    if _basix_ufl is None:
+        # FFCx 0.5 changes it to this at its first compilation, and what was hashed before is not found again
+        element = domain.ufl_domain().ufl_coordinate_element()
+        nodal = ufl.FiniteElement(element.family(), element.cell(), element.degree(), variant="equispaced")
+        domain.ufl_domain()._ufl_coordinate_element = ufl.VectorElement(nodal)
+
+
+def read_gmsh(
+    path: Path, communicator: Communicator, regions: Mapping[str, int], boundaries: Mapping[str, int]
+) -> tuple[Any, ...]:
+    """Mesh, cell tags and facet tags of a gmsh file with 2-D cells (a collective call).
+
+    Physical surfaces and curves get the numbers that `regions` and `boundaries` give to their names. Raises `OSError`
+    on every rank if gmsh cannot read the file, cannot mesh it, or it holds no physical surface of such a name.
+    """
+    import gmsh
+
+    problem = None
+    if communicator.rank == 0:
+        gmsh.initialize()
+        gmsh.option.setNumber("General.Terminal", 0)
+        try:
+            gmsh.open(str(path))
+            if len(gmsh.model.mesh.getNodes()[0]) == 0:
+                gmsh.model.mesh.generate(2)
+            _renumber_physical_groups(gmsh.model, regions, boundaries)
+        except Exception as error:  # gmsh raises plain Exception for everything
+            problem = str(error)
+            gmsh.finalize()
+    problem = communicator.bcast(problem)
+    if problem is not None:
+        raise OSError(problem)
+    try:
+        reader = importlib.import_module("dolfinx.io.gmshio")
+    except ImportError:  # dolfinx 0.10 on
+        reader = importlib.import_module("dolfinx.io.gmsh")
+    domain, cell_tags, facet_tags = tuple(reader.model_to_mesh(gmsh.model, communicator, 0, gdim=2))[:3]
+    if communicator.rank == 0:
+        gmsh.finalize()
+    _complete(domain)
+    return domain, cell_tags, facet_tags
+
+
+def _renumber_physical_groups(model: Any, regions: Mapping[str, int], boundaries: Mapping[str, int]) -> None:
+    numbers = {2: regions, 1: boundaries}
+    groups = [
+        (dimension, numbers[dimension][name], model.getEntitiesForPhysicalGroup(dimension, tag))
+        for dimension, tag in model.getPhysicalGroups()
+        if dimension in numbers and (name := model.getPhysicalName(dimension, tag)) in numbers[dimension]
+    ]
+    if not any((dimension, number) == (2, regions["bed"]) for dimension, number, _ in groups):
+        raise ValueError("no physical surface is named 'bed'")
+    model.removePhysicalGroups()
+    for dimension, number, entities in groups:
+        model.addPhysicalGroup(dimension, entities, number)
+
+
+def facet_vertices(domain: Any, facets: NDArray[Any]) -> Any:
+    """Geometry nodes at the ends of facets of a 2-D mesh, one row a facet."""
+    numbers = np.asarray(facets, dtype=np.int32)
+    if hasattr(mesh, "entities_to_geometry"):
+        return np.asarray(mesh.entities_to_geometry(domain, 1, numbers)).reshape(-1, 2)
+    return np.asarray(dolfinx.cpp.mesh.entities_to_geometry(domain._mesh, 1, numbers, False)).reshape(-1, 2)
+
+
+def cell_vertices(domain: Any) -> Any:
+    """Geometry nodes of the local cells (owned and ghosts) as an array, one row a cell, in tensor order for quads."""
+    nodes = domain.geometry.dofmap
+    if hasattr(nodes, "array"):  # dolfinx 0.5: an adjacency list
+        return nodes.array.reshape(nodes.num_nodes, -1)
+    return np.asarray(nodes)
+
+
+def dof_table(space: Any) -> Any:
+    """Unknowns of the local cells of a scalar space as an array, one row a cell."""
+    table = space.dofmap.list
+    if hasattr(table, "array"):
+        return table.array.reshape(table.num_nodes, -1)
+    return np.asarray(table)
+
+
+def write_mesh(file: Any, domain: Any) -> None:
+    """Write the mesh into an open XDMF file."""
+    file.write_mesh(domain)

@@ -1,0 +1,149 @@
+"""The state of a run on disk, from which it goes on to the same answer, on any number of ranks.
+
+Arrays are stored by the places of their nodes, in an order that no partition changes: along x[0], then x[1], then x[2].
+Beside the fields stands what the next step depends on: step sizes, history, balance, and what the kept factors of the flow
+were made of, because iterations with other factors end elsewhere within their tolerance.
+"""
+
+import io
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from dolfinx import fem
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from ..mesh import fenicsx
+from ..mesh.aliases import Communicator
+from ..solvers.protocols import Stateful
+
+NAME = "checkpoint.h5"
+
+
+class NodeOrder:
+    """Brings arrays of one function space into the order that no partition changes, and back (collective)."""
+
+    def __init__(self, space: Any) -> None:
+        self._communicator, self._length = space.mesh.comm, _array_length(space)
+        self._function_space = space
+        self._parts = []
+        for collapsed, numbers in _leaves(space):
+            size = collapsed.dofmap.index_map_bs
+            owned = collapsed.dofmap.index_map.size_local
+            places = self._communicator.gather(collapsed.tabulate_dof_coordinates()[:owned])
+            order = None
+            if places is not None:
+                everywhere = np.concatenate(places)
+                extent = max(float(np.ptp(everywhere)), 1e-300)
+                order = np.lexsort(np.round(everywhere / extent, 10).T[::-1])
+            self._parts.append((numbers[: owned * size].reshape(owned, size), order))
+
+    def gather(self, array: NDArray[Any]) -> NDArray[Any] | None:
+        """The whole array on rank 0, None on the others."""
+        wholes = []
+        for numbers, order in self._parts:
+            pieces = self._communicator.gather(array[numbers])
+            if pieces is not None:
+                wholes.append(np.concatenate(pieces)[order].ravel())
+        return np.concatenate(wholes) if wholes else None
+
+    def scatter(self, whole: NDArray[Any]) -> NDArray[Any]:
+        """The local array, ghosts included, from rank 0's whole one."""
+        function = fem.Function(self._function_space)
+        start = 0
+        for numbers, order in self._parts:
+            counts = self._communicator.gather(len(numbers))
+            pieces = None
+            if counts is not None:
+                values = np.empty((sum(counts), numbers.shape[1]))
+                values[order] = whole[start : start + values.size].reshape(values.shape)
+                start += values.size
+                pieces = np.split(values, np.cumsum(counts)[:-1])
+            function.x.array[numbers] = self._communicator.scatter(pieces)
+        function.x.scatter_forward()
+        return function.x.array.copy()
+
+
+def _array_length(space: Any) -> int:
+    return (space.dofmap.index_map.size_local + space.dofmap.index_map.num_ghosts) * space.dofmap.index_map_bs
+
+
+def _leaves(space: Any) -> list[tuple[Any, NDArray[Any]]]:
+    """(space, numbers in the whole) of every scalar or vector part of a space."""
+    if space.num_sub_spaces == 0 or space.dofmap.index_map_bs > 1:
+        return [(space, np.arange(_array_length(space)))]
+    return [fenicsx.collapse(space, part) for part in range(space.num_sub_spaces)]
+
+
+class NodeOrders:
+    """The `NodeOrder` of every space met so far."""
+
+    def __init__(self) -> None:
+        self._orders: list[tuple[Any, NodeOrder]] = []
+
+    def of(self, space: Any) -> NodeOrder:
+        """Made at the first meeting (collective)."""
+        for known, order in self._orders:
+            if known is space or known == space:
+                return order
+        self._orders.append((space, NodeOrder(space)))
+        return self._orders[-1][1]
+
+
+@dataclass
+class Checkpoint:
+    """As it was read, whole on every rank: the `identity` of its run, `outcomes` of earlier marches, and `numbers` and `arrays`
+    of the last one's `Saved`."""
+
+    identity: str
+    outcomes: list[Any]
+    numbers: dict[str, Any]
+    arrays: dict[str, NDArray[Any]]
+
+    def restore(self, part: Stateful) -> None:
+        """Bring a newly made simulation of the same scene to the saved state (collective)."""
+        orders = NodeOrders()
+        part.restore(self.numbers, lambda name, space: orders.of(space).scatter(self.arrays[name]))
+
+
+def packed(part: Stateful, outcomes: list[Any], orders: NodeOrders, identity: str, rank: int) -> bytes | None:
+    """Content of a checkpoint file, on rank 0, None on the others (collective)."""
+    saved = part.save()
+    wholes = {name: orders.of(space).gather(array) for name, (space, array) in saved.arrays.items()}
+    if rank:
+        return None
+    memory = io.BytesIO()
+    with h5py.File(memory, "w") as file:
+        file.attrs["identity"] = identity
+        content = json.dumps({"outcomes": outcomes, "numbers": saved.numbers})
+        file["numbers"] = np.frombuffer(content.encode(), dtype=np.uint8)
+        for name, whole in wholes.items():
+            file[f"fields/{name}"] = whole
+    return memory.getvalue()
+
+
+def read(path: Path, communicator: Communicator) -> Checkpoint | None:
+    """The `Checkpoint` of a file, None where there is none (collective); `InputError` if it is damaged."""
+    found = problem = None
+    if communicator.rank == 0 and path.is_file():
+        try:
+            with h5py.File(path) as file:
+                content = json.loads(file["numbers"][()].tobytes())
+                arrays: dict[str, NDArray[Any]] = {}
+
+                def keep(name: str, item: Any) -> None:
+                    if isinstance(item, h5py.Dataset):
+                        arrays[name] = item[()]
+
+                file["fields"].visititems(keep)
+                found = Checkpoint(file.attrs["identity"], content["outcomes"], content["numbers"], arrays)
+        except (OSError, LookupError, ValueError, TypeError, AttributeError, RuntimeError) as error:
+            problem = str(error)
+    found, problem = communicator.bcast((found, problem))
+    if problem is not None:
+        raise InputError("--resume", str(path), f"is damaged ({problem}); start without --resume")
+    return found

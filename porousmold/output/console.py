@@ -1,0 +1,131 @@
+"""What a run shows on the console: a progress bar, and a short summary at its end."""
+
+import argparse
+import logging
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from ..scene.scene import Scene
+
+STARTING = "{desc}, {elapsed} elapsed"
+CASES = "{desc} |{bar}| {n:.0f}/{total:.0f}, {elapsed} elapsed, {remaining} left"
+SECONDS = "{desc} |{bar}| {n:.0f}/{total:.0f} s simulated, {elapsed} elapsed, {remaining} left"
+PART = "{desc} |{bar}| {percentage:.0f} %, {elapsed} elapsed"
+
+
+def add_extension_option(command: argparse.ArgumentParser) -> None:
+    """The option that lets a scene run the Python file that it names."""
+    command.add_argument(
+        "--allow-extensions",
+        action="store_true",
+        help="run the Python file that the scene names as extensions.python: only if you trust it",
+    )
+
+
+def add_verbosity_option(command: argparse.ArgumentParser) -> None:
+    """-v for every time step, -vv for every iteration of a flow that is sought."""
+    command.add_argument(
+        "-v",
+        "--verbose",
+        action="count",
+        default=0,
+        help="tell every time step; twice: every iteration of the flow, with the residual of each part",
+    )
+
+
+def log_to_console(verbosity: int, *, first_rank: bool) -> None:
+    """Have the program's loggers tell on stderr what `-v` asks for; all ranks take part, the first one tells."""
+    logger = logging.getLogger(__package__.split(".")[0])
+    logger.setLevel((logging.WARNING, logging.INFO, logging.DEBUG)[min(verbosity, 2)])
+    logger.propagate = False
+    logger.handlers = [logging.StreamHandler() if first_rank else logging.NullHandler()]
+
+
+class Bar:
+    """The progress bar of every command, of tqdm; not there until something is shown, and silent where `quiet`."""
+
+    def __init__(self, *, quiet: bool = False) -> None:
+        self._quiet, self._bar = quiet, None
+
+    def _shown(self, initial: float = 0.0) -> Any:
+        if self._bar is None:
+            from tqdm import tqdm
+
+            self._bar = tqdm(total=1.0, initial=initial, desc="starting", bar_format=STARTING)
+        return self._bar
+
+    def phase(self, text: str) -> None:
+        """Show what is being done, before there is a measure of progress."""
+        if text and not self._quiet:
+            self._shown().set_description_str(text)
+
+    def show(self, done: float, total: float, text: str, shape: str = CASES) -> None:
+        """Show that `done` of `total` are done, as one of the shapes above."""
+        if self._quiet:
+            return
+        bar = self._shown(done)
+        bar.bar_format, bar.total, bar.n = shape, total, done
+        bar.set_description_str(text)
+
+    def close(self) -> None:
+        """Leave the bar as it stands."""
+        if self._bar is not None:
+            self._bar.close()
+
+
+class MarchProgress:
+    """Shows a march on a `Bar` over simulated time; its end is foreseen from how fast the wall approaches the inlet temperature.
+
+    `margin` (K) and `end_time` (s) are those of the scene.
+    """
+
+    def __init__(self, bar: Bar, margin: float, end_time: float) -> None:
+        self._bar, self._margin, self._end_time = bar, margin, end_time
+        self._last: tuple[float, float, float] | None = None
+
+    def phase(self, text: str) -> None:
+        """Show what is being done before the first step of time, and within a long one."""
+        if self._last is None:
+            self._bar.phase(text)
+
+    def __call__(self, time: float, deficit: float, simulation: Any) -> None:
+        """After a step to `time` (s), with the wall's worst point `deficit` (K) from the inlet's temperature."""
+        foreseen = 1.7 * simulation.problem.medium.estimates.heating_duration
+        if self._last is not None and 0.0 < deficit < 0.5 * self._last[2] and deficit < self._last[1]:
+            rate = math.log(self._last[1] / deficit) / (time - self._last[0])
+            foreseen = time + max(math.log(deficit / self._margin), 0.0) / rate
+        first = self._last[2] if self._last is not None else deficit
+        self._last = (time, deficit, first)
+        total = min(max(foreseen, time), self._end_time)
+        self._bar.show(time, total, f"wall within {deficit:.1f} K", SECONDS)
+
+
+def summary_text(scene: Scene, summary: Mapping[str, Any], out: Path, pictures: Sequence[Path]) -> str:
+    """The short readable end of a run."""
+    margin = scene.operation.heating_margin
+    unit = "kg/s"
+    if scene.geometry.kind == "mold":
+        unit += " per metre width of half the cavity" if scene.geometry.width is None else " in a quarter of the cavity"
+
+    def shown(seconds: float | None) -> str:
+        return f"{seconds:.1f} s ({seconds / 60:.1f} min)" if seconds is not None else "not reached"
+
+    seconds, low_high = summary["wall_seconds"], summary["temperature_bounds"]
+    lines = [
+        f"heating time (wall within {margin:g} K of the inlet): {shown(summary['heating_time'])}",
+        f"  the wall's bed side alone:                  {shown(summary['heating_time_bed_side'])}",
+        f"mass flow: {summary['mass_flow_initial']:.5g} at the start, {summary['mass_flow_final']:.5g} at the end, {unit}",
+        f"heat balance: {summary['heat_by_fluid'] / 1e6:.4g} MJ from the fluid, "
+        f"{summary['energy_imbalance']:.1e} of it unaccounted for; "
+        f"temperatures {low_high[0] - 273.15:.2f} to {low_high[1] - 273.15:.2f} °C",
+        f"spent: {summary['fluid_heat'] / 1e6:.4g} MJ to bring the fluid to the inlet temperature, "
+        f"{summary['pumping_work'] / 1e6:.4g} MJ to drive it through the bed",
+        f"{summary['unknowns']['flow']} + {summary['unknowns']['energy']} unknowns (flow + energy), "
+        f"{summary['time_steps']} steps, {seconds['total']:.1f} s "
+        f"(flow {seconds['flow']:.1f}, energy {seconds['energy']:.1f}, compiling {seconds['compile']:.1f})",
+    ]
+    lines += [f"warning: {text}" for text in summary["warnings"]]
+    lines.append(f"written to {out}" + (f": {', '.join(path.name for path in pictures)}" if pictures else ""))
+    return "\n".join(lines)

@@ -1,0 +1,18 @@
+"""matplotlib for pictures in files: no display, one look."""
+
+import matplotlib
+
+matplotlib.use("Agg")
+from pathlib import Path
+from typing import Any
+
+import matplotlib.pyplot as plt
+
+STYLE = {"font.size": 11, "axes.grid": True, "grid.alpha": 0.3, "figure.dpi": 130}
+
+
+def save(figure: Any, path: Path) -> Any:
+    """Write the picture, close it, and give its path."""
+    figure.savefig(path)
+    plt.close(figure)
+    return path

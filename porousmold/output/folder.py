@@ -1,0 +1,177 @@
+"""The folder of a run: result.json, history.csv, near_wall.csv, fields.h5 + fields.xdmf, scene.toml."""
+
+import csv
+import json
+import shutil
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import IO, Any
+
+import tomli_w
+from dolfinx import io
+
+from ..errors import InputError
+from ..files.whole_files import locked, whole_file
+from ..mesh import fenicsx
+from ..mesh.aliases import Communicator
+from ..scene.scene import Scene
+from ..solvers.protocols import Stateful
+from .checkpoint import NAME, Checkpoint, NodeOrders, packed, read
+from .quantities import Columns
+
+COMPARISON = ("comparison.json", "comparison.png")
+OUTPUTS = [
+    *("result.json", "history.csv", "near_wall.csv", "fields.h5", "fields.xdmf", "scene.toml"),
+    *("temperatures.png", "near_wall.png", "fields.png", *COMPARISON, "report.html", NAME),
+]
+LOCK = ".lock"
+"""File that a process which writes the folder holds."""
+FIELDS_PART = ".fields.part"
+"""Folder in which the two files of the fields are written, to take their places together."""
+
+
+def locked_folder(folder: Path, purpose: str) -> IO[str]:
+    """The lock of a run's folder, held until it is closed; `InputError` where it cannot be had, so that nothing can be
+    `purpose` ("drawn", ...)."""
+    try:
+        return locked(folder / LOCK)
+    except OSError as error:
+        raise InputError("RUN", str(folder), f"cannot be {purpose}: {error.strerror or error}") from error
+
+
+class RunFolder:
+    """A folder that a run writes, held against other processes until `close()`.
+
+    Made at once, so that one that cannot be written is found before the run: `InputError`. Files of an older run go, as they
+    would pass for this one's, unless it is `kept` to go on from.
+    """
+
+    def __init__(self, path: str | Path, communicator: Communicator, *, kept: bool = False) -> None:
+        self.path, self._communicator = Path(path), communicator
+        self._orders: Any = None
+        self._lock: IO[str] | None = None
+        with self._on_first_rank() as first:
+            if first:
+                self.path.mkdir(parents=True, exist_ok=True)
+                self._lock = locked(self.path / LOCK)
+        if not kept:
+            self._clear()
+
+    def _clear(self) -> None:
+        with self._on_first_rank() as first:
+            if first:
+                shutil.rmtree(self.path / FIELDS_PART, ignore_errors=True)
+                for name in OUTPUTS:
+                    (self.path / name).unlink(missing_ok=True)
+
+    @contextmanager
+    def _on_first_rank(self) -> Iterator[bool]:
+        """Whether this rank is to write; an `OSError` there ends in an `InputError` on every rank (collective)."""
+        problem = None
+        try:
+            yield self._communicator.rank == 0
+        except OSError as error:
+            problem = f"cannot be written: {error.strerror or error}"
+        problem = self._communicator.bcast(problem)
+        if problem:
+            self.close()
+            raise InputError("--out", str(self.path), problem)
+
+    def close(self) -> None:
+        """Let other processes have the folder."""
+        if self._lock is not None:
+            self._lock.close()
+            self._lock = None
+
+    def require(self, size: float) -> None:
+        """Refuse (`InputError`) a disk without room for `size` bytes (collective)."""
+        with self._on_first_rank() as first:
+            if first and shutil.disk_usage(self.path).free < size:
+                raise OSError(f"the disk has less than {size / 2**20:.0f} MiB left")
+
+    def finished(self, identity: str) -> tuple[dict[str, Any], Columns] | None:
+        """Summary and history of the run of this identity that was done here, else None (collective)."""
+        found = None
+        if self._communicator.rank == 0:
+            with suppress(OSError, ValueError, LookupError):
+                summary = json.loads((self.path / "result.json").read_text(encoding="utf-8"))
+                same = isinstance(summary, dict) and summary.get("identity") == identity
+                if same and summary.get("status") == "done":
+                    found = summary, read_table(self.path / "history.csv")
+        return self._communicator.bcast(found)
+
+    def saved(self) -> Checkpoint | None:
+        """The checkpoint here (collective); None where there is none: the folder is then emptied."""
+        found = read(self.path / NAME, self._communicator)
+        if found is None:
+            self._clear()
+        return found
+
+    def save(self, part: Stateful, outcomes: list[Any], identity: str) -> None:
+        """Write the checkpoint, whole or not at all (collective)."""
+        if self._orders is None or self._orders[0] is not part:
+            self._orders = part, NodeOrders()
+        content = packed(part, outcomes, self._orders[1], identity, self._communicator.rank)
+        with self._on_first_rank() as first:
+            if first and content is not None:
+                with whole_file(self.path / NAME) as temporary:
+                    temporary.write_bytes(content)
+
+    def forget_checkpoint(self) -> None:
+        """After the run has ended well."""
+        if self._communicator.rank == 0:
+            (self.path / NAME).unlink(missing_ok=True)
+
+    def write_tables(self, history: Columns, near_wall: Columns | None) -> None:
+        """The history, and the profile near the wall (rank 0 writes)."""
+        with self._on_first_rank() as first:
+            if first:
+                for name in COMPARISON:  # of an earlier part of the run
+                    (self.path / name).unlink(missing_ok=True)
+                self._write_table("history.csv", history)
+                if near_wall is not None:
+                    self._write_table("near_wall.csv", near_wall)
+
+    def write_summary(self, summary: dict[str, Any], scene: Scene) -> None:
+        """scene.toml and, when all else is there, result.json (rank 0 writes)."""
+        with self._on_first_rank() as first:
+            if first:
+                self._replace("scene.toml", tomli_w.dumps(scene.as_tables()))
+                self._replace("result.json", json.dumps(summary, indent=2) + "\n")
+
+    def _write_table(self, name: str, table: Columns) -> None:
+        with whole_file(self.path / name) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file)
+            writer.writerow([f"{column} [{unit}]" for column, unit in table.units.items()])
+            writer.writerows(zip(*table.columns.values(), strict=True))
+
+    def _replace(self, name: str, text: str) -> None:
+        with whole_file(self.path / name) as temporary:
+            temporary.write_text(text, encoding="utf-8")
+
+    def write_fields(self, mesh: Any, snapshots: Iterable[tuple[float, Sequence[Any]]]) -> None:
+        """fields.xdmf and fields.h5 of functions at times (s) (collective)."""
+        part = self.path / FIELDS_PART
+        with self._on_first_rank() as first:
+            if first:
+                shutil.rmtree(part, ignore_errors=True)
+                part.mkdir()
+        with io.XDMFFile(mesh.comm, str(part / "fields.xdmf"), "w") as file:
+            fenicsx.write_mesh(file, mesh)
+            for time, functions in snapshots:
+                for function in functions:
+                    file.write_function(function, time)
+        with self._on_first_rank() as first:
+            if first:  # fields.xdmf names fields.h5, which is to be there before it
+                for name in ("fields.h5", "fields.xdmf"):
+                    (part / name).replace(self.path / name)
+                part.rmdir()
+
+
+def read_table(path: Path) -> Columns:
+    """A table that `RunFolder` wrote."""
+    with Path(path).open(newline="", encoding="utf-8") as file:
+        head, *rows = csv.reader(file)
+    names = [cell.split(" [")[0] for cell in head]
+    return Columns({name: [float(row[i]) for row in rows] for i, name in enumerate(names)})

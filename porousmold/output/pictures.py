@@ -1,0 +1,163 @@
+"""Pictures of a run, drawn from the files in its folder (one process, no MPI)."""
+
+import json
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from .figures import STYLE, plt, save
+from .folder import locked_folder, read_table
+from .quantities import quantity
+
+PLACES = {"centre": ("bed centre", "-"), "bed_side": ("wall, bed side", "--"), "outer": ("wall, outside", ":")}
+# Margins are given, not found: letting matplotlib measure them doubles the time of every picture.
+
+
+def draw(folder: Path) -> Any:
+    """Draw every picture that the folder's files allow; gives the paths.
+
+    Raises `InputError` if it holds no run, or another process is at work there.
+    """
+    folder = Path(folder)
+    if not (folder / "result.json").is_file() or not (folder / "history.csv").is_file():
+        raise InputError("RUN", str(folder), "is not the folder of a run (no result.json and history.csv)")
+    try:
+        summary = json.loads((folder / "result.json").read_text(encoding="utf-8"))
+        heating_time = summary["heating_time"]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputError("RUN", str(folder), f"has a damaged result.json: {error}") from error
+    with locked_folder(folder, "drawn"), plt.rc_context(STYLE):
+        drawn = [_temperatures(folder, heating_time)]
+        if (folder / "near_wall.csv").is_file():
+            drawn.append(_near_wall(folder))
+        if (folder / "fields.xdmf").is_file():
+            drawn.append(_fields(folder))
+    return drawn
+
+
+def _temperatures(folder: Path, heating_time: float | None) -> Path:
+    history = read_table(folder / "history.csv")
+    minutes = np.array(history["time"]) / 60.0
+    figure, axes = plt.subplots(figsize=(8.0, 5.0))
+    figure.subplots_adjust(left=0.09, right=0.98, bottom=0.11, top=0.97)
+    labels = list(dict.fromkeys(name.rsplit("_", 1)[1] for name in history if name.startswith("temperature_")))
+    colours = plt.get_cmap("viridis")(np.linspace(0.0, 0.85, len(labels)))
+    for label, colour in zip(labels, colours, strict=True):
+        for place, (_, dashes) in PLACES.items():
+            name = f"temperature_{place}_{label}"
+            if name in history:
+                axes.plot(minutes, np.array(history[name]) - 273.15, dashes, color=colour, linewidth=1.6)
+    axes.plot(minutes, np.array(history["inlet_temperature"]) - 273.15, color="0.4", linewidth=1.0)
+    entries = [
+        plt.Line2D([], [], color=colour, label=f"z = {label}") for label, colour in zip(labels, colours, strict=True)
+    ]
+    shown = [p for p in PLACES if any(name.startswith(f"temperature_{p}") for name in history)]
+    entries += [plt.Line2D([], [], color="k", linestyle=PLACES[p][1], label=PLACES[p][0]) for p in shown]
+    entries.append(plt.Line2D([], [], color="0.4", linewidth=1.0, label="inlet"))
+    if heating_time is not None:
+        axes.axvline(heating_time / 60.0, color="tab:red", linewidth=1.2)
+        entries.append(plt.Line2D([], [], color="tab:red", label=f"heating time {heating_time:.0f} s"))
+    axes.set(xlabel="time in min", ylabel="temperature in °C", xlim=(0, minutes[-1] or 1))
+    axes.legend(handles=entries, fontsize=9, loc="lower right")
+    return save(figure, folder / "temperatures.png")
+
+
+def _near_wall(folder: Path) -> Path:
+    profile = read_table(folder / "near_wall.csv")
+    distance = np.array(profile["wall_distance"]) * 1e3
+    names = ("porosity", "speed", "eddy_viscosity_ratio", "turbulent_kinetic_energy")
+    panels = [(name, quantity(name).axis_label) for name in names if name in profile]
+    figure, all_axes = plt.subplots(1, len(panels), figsize=(3.4 * len(panels), 3.4))
+    for axes, (name, label) in zip(np.atleast_1d(all_axes), panels, strict=True):
+        axes.semilogx(distance[1:], profile[name][1:], color="tab:blue")
+        axes.minorticks_off()
+        axes.set(xlabel="wall distance in mm", xlim=(distance[1], distance[-1]), ylim=(0, None))
+        axes.set_title(label, fontsize=9)
+    figure.suptitle("at half length, end of the run", fontsize=10, y=0.99)
+    figure.subplots_adjust(left=0.04, right=0.99, bottom=0.16, top=0.84, wspace=0.2)
+    return save(figure, folder / "near_wall.png")
+
+
+def _fields(folder: Path) -> Path:
+    nodes, cells, steps = read_fields(folder / "fields.xdmf")
+    if nodes.shape[1] == 3:  # the plane of symmetry, and a section across the flow
+        middle = np.unique(nodes[:, 0])
+        middle = middle[np.argmin(np.abs(middle - 0.5 * middle[-1]))]
+        along = "along the flow in m", 1.0, *plane_of(nodes, cells, 2, 0.0)
+        section = "beside the middle in mm", 1e3, *plane_of(nodes, cells, 0, middle)
+        panels = [
+            ("fluid and wall, plane of symmetry", "temperature", *along),
+            (f"fluid and wall, {middle:.2g} m from the inlet", "temperature", *section),
+        ]
+    else:
+        everything = "along the flow in m", 1.0, nodes, triangles_of(cells), np.arange(len(nodes))
+        panels = [("fluid and wall", "temperature", *everything), ("beads", "bead_temperature", *everything)]
+    times = sorted(steps)
+    reached = np.concatenate([steps[t]["temperature"] for t in times]) - 273.15
+    levels = np.linspace(reached.min(), reached.max() + 1e-9, 25)
+    ticks = MaxNLocator(6).tick_values(reached.min(), reached.max())
+    figure, axes = plt.subplots(len(times), 2, figsize=(11.0, 1.5 * len(times) + 0.9), squeeze=False, sharex="col")
+    figure.subplots_adjust(
+        left=0.08, right=0.88, bottom=0.4 / (len(times) + 0.6), top=1 - 0.25 / (len(times) + 0.6), hspace=0.2
+    )
+    in_bed = steps[times[0]]["in_bed"] > 0.5
+    for column, (title, name, label, unit, places, triangles, numbers) in enumerate(panels):
+        x, y, bed = unit * places[:, 0], 1e3 * places[:, 1], in_bed[numbers]
+        shapes = triangles[np.all(bed[triangles], axis=1)] if name == "bead_temperature" else triangles
+        axes[0, column].set_title(title)
+        axes[-1, column].set_xlabel(label)
+        for row, time in enumerate(times):
+            panel, values = axes[row, column], steps[time][name][numbers] - 273.15
+            drawn = panel.tricontourf(x, y, shapes, values, levels=levels, cmap="inferno")
+            panel.set_ylim(y.min(), y.max())
+            if np.any(~bed):  # the interface
+                panel.tricontour(x, y, triangles, bed, levels=[0.99], colors="w", linewidths=0.7)
+            panel.grid(False)
+    for row, time in enumerate(times):
+        axes[row, 0].set_ylabel(f"t = {time:.0f} s\nacross in mm", fontsize=9)
+    figure.colorbar(drawn, cax=figure.add_axes((0.9, 0.12, 0.015, 0.8)), label="temperature in °C",
+                    ticks=[tick for tick in ticks if levels[0] <= tick <= levels[-1]])  # fmt: skip
+    return save(figure, folder / "fields.png")
+
+
+def triangles_of(cells: NDArray[Any]) -> Any:
+    """Triangles of cells that are triangles or quadrilaterals in drawing order."""
+    return np.concatenate([cells[:, [0, 1, 2]], cells[:, [0, 2, 3]]]) if cells.shape[1] == 4 else cells
+
+
+def plane_of(nodes: NDArray[Any], cells: NDArray[Any], axis: int, value: Any) -> tuple[Any, ...]:
+    """The plane x[axis] = value of a mesh of bricks: places (n, 2), triangles of them, and their numbers among `nodes`."""
+    on_plane = np.isclose(nodes[:, axis], value, rtol=1e-9, atol=1e-9)
+    cells = cells[on_plane[cells].sum(axis=1) == 4]
+    faces = cells[on_plane[cells]].reshape(-1, 4)
+    places = np.delete(nodes, axis, axis=1)[:, :: 1 if axis else -1]
+    arms = places[faces] - places[faces].mean(axis=1, keepdims=True)
+    turned = np.argsort(np.arctan2(arms[:, :, 1], arms[:, :, 0]), axis=1)
+    numbers, renumbered = np.unique(np.take_along_axis(faces, turned, axis=1), return_inverse=True)
+    return places[numbers], triangles_of(renumbered.reshape(-1, 4)), numbers
+
+
+def read_fields(path: Path) -> tuple[Any, ...]:
+    """Nodes (n, 2 or 3) in m, cells (rows of node numbers in drawing order) and {time: {name: nodal values}} of an XDMF file."""
+    root = ElementTree.parse(path).getroot()
+    with h5py.File(Path(path).with_suffix(".h5"), "r") as file:
+
+        def data(element: Any) -> Any:
+            return file[element.findtext("DataItem").strip().split(":", 1)[1]][()]
+
+        nodes = data(next(root.iter("Geometry")))
+        cells = data(next(root.iter("Topology")))
+        steps: dict[float, dict[str, NDArray[Any]]] = {}
+        for grid in root.iter("Grid"):
+            time, attribute = grid.find("Time"), grid.find("Attribute")
+            if time is not None and attribute is not None:
+                fields = steps.setdefault(float(time.attrib["Value"]), {})
+                fields[attribute.attrib["Name"]] = data(attribute).squeeze()
+    flat = cells.shape[1] < 8
+    return nodes[:, :2] if flat else nodes, cells, steps

@@ -1,0 +1,116 @@
+"""Every quantity that is recorded, named and written: one table for history, result, tables, fields, axes and report."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A recorded quantity: `symbol` as in formulas (TeX), `label` in words, and its SI unit."""
+
+    symbol: str
+    label: str
+    unit: str
+
+    @property
+    def axis_label(self) -> str:
+        """Words, symbol and unit, as an axis has them."""
+        unit = "" if self.unit == "1" else f" in {self.unit.replace('2', '²').replace('3', '³')}"
+        return f"{self.label} ${self.symbol}${unit}" if self.symbol else f"{self.label}{unit}"
+
+
+QUANTITIES: Mapping[str, Quantity] = {
+    "time": Quantity("t", "time", "s"),
+    "step": Quantity(r"\Delta t", "time step", "s"),
+    "inlet_temperature": Quantity(r"T_\mathrm{in}", "inlet temperature", "K"),
+    "outlet_temperature": Quantity(r"T_\mathrm{out}", "mean outlet temperature", "K"),
+    "deficit_wall": Quantity(r"\Delta T_w", "inlet temperature over that of the wall's worst point", "K"),
+    "deficit_bed_side": Quantity(
+        r"\Delta T_b", "inlet temperature over that of the worst point on the wall's bed side", "K"
+    ),
+    "mass_flow": Quantity(r"\dot{m}", "mass flow", "kg/s"),
+    "pressure_drop": Quantity(r"\Delta p", "pressure drop", "Pa"),
+    "heat_by_fluid": Quantity("Q_f", "heat left behind by the fluid", "J"),
+    "heat_through_outer_wall": Quantity("Q_o", "heat in through the outer wall", "J"),
+    "heat_stored": Quantity("Q_s", "heat stored", "J"),
+    "heat_by_rev_terms": Quantity("Q_b", "heat created by REV terms", "J"),
+    "lowest_temperature": Quantity(r"T_\min", "lowest temperature", "K"),
+    "highest_temperature": Quantity(r"T_\max", "highest temperature", "K"),
+    "largest_bead_difference": Quantity(r"\Delta T_s", "largest distance of a bead's surface from its mean", "K"),
+    "wall_distance": Quantity("y", "wall distance", "m"),
+    "porosity": Quantity(r"\phi_V", "porosity", "1"),
+    "speed": Quantity("|u|", "speed", "m/s"),
+    "velocity": Quantity("u", "velocity", "m/s"),
+    "pressure": Quantity("p", "gauge pressure", "Pa"),
+    "fluid_temperature": Quantity("T_f", "fluid temperature", "K"),
+    "bead_temperature": Quantity("T_s", "bead temperature", "K"),
+    "turbulent_kinetic_energy": Quantity("k", "turbulent kinetic energy", "m2/s2"),
+    "dissipation_rate": Quantity(r"\epsilon", "dissipation rate", "m2/s3"),
+    "eddy_viscosity_ratio": Quantity(r"\mu_t/\mu", "eddy viscosity over viscosity", "1"),
+    "in_bed": Quantity("", "1 in the bed, 0 in the wall", "1"),
+}
+FAMILIES: Mapping[str, Quantity] = {
+    "temperature": Quantity("T", "temperature of fluid or wall", "K"),
+    "sensor": Quantity("T", "temperature at a sensor", "K"),
+    "gradient": Quantity(r"|\nabla T|", "steepness of the temperature at a sensor", "K/m"),
+}
+"""Quantities at named places: `temperature_outer_L` is the temperature at `outer_L`."""
+
+
+def quantity(name: str) -> Quantity:
+    """The quantity of a column's name; raises `KeyError` for one that no table has."""
+    return QUANTITIES[name] if name in QUANTITIES else FAMILIES[name.split("_")[0]]
+
+
+@dataclass
+class Columns:
+    """Recorded columns by name, each a list; their units follow from the names."""
+
+    columns: dict[str, list[float]] = field(default_factory=dict)
+
+    def append(self, row: Mapping[str, float]) -> None:
+        """Append one row."""
+        for name, value in row.items():
+            self.columns.setdefault(name, []).append(float(value))
+
+    def add(self, name: str, values: Iterable[float]) -> None:
+        """Add a whole column."""
+        self.columns[name] = [float(value) for value in values]
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Unit of every column."""
+        return {name: quantity(name).unit for name in self.columns}
+
+    def items(self) -> Iterable[tuple[str, list[float]]]:
+        """Names and values of the columns."""
+        return self.columns.items()
+
+    def __getitem__(self, name: str) -> list[float]:
+        return self.columns[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.columns)
+
+    def __len__(self) -> int:
+        """Number of rows."""
+        return len(next(iter(self.columns.values()), []))
+
+
+class Recorded(np.ndarray[Any, np.dtype[np.float64]]):
+    """A column as an array, with its `unit`."""
+
+    unit: str
+
+    @classmethod
+    def of(cls, name: str, values: Iterable[float]) -> "Recorded":
+        """The column of a name."""
+        array = np.asarray(list(values), dtype=float).view(cls)
+        array.unit = quantity(name).unit
+        return array
+
+    def __array_finalize__(self, source: object) -> None:
+        self.unit = getattr(source, "unit", "")

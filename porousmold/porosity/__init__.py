@@ -1,1 +1,0 @@
-"""Porosity against wall distance: models of the literature and tabulated profiles."""

@@ -1,0 +1,1 @@
+"""What the user writes: keys, series in time, sensors, and the checked scene. No dolfinx."""

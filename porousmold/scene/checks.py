@@ -1,0 +1,140 @@
+"""What the keys of a scene must be together: each rule refuses with one line (`InputError`) that names a key."""
+
+from typing import Any
+
+from ..errors import InputError
+from ..laws.porosity import POROSITY_MODELS
+from .geometries import GEOMETRIES
+from .language import KEYS
+
+DRIVES = ("pressure_drop", "inlet_velocity", "mass_flow")
+SMALLEST_RATIO = 10.0
+"""Bead diameters that a bed is wide at least."""
+
+
+def check_together(scene: Any) -> None:
+    """Every rule, in the order in which a user would fill in the file."""
+    for rule in (_geometry, _drive, _flow_and_mesh, _wall, _bed, _temperatures, _outer_wall, _solver, _liquid):
+        rule(scene)
+
+
+def _need(scene: Any, table: str, name: str) -> None:
+    if getattr(getattr(scene, table), name) is None:
+        raise InputError(f"{table}.{name}", None, f"is missing; {KEYS[table][name].meaning}", scene.source)
+
+
+def _refuse(scene: Any, full_name: str, allowed: str) -> None:
+    table, name = full_name.split(".")
+    raise InputError(full_name, getattr(getattr(scene, table), name), allowed, scene.source)
+
+
+def _geometry(scene: Any) -> None:
+    _need(scene, "geometry", "kind")
+    kind = scene.geometry.kind
+    for name in GEOMETRIES[kind].needed:
+        _need(scene, "geometry", name)
+    for full_name in GEOMETRIES[kind].foreign:
+        if scene.is_given(full_name):
+            _refuse(scene, full_name, f"has no place in a {kind}")
+    _need(scene, "bed", "bead_diameter")
+    if scene.geometry.width is None and scene.geometry.sides != "wall":
+        _refuse(scene, "geometry.sides", "has no meaning without geometry.width")
+    for name in ("initial_temperature", "inlet_temperature"):
+        _need(scene, "operation", name)
+
+
+def _drive(scene: Any) -> None:
+    operation = scene.operation
+    drives = [name for name in DRIVES if getattr(operation, name) is not None]
+    if len(drives) != 1:
+        given = " and ".join(f"operation.{name}" for name in drives) or "operation.pressure_drop"
+        names = ", ".join(f"operation.{name}" for name in DRIVES)
+        raise InputError(given, None, f"exactly one of {names} must be given", scene.source)
+    if scene.model.flow_update == "frozen" and getattr(operation, drives[0]).kinks:
+        _refuse(scene, "model.flow_update", f"must be 'quasi-steady' with a time series as operation.{drives[0]}")
+    limit = 10.0 * operation.outlet_pressure
+    if operation.pressure_drop is not None and operation.pressure_drop.range[1] > limit:
+        allowed = f"must be <= 10 x operation.outlet_pressure ({limit:g} Pa)"
+        raise InputError("operation.pressure_drop", operation.pressure_drop.range[1], allowed, scene.source)
+
+
+def _flow_and_mesh(scene: Any) -> None:
+    model, geometry = scene.model, scene.geometry
+    if geometry.width is not None and model.flow != "full":
+        _refuse(scene, "model.flow", "must be 'full' with geometry.width")
+    if geometry.kind == "mesh" and model.flow != "full":
+        _refuse(scene, "model.flow", "must be 'full' for a mesh: its stations are not known")
+    if model.flow_update == "transient" and model.flow != "full":
+        _refuse(scene, "model.flow_update", "must go with model.flow 'full'")
+    if model.bead_modes is not None:
+        for name, value in (("energy", "one-temperature"), ("flow_update", "transient")):
+            if getattr(model, name) == value:
+                _refuse(scene, "model.bead_modes", f"has no place beside model.{name} {value!r}")
+
+
+def _wall(scene: Any) -> None:
+    model, operation = scene.model, scene.operation
+    if scene.geometry.kind == "mesh":
+        if model.wall != "conjugate":
+            _refuse(scene, "model.wall", "must be 'conjugate' for a mesh, which has its own wall")
+        if scene.wall.thickness is not None:
+            _refuse(scene, "wall.thickness", "has no place in a mesh, which has its own wall")
+    elif model.wall in ("conjugate", "thin"):
+        _need(scene, "wall", "thickness")
+    if (model.wall == "fixed-temperature") != (operation.wall_temperature is not None):
+        allowed = "must be given with model.wall 'fixed-temperature', and only then"
+        raise InputError("operation.wall_temperature", None, allowed, scene.source)
+
+
+def _bed(scene: Any) -> None:
+    geometry, bed, limit = scene.geometry, scene.bed, POROSITY_MODELS[scene.bed.porosity_model].largest_bulk_porosity
+    if bed.porosity_profile is None and bed.bulk_porosity > limit:
+        _refuse(scene, "bed.bulk_porosity", f"must be <= {limit:g} with porosity_model {bed.porosity_model!r}")
+    if scene.model.rev_terms != "off" and bed.porosity_profile is None:
+        _refuse(scene, "model.rev_terms", "needs bed.porosity_profile: the porosity models give no phi_A")
+    least = SMALLEST_RATIO * bed.bead_diameter
+    for name in GEOMETRIES[geometry.kind].widths:
+        width = getattr(geometry, name)
+        if width is None or (name == "width" and geometry.sides == "symmetry"):
+            continue
+        if width < least * (1 - 1e-9) and not bed.allow_small_ratio:
+            allowed = f"must be at least {SMALLEST_RATIO:g} bead diameters ({least:g} m)"
+            _refuse(scene, f"geometry.{name}", f"{allowed}, or set bed.allow_small_ratio = true")
+        if bed.bead_diameter >= width:
+            _refuse(scene, "bed.bead_diameter", f"must be smaller than geometry.{name}")
+        if scene.solver.first_cell is not None and scene.solver.first_cell >= width / 2:
+            _refuse(scene, "solver.first_cell", f"must be < {width / 2:g} m, half the bed")
+
+
+def _temperatures(scene: Any) -> None:
+    operation = scene.operation
+    difference = max(abs(value - operation.initial_temperature) for value in operation.inlet_temperature.values)
+    if operation.heating_margin >= difference:
+        allowed = f"must be < {difference:g} K, the difference of inlet and initial temperature"
+        _refuse(scene, "operation.heating_margin", allowed)
+
+
+def _outer_wall(scene: Any) -> None:
+    operation = scene.operation
+    heated = (operation.outer_heat_flux or operation.outer_coefficient) is not None
+    if scene.model.wall in ("insulated", "fixed-temperature") and heated:
+        _refuse(scene, "model.wall", "has no place beside operation.outer_heat_flux or outer_coefficient")
+    if operation.outer_heat_flux is None and operation.outer_heat_flux_factor != 1.0:
+        _refuse(scene, "operation.outer_heat_flux_factor", "has no meaning without operation.outer_heat_flux")
+    if (operation.outer_coefficient is None) != (operation.ambient_temperature is None):
+        _refuse(scene, "operation.outer_coefficient", "and operation.ambient_temperature must be given together")
+
+
+def _solver(scene: Any) -> None:
+    if scene.solver.accuracy is not None:
+        for name in ("mesh_refinement", "step_refinement"):
+            if scene.is_given(f"solver.{name}"):
+                _refuse(scene, f"solver.{name}", "is chosen by solver.accuracy")
+
+
+def _liquid(scene: Any) -> None:
+    if not scene.is_given("fluid.density"):
+        return
+    for name in ("viscosity", "heat_capacity", "conductivity"):
+        if not scene.is_given(f"fluid.{name}"):
+            raise InputError(f"fluid.{name}", None, "is missing: a liquid needs all four properties", scene.source)

@@ -1,0 +1,90 @@
+"""Kinds of geometry: which keys of a scene belong to each, and how large the computed part of its bed is."""
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True, kw_only=True)
+class BedSize:
+    """The computed part of a straight bed (m): `half_height` is a pipe's radius, `half_width` that of a cavity of given width,
+    `walled_sides` whether a wall stands beside that."""
+
+    length: float
+    half_height: float
+    half_width: float | None = None
+    walled_sides: bool = False
+    axisymmetric: bool = False
+
+    @property
+    def area(self) -> float:
+        """Cross-section, m2; that of a bed without a width counts as a metre wide."""
+        if self.axisymmetric:
+            return math.pi * self.half_height**2
+        return self.half_height * (1.0 if self.half_width is None else self.half_width)
+
+    @property
+    def walled_perimeter(self) -> float:
+        """Length of the wall around the cross-section (m), that at the sides included."""
+        if self.axisymmetric:
+            return 2.0 * math.pi * self.half_height
+        width = 1.0 if self.half_width is None else self.half_width
+        return width + (self.half_height if self.walled_sides else 0.0)
+
+
+class Geometry(ABC):
+    """A kind of geometry. `needed` are keys of [geometry] that it needs, `foreign` full names of keys that it has no place
+    for, `widths` those of [geometry] that the beads are counted across."""
+
+    needed: tuple[str, ...] = ()
+    foreign: tuple[str, ...] = ()
+    widths: tuple[str, ...] = ()
+
+    @abstractmethod
+    def size(self, table: Any) -> BedSize | None:
+        """`BedSize` of the values of [geometry]; None where only the mesh knows."""
+
+
+class Mold(Geometry):
+    """A planar cavity, of which half is computed; of one that has a width a quarter, in three dimensions."""
+
+    needed = ("length", "cavity_height")
+    foreign = ("geometry.diameter", "geometry.mesh", "geometry.symmetry")
+    widths = ("cavity_height", "width")
+
+    def size(self, table: Any) -> BedSize:
+        half_width = None if table.width is None else table.width / 2
+        walled = table.width is not None and table.sides == "wall"
+        return BedSize(
+            length=table.length, half_height=table.cavity_height / 2, half_width=half_width, walled_sides=walled
+        )
+
+
+class Pipe(Geometry):
+    """A round pipe, axisymmetric."""
+
+    needed = ("length", "diameter")
+    foreign = (*("geometry.cavity_height", "geometry.width", "geometry.sides", "geometry.mesh", "geometry.symmetry"),)
+    widths = ("diameter",)
+
+    def size(self, table: Any) -> BedSize:
+        return BedSize(length=table.length, half_height=table.diameter / 2, axisymmetric=True)
+
+
+class Mesh(Geometry):
+    """A mesh of the user's own."""
+
+    needed = ("mesh",)
+    foreign = (
+        *("geometry.length", "geometry.cavity_height", "geometry.width", "geometry.sides", "geometry.diameter"),
+        *("solver.axial_cells", "solver.first_cell", "solver.cell_growth", "solver.wall_cells"),
+        *("solver.mesh_refinement", "solver.accuracy"),
+    )
+
+    def size(self, table: Any) -> None:
+        return None
+
+
+GEOMETRIES: Mapping[str, Geometry] = {"mold": Mold(), "pipe": Pipe(), "mesh": Mesh()}

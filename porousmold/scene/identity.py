@@ -1,0 +1,63 @@
+"""The identity of a run: what its result depends on, as one text.
+
+That is the scene with the contents of the files it names, the source of the laws that it takes from outside the package, and
+the sources of everything in the package that computes. A result, a checkpoint or a case of a study that has another identity
+is not the answer to the scene.
+"""
+
+import functools
+import hashlib
+import json
+from pathlib import Path
+from typing import Any
+
+from ..laws.registry import source_text
+from .chosen_laws import CHOICES
+from .language import KEYS
+from .scene import Scene
+from .series import TimeSeries
+
+COMPUTING = ("laws", "mesh", "equations", "solvers", "simulation")
+"""The rooms whose sources count; of the others only what reads a value counts: `READING`."""
+READING = ("files/units.py", "files/tables.py", "scene/chosen_laws.py", "scene/series.py", "scene/geometries.py")
+FREE_TO_CHANGE = {
+    *("operation.end_time", "solver.first_step", "solver.step_growth", "solver.largest_step"),
+    *("solver.step_tolerance", "solver.flow_tolerance"),
+}
+"""Keys that may have other values when a run goes on, besides all of [output]."""
+
+
+@functools.cache
+def code_digest() -> str:
+    """Digest of the sources of everything that computes, read once a process."""
+    package = Path(__file__).parent.parent
+    files = sorted(path for room in COMPUTING for path in (package / room).rglob("*.py"))
+    digest = hashlib.sha256()
+    for path in [*files, *(package / name for name in READING)]:
+        digest.update(str(path.relative_to(package)).encode() + path.read_bytes())
+    return digest.hexdigest()
+
+
+def identity_of(scene: Scene, *, going_on: bool = False) -> str:
+    """Text that is the same for scenes with the same values, contents of their files, laws and computing code.
+
+    With `going_on`, keys that may change in the middle of a march do not count.
+    """
+    values: dict[str, Any] = {}
+    for table, keys in KEYS.items():
+        for name in keys:
+            full_name = f"{table}.{name}"
+            if table in ("output", "extensions") or (going_on and full_name in FREE_TO_CHANGE):
+                continue
+            value = getattr(getattr(scene, table), name)
+            if isinstance(value, TimeSeries):
+                value = value.content
+            elif isinstance(value, Path):
+                value = scene.file_digests[full_name]
+            values[full_name] = value
+    laws = {
+        full_name: source_text(registry[values[full_name]])
+        for full_name, registry in CHOICES.items()
+        if not registry.is_own(values[full_name])
+    }
+    return hashlib.sha256(json.dumps([code_digest(), laws, values], sort_keys=True).encode()).hexdigest()

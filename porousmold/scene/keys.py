@@ -1,0 +1,157 @@
+"""The language of the files that a user writes: keys with their unit, default, bounds and meaning, and how a file is checked.
+
+A language is {table: {name: `Key`}}. Values are SI numbers or texts with a unit. A key that is unknown, of the wrong dimension
+or out of bounds is refused by one line that names it.
+"""
+
+import copy
+import difflib
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from ..errors import InputError
+from ..files.units import to_si
+from .series import TimeSeries, read_series
+
+INFINITY = float("inf")
+LONGEST_SPAN = 1e5
+"""Time (s) up to which a given function of the time is sampled."""
+
+
+@dataclass(frozen=True)
+class Key:
+    """One key: `kind` is a unit of `units.to_si`, or 'choice', 'integer', 'flag', 'file'.
+
+    Numbers lie strictly between `low` and `high` (or at them, if `closed`). `choices` are looked up when a value is checked.
+    `series` keys also take a CSV file, with `along` one of columns along the flow, a function of the time (s), or a pair
+    (times in s, values).
+    """
+
+    kind: str
+    meaning: str
+    default: Any = None
+    low: float = -INFINITY
+    high: float = INFINITY
+    closed: bool = False
+    choices: Collection[str] = ()
+    series: bool = False
+    along: bool = False
+
+    @property
+    def unit(self) -> str:
+        """Unit of the SI value; empty where it has none."""
+        return {"delta_degC": "K", "choice": "", "integer": "", "flag": "", "file": ""}.get(self.kind, self.kind)
+
+    def allowed(self) -> str:
+        """The bounds in words."""
+        unit = {"delta_degC": "K"}.get(self.kind, self.kind)
+        if self.low == -INFINITY and self.high == INFINITY:
+            return f"must be a number in {unit}"
+        less, more = ("<=", ">=") if self.closed else ("<", ">")
+        bounds = [f"{more} {self.low:g}"] if self.low > -INFINITY else []
+        bounds += [f"{less} {self.high:g}"] if self.high < INFINITY else []
+        return f"must be {' and '.join(bounds)} {unit}".rstrip()
+
+
+Language: TypeAlias = Mapping[str, Mapping[str, Key]]
+
+
+def full_names(language: Language) -> list[str]:
+    """table.name of every key."""
+    return [f"{table}.{name}" for table, keys in language.items() for name in keys]
+
+
+def unknown(name: str, known: Collection[str]) -> str:
+    """What is said of a name that is none of the known: the nearest one, if there is one."""
+    near = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
+    return "is not a known key" + (f"; did you mean {near[0]!r}?" if near else "")
+
+
+def checked_values(
+    tables: Mapping[str, Any], language: Language, base: Path, where: str | None
+) -> dict[str, dict[str, Any]]:
+    """{table: {name: value}} of all keys, defaults where nothing is given. `base` is the folder that files are relative to.
+
+    Raises `InputError` for an unknown name or an impossible value.
+    """
+    given = checked_names(tables, language, where)
+    return {
+        table: {
+            name: _checked_value(f"{table}.{name}", key, given.get(table, {}).get(name), base, where)
+            for name, key in keys.items()
+        }
+        for table, keys in language.items()
+    }
+
+
+def checked_names(tables: Mapping[str, Any], language: Language, where: str | None) -> dict[str, Any]:
+    """A copy of the tables, all of whose names are known (else `InputError`)."""
+    for table, content in tables.items():
+        if table not in language:
+            raise InputError(table, None, unknown(table, list(language)), where)
+        if not isinstance(content, dict):
+            raise InputError(table, content, "must be a table", where)
+        for name in content:
+            if name not in language[table]:
+                raise InputError(
+                    f"{table}.{name}", content[name], unknown(f"{table}.{name}", full_names(language)), where
+                )
+    return copy.deepcopy(dict(tables))
+
+
+def _checked_value(name: str, key: Key, value: Any, base: Path, where: str | None) -> Any:
+    if value is None:
+        value = key.default
+        if value is None:
+            return None
+        return TimeSeries.constant(value) if key.series else value
+    if key.kind == "choice":
+        if not isinstance(value, str) or value not in key.choices:
+            raise InputError(name, value, f"must be one of {', '.join(map(repr, key.choices))}", where)
+        return value
+    if key.kind == "flag":
+        flags = {"true": True, "false": False}
+        value = flags.get(value, value) if isinstance(value, str) else value
+        if not isinstance(value, bool):
+            raise InputError(name, value, "must be true or false", where)
+        return value
+    if key.kind == "file":
+        path = (base / value).resolve() if isinstance(value, str) and value and "\0" not in value else None
+        if path is None or not path.is_file():
+            raise InputError(name, value, "must name an existing file", where)
+        return path
+    if key.kind == "integer":
+        if isinstance(value, str) and value.strip().isdecimal():
+            value = int(value)
+        if isinstance(value, bool) or not isinstance(value, int) or not key.low <= value <= key.high:
+            raise InputError(name, value, f"must be a whole number from {key.low:g} to {key.high:g}", where)
+        return value
+    if key.series:
+        return _checked_series(name, key, value, base, where)
+    number = to_si(name, value, key.kind, where)
+    _check_bounds(name, number, key, where)
+    return number
+
+
+def _checked_series(name: str, key: Key, value: Any, base: Path, where: str | None) -> TimeSeries:
+    if isinstance(value, TimeSeries):
+        series = value
+    elif isinstance(value, str) and value.lower().endswith(".csv") and "\0" not in value:
+        series = read_series(name, (base / value).resolve(), key.kind, along=key.along)
+    elif callable(value):
+        series = TimeSeries.sampled(name, value, LONGEST_SPAN)
+    elif isinstance(value, list | tuple):
+        series = TimeSeries.of_pair(name, value, key.kind, where)
+    else:
+        series = TimeSeries.constant(to_si(name, value, key.kind, where))
+    for number in series.range:
+        _check_bounds(name, number, key, series.source or where)
+    return series
+
+
+def _check_bounds(name: str, number: float, key: Key, where: str | None) -> None:
+    inside = key.low <= number <= key.high if key.closed else key.low < number < key.high
+    if not inside:
+        raise InputError(name, number, key.allowed(), where)

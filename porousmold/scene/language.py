@@ -1,0 +1,165 @@
+"""The language of a scene: every key with its kind, default, bounds and meaning (`docs/scene.md` lists it)."""
+
+from collections.abc import Collection
+
+from ..laws.conductivity import CONDUCTIVITY_LAWS
+from ..laws.drag import DRAG_LAWS
+from ..laws.materials import FLUIDS, SOLIDS
+from ..laws.nusselt import NUSSELT_CORRELATIONS
+from ..laws.porosity import POROSITY_MODELS
+from ..laws.turbulence_models import TURBULENCE_MODELS
+from .keys import Key
+
+
+def _length(meaning: str, default: float | None = None) -> Key:
+    return Key("m", meaning, default, low=0.0, high=1e4)
+
+
+def _choice(meaning: str, choices: Collection[str], default: str | None) -> Key:
+    return Key("choice", meaning, default, choices=choices)
+
+
+def _property(kind: str, meaning: str) -> Key:
+    return Key(kind, meaning, low=0.0, high=1e7)
+
+
+def _solid_properties(whose: str) -> dict[str, Key]:
+    return {
+        "density": _property("kg/m^3", f"density of {whose}; overrides the material's"),
+        "heat_capacity": _property("J/(kg*K)", f"specific heat capacity of {whose}; overrides the material's"),
+        "conductivity": _property("W/(m*K)", f"thermal conductivity of {whose}; overrides the material's"),
+    }
+
+
+KEYS: dict[str, dict[str, Key]] = {
+    "geometry": {
+        "kind": _choice("what is heated", ("mold", "pipe", "mesh"), None),
+        "length": _length("length of the bed along the flow"),
+        "cavity_height": _length("full height of a mold's cavity; half of it is computed"),
+        "width": _length("full width of a mold's cavity, which makes it three-dimensional; half of it is computed"),
+        "sides": _choice("what is beside a cavity of given width: the wall, or more of the cavity", ("wall", "symmetry"),
+                         "wall"),
+        "diameter": _length("inner diameter of a pipe"),
+        "sensors": Key("file", "CSV file `name, x [mm], y [mm]` of places whose temperature is recorded: x along the flow, y "
+                               "from the middle"),
+        "mesh": Key("file", "gmsh file (.geo, .msh) with named physical groups, for kind 'mesh'"),
+        "symmetry": _choice("of a mesh: planar, or about the axis x[1] = 0", ("planar", "axisymmetric"), "planar"),
+    },
+    "bed": {
+        "bead_diameter": _length("diameter of the beads"),
+        "bead_material": _choice("material of the beads", SOLIDS, "ceramic"),
+        **{f"bead_{name}": key for name, key in _solid_properties("the beads").items()},
+        "porosity_model": _choice("porosity against wall distance", POROSITY_MODELS, "hunt-tien"),
+        "bulk_porosity": Key("", "porosity far from the wall", 0.4, low=0.0, high=1.0),
+        "porosity_profile": Key("file", "CSV profile (wall distance over bead diameter, phi_V, phi_A), in place of a model"),
+        "averaging_diameter_ratio": Key("", "largest averaging sphere over bead diameter, D_max/d", 5.5, low=0.0, high=100),
+        "allow_small_ratio": Key("flag", "accept a bed narrower than 10 beads, with a warning", False),
+    },
+    "wall": {
+        "material": _choice("material of the wall", SOLIDS, "aluminium"),
+        "thickness": _length("thickness of the wall"),
+        **_solid_properties("the wall"),
+    },
+    "fluid": {
+        "material": _choice("the fluid", FLUIDS, "air"),
+        "density": _property("kg/m^3", "constant density: makes the fluid a liquid"),
+        "viscosity": _property("Pa*s", "constant viscosity; overrides the material's"),
+        "heat_capacity": _property("J/(kg*K)", "constant heat capacity; overrides the material's"),
+        "conductivity": _property("W/(m*K)", "constant thermal conductivity; overrides the material's"),
+    },
+    "operation": {
+        "initial_temperature": Key("K", "of fluid, beads and wall", low=0.0, high=5000.0),
+        "inlet_temperature": Key("K", "of the incoming fluid", low=0.0, high=5000.0, series=True),
+        "pressure_drop": Key("Pa", "static pressure, inlet minus outlet", low=0.0, high=1e8, closed=True, series=True),
+        "inlet_velocity": Key("m/s", "superficial: volume flow over the empty cross-section", low=0.0, high=1e3, series=True),
+        "mass_flow": Key("kg/s", "whole pipe; half cavity of a mold per metre width, or a quarter of one that has a width",
+                         low=0.0, high=1e6, series=True),
+        "outlet_pressure": Key("Pa", "absolute static pressure at the outlet", 101325.0, low=0.0, high=1e9),
+        "gravity": Key("m/s^2", "acceleration along the flow (negative: against it)", 0.0, low=-1e3, high=1e3),
+        "outer_heat_flux": Key("W/m^2", "heat into the outer wall (negative: loss); a file may have columns `0.1 m [W/m^2]`, ... "
+                               "along the flow", low=-1e7, high=1e7, series=True, along=True),
+        "outer_heat_flux_factor": Key("", "factor on outer_heat_flux, for the error of its sensors", 1.0, low=0.0, high=10.0),
+        "outer_coefficient": Key("W/(m^2*K)", "heat transfer coefficient of the outer wall", low=0.0, high=1e6),
+        "ambient_temperature": Key("K", "outside the outer wall", low=0.0, high=5000.0, series=True),
+        "wall_temperature": Key("K", "of the bed's wall, for model.wall 'fixed-temperature'", low=0.0, high=5000.0,
+                                series=True),
+        "heating_margin": Key("delta_degC", "heated when T_in - min T_wall falls below it", 2.0, low=0.0, high=1000.0),
+        "end_time": Key("s", "stop here if not heated before", 1e5, low=0.0, high=1e9),
+    },
+    "model": {
+        "flow": _choice("two-dimensional flow, profiles developed at every station, or one uniform mass flux",
+                        ("full", "developed", "plug"), "full"),
+        "turbulence": _choice("turbulence and bead sources", TURBULENCE_MODELS, "damped-nakayama-kuwahara"),
+        "blend_half_width": Key("", "half-width, in Re_y, of the blend between the wall's layer and k-epsilon around Re_y = 200; "
+                                    "published: 20", 120.0, low=1.0, high=200.0, closed=True),
+        "longest_eddy": Key("", "largest length k^1.5/epsilon of the turbulence over the bead diameter; published: none, "
+                                "which 1e6 is", 1.0, low=0.1, high=1e9, closed=True),
+        "energy": _choice("temperatures of fluid and beads, or one for both", ("two-temperature", "one-temperature"),
+                          "two-temperature"),
+        "wall": _choice("wall: resolved, of one temperature through its thickness, held at operation.wall_temperature, or none",
+                        ("conjugate", "thin", "fixed-temperature", "insulated"), "conjugate"),
+        "exchange_factor": Key("", "factor on the heat exchange between fluid and beads", 1.0, low=0.0, high=1e6),
+        "bead_modes": Key("integer", "modes kept of the temperature inside a bead, the others follow at once; without it beads "
+                          "are isothermal", low=0, high=16, closed=True),
+        "rev_terms": _choice("terms of the non-constant averaging volume", ("off", "consistent", "as-published"), "off"),
+        "flow_update": _choice("how the flow follows the temperature", ("quasi-steady", "frozen", "transient"),
+                               "quasi-steady"),
+        "nusselt": _choice("heat exchange between fluid and beads", NUSSELT_CORRELATIONS, "wakao"),
+        "conductivity": _choice("effective conductivity of fluid and beads", CONDUCTIVITY_LAWS, "parallel"),
+        "drag": _choice("resistance of the beads", DRAG_LAWS, "macdonald"),
+    },
+    "solver": {
+        "axial_cells": Key("integer", "cells along the flow; default from the expected width of the front, at least 18", low=2,
+                           high=100000, closed=True),
+        "first_cell": _length("height of the cell at the wall; default from the expected wall shear"),
+        "cell_growth": Key("", "largest ratio of neighbouring cells across the bed; within a bead of the wall its root", 1.33,
+                           low=1.001, high=3.0),
+        "wall_cells": Key("integer", "cells through the wall; default from its Biot number", low=1, high=1000, closed=True),
+        "mesh_refinement": Key("", "factor on the number of cells in each direction, given or by default", 1.0, low=0.1,
+                               high=20.0, closed=True),
+        "step_refinement": Key("", "factor on the number of time steps", 1.0, low=0.1, high=100.0, closed=True),
+        "accuracy": Key("", "wanted relative error of the heating time: chooses both refinements, reports heating_time_error",
+                        low=1e-4, high=0.2, closed=True),
+        "first_step": Key("s", "first time step", 1.0, low=0.0, high=1e6),
+        "step_growth": Key("", "ratio of successive steps", 1.5, low=1.0, high=10.0, closed=True),
+        "largest_step": Key("s", "largest time step; default from how fast the front passes and the wall follows it",
+                            low=0.0, high=1e7),
+        "step_tolerance": Key("delta_degC", "estimated error of a step above which it is repeated smaller", 5.0,
+                              low=0.0, high=1e3),
+        "flow_tolerance": Key("", "relative change of the flow above which it is iterated within a step", 0.01,
+                              low=0.0, high=1.0),
+    },
+    "extensions": {
+        "python": Key("file", "Python file that registers laws; it runs only where the user allows it: --allow-extensions"),
+    },
+    "output": {
+        "pictures": Key("flag", "draw the PNG pictures", True),
+        "fields": Key("flag", "write fields.h5 and fields.xdmf", True),
+        "checkpoint_interval": Key("s", "wall-clock time after which the state is saved again, for --resume", 30.0, low=0.0,
+                                   high=1e7, closed=True),
+        "field_times": Key("integer", "number of times at which fields are kept, spread over the run", 4, low=1, high=1000,
+                           closed=True),
+    },
+}  # fmt: skip
+
+
+def reference() -> str:
+    """Markdown page of every key: unit or kind, default, bounds or choices, meaning."""
+    lines = [
+        "# Keys of a scene",
+        "",
+        'Written by `porousmold keys`. Numbers are SI, or texts with a unit (`"5 mm"`, `"90 degC"`, `"8 kPa"`). Keys marked',
+        "with * also take a CSV file `time [s], name [unit]`. Paths are relative to the scene's file.",
+    ]
+    for table, keys in KEYS.items():
+        lines += ["", f"## [{table}]", "", "| key | kind | default | allowed | meaning |", "|---|---|---|---|---|"]
+        for name, key in keys.items():
+            kind = {"delta_degC": "K", "": "number"}.get(key.kind, key.kind)
+            allowed = ", ".join(f"`{choice}`" for choice in key.choices)
+            if not allowed and key.kind not in ("flag", "file", "choice"):
+                allowed = key.allowed().removeprefix("must be ").removesuffix(f" {kind}")
+            default = (
+                "" if key.default is None else f"`{str(key.default).lower() if key.kind == 'flag' else key.default}`"
+            )
+            lines.append(f"| {name}{'*' if key.series else ''} | {kind} | {default} | {allowed} | {key.meaning} |")
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,154 @@
+"""Quantities that may vary in time, and along the flow: a number, or a CSV file."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError
+from ..files.tables import Columns, read_columns
+from ..files.units import to_si
+
+SAMPLES, FINEST_SAMPLE, SAMPLING_TOLERANCE = 200, 0.05, 1e-4
+"""First samples of a function, the interval (s) below which a change counts as a jump, and the part of its range that straight
+lines between samples may miss."""
+
+
+def _name_of(function: Any) -> str:
+    return str(getattr(function, "__name__", function))
+
+
+@dataclass(frozen=True)
+class TimeSeries:
+    """Piecewise linear in time, constant beyond its ends. `times` in s, `values` in SI; `source` is the file, if any.
+
+    `corners` are the times at which the slope changes where these are not all `times`, as of a smooth function.
+    """
+
+    times: tuple[float, ...]
+    values: tuple[Any, ...]
+    source: str | None = None
+    corners: tuple[float, ...] | None = None
+
+    @classmethod
+    def constant(cls, value: float) -> "TimeSeries":
+        """The same value at all times."""
+        return cls((0.0,), (value,))
+
+    @classmethod
+    def of_pair(cls, key: str, pair: Any, unit: str, where: str | None) -> "TimeSeries":
+        """Of (times in s, values); numbers, or texts with a unit. Raises `InputError` where they do not match or increase."""
+        try:
+            times, values = (list(part) for part in pair)
+        except (TypeError, ValueError) as error:
+            raise InputError(key, str(pair), "must be a pair of lists: times, values", where) from error
+        seconds = tuple(to_si(key, time, "s", where) for time in times)
+        if len(times) != len(values) or not times or np.any(np.diff(seconds) <= 0.0):
+            allowed = "must be a pair of lists of one length, the times increasing"
+            raise InputError(key, f"{len(times)} times, {len(values)} values", allowed, where)
+        return cls(seconds, tuple(to_si(key, value, unit, where) for value in values))
+
+    @classmethod
+    def sampled(cls, key: str, function: Callable[[float], float], end: float) -> "TimeSeries":
+        """Of a function of the time (s) from 0 to `end`, to 1e-4 of its range: its samples are no corners, its jumps are.
+
+        Raises `InputError` where the function raises or gives no finite number.
+        """
+
+        def value(time: float) -> float:
+            try:
+                result = float(function(time))
+            except Exception as error:
+                told = f"{type(error).__name__}: {error}".splitlines()[0]
+                raise InputError(key, f"the function {_name_of(function)}", f"fails at {time:g} s: {told}") from error
+            if not np.isfinite(result):
+                raise InputError(key, f"the function {_name_of(function)}", f"gives {result} at {time:g} s")
+            return result
+
+        times = [0.0, *np.geomspace(FINEST_SAMPLE, end, SAMPLES)]
+        samples = {float(time): value(float(time)) for time in times}
+        tolerance = SAMPLING_TOLERANCE * max(max(samples.values()) - min(samples.values()), 1e-300)
+        corners = []
+        intervals = list(zip(sorted(samples)[:-1], sorted(samples)[1:], strict=True))
+        while intervals:
+            first, last = intervals.pop()
+            middle = 0.5 * (first + last)
+            now = value(middle)
+            if abs(now - 0.5 * (samples[first] + samples[last])) <= tolerance:
+                continue
+            samples[middle] = now
+            if last - first < FINEST_SAMPLE:
+                corners += [first, last]
+            else:
+                intervals += [(first, middle), (middle, last)]
+        ordered = sorted(samples)
+        return cls(tuple(ordered), tuple(samples[time] for time in ordered), None, tuple(sorted(set(corners))))
+
+    def as_value(self) -> Any:
+        """What a TOML file would have: the file's name, a number, or the pair of times and values."""
+        if self.source or len(self.times) == 1:
+            return self.source or self.values[0]
+        return [list(self.times), list(self.values)]
+
+    @classmethod
+    def of(cls, columns: Columns, unit: str) -> "TimeSeries":
+        """Of two `Columns`: time [s], name [unit]. Raises `InputError` if there are more, or times do not increase."""
+        if len(columns.names) != 2:
+            raise InputError(columns.key, columns.path, "must have two columns: time [s], value [unit]")
+        return cls(tuple(columns.times().tolist()), tuple(columns.in_si(1, unit).tolist()), columns.path)
+
+    def __call__(self, time: float) -> Any:
+        """Value at the time (s)."""
+        return float(np.interp(time, self.times, self.values))
+
+    @property
+    def content(self) -> list[Any]:
+        """All that the series is, whatever file it came from."""
+        return [value for name, value in vars(self).items() if name != "source"]
+
+    @property
+    def kinks(self) -> tuple[float, ...]:
+        """Times at which the slope changes: steps in time should end there."""
+        if self.corners is not None:
+            return self.corners
+        return self.times if len(self.times) > 1 else ()
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """Smallest and largest value."""
+        return min(self.values), max(self.values)
+
+
+@dataclass(frozen=True)
+class ProfileSeries(TimeSeries):
+    """The same along the flow: `values` at each time are those at `positions` (m from the inlet), linear between them and
+    constant beyond."""
+
+    positions: tuple[float, ...] = ()
+
+    def __call__(self, time: float) -> Any:
+        """Values at the positions, at the time (s)."""
+        return np.array([np.interp(time, self.times, column) for column in np.transpose(self.values)])
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """Smallest and largest value anywhere."""
+        return float(np.min(self.values)), float(np.max(self.values))
+
+
+def read_series(key: str, path: Path, unit: str, *, along: bool = False) -> TimeSeries:
+    """`TimeSeries` of a CSV file; with `along` also `ProfileSeries`, of a head `time [s], 0.1 m [unit], 0.2 m [unit], ...` that
+    tells the positions.
+
+    Raises `InputError` that names the key, the file and the line.
+    """
+    columns = read_columns(key, path)
+    if not along or len(columns.names) == 2:
+        return TimeSeries.of(columns, unit)
+    positions = [to_si(key, name, "m", f"{path}, head") for name in columns.names[1:]]
+    if np.any(np.diff(positions) <= 0.0):
+        raise InputError(key, str(path), "must have columns at increasing positions")
+    values = np.column_stack([columns.in_si(number, unit) for number in range(1, len(columns.names))])
+    return ProfileSeries(tuple(columns.times().tolist()), tuple(values.tolist()), str(path), None, tuple(positions))

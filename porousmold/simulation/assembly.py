@@ -1,0 +1,301 @@
+"""From the parts of a scene to equations and solvers on a mesh.
+
+`assemble` makes a `Problem` of `Specs`: the mesh, what fills it (`build_medium`), its flow (`build_flow`), its temperatures
+(`build_heat`) and the forms that balance them (`build_balances`). Numbers of a scene become UFL constants, so that another
+value needs no compilation.
+"""
+
+from dataclasses import replace
+from typing import Any, cast
+
+import ufl
+from dolfinx import fem
+
+from ..equations.bead_interior import BeadInterior
+from ..equations.coordinates import Coordinates
+from ..equations.developed import CarriedByStreamfunction
+from ..equations.energy import EnergyEquations, ThinWall
+from ..equations.flow import FlowEquations, FlowScales
+from ..equations.medium import Bed, FluidState, rev_vector
+from ..equations.openings import Opening
+from ..laws import bead_interior
+from ..laws.functions import Value
+from ..laws.materials import ConstantDensity
+from ..mesh import domain as geometry
+from ..mesh import fenicsx
+from ..mesh.aliases import Communicator
+from ..mesh.domain import Domain
+from ..scene.geometries import BedSize
+from ..solvers.coupled import CoupledTransient
+from ..solvers.developed import DevelopedFlow
+from ..solvers.flow import FullFlow
+from ..solvers.heating import TransientHeat
+from ..solvers.plug import PlugFlow
+from ..solvers.protocols import Flow, Heat, Observer, silent
+from .boundary_values import BoundaryValues
+from .estimates import Estimates, estimate
+from .first_guess import FirstGuess
+from .meshing import straight_domain
+from .problem import Balances, Medium, Problem
+from .specs import Specs
+from .stopwatch import Stopwatch
+
+QUADRATURE_DEGREE = 2
+
+
+def assemble(specs: Specs, communicator: Communicator, observe: Observer = silent) -> Problem:
+    """The discrete problem of a scene on a communicator (collective); `observe(text)` is told what is being done.
+
+    Raises `InputError` for a mesh that cannot be used.
+    """
+    stopwatch = Stopwatch()
+    with stopwatch("mesh"):
+        domain, size, estimates = _domain(specs, communicator, observe)
+    observe("compiling")
+    with stopwatch("compile"):
+        medium = build_medium(specs, domain, estimates, size)
+        flow = build_flow(specs, medium, observe)
+        equations = _energy_equations(specs, medium, flow)
+        heat = build_heat(specs, medium, flow, equations)
+        balances = build_balances(medium, flow, heat, equations)
+        fenicsx.finish_compiling()
+    return Problem(specs, medium, flow, heat, balances, equations, stopwatch)
+
+
+def _domain(specs: Specs, communicator: Communicator, observe: Observer) -> tuple[Domain, BedSize, Estimates]:
+    mesh = specs.mesh
+    if mesh.size is not None:
+        estimates = estimate(specs, mesh.size)
+        return straight_domain(mesh, estimates, communicator, observe), mesh.size, estimates
+    assert mesh.file is not None
+    domain = geometry.from_file(communicator, mesh.file, axisymmetric=mesh.axisymmetric)
+    size = BedSize(length=domain.length, half_height=_inlet_area(domain))
+    return domain, size, estimate(specs, size)
+
+
+def build_medium(specs: Specs, domain: Domain, estimates: Estimates, size: BedSize) -> Medium:
+    """What fills the mesh: bed, fluid, the flow's equations, and the boundary's values."""
+    constant, flow, laws = domain.constant, specs.flow, specs.laws
+    bead_diameter = constant(specs.mesh.bead_diameter)
+    bed = Bed(
+        specs.porosity.over(domain.wall_distance, bead_diameter, constant, lambda f: _at_nodes(domain, f)),
+        domain.wall_distance,
+        bead_diameter,
+        with_constants(laws.beads, domain),
+        laws.drag,
+        laws.nusselt,
+        _rev_vector(specs, domain),
+        laws.conductivity,
+    )
+    fluid = FluidState(with_constants(laws.fluid, domain), constant(flow.outlet_pressure))
+    if isinstance(laws.fluid.density, ConstantDensity):
+        liquid = ConstantDensity(constant(laws.fluid.density.value), "scene")
+        fluid = replace(fluid, fluid=replace(fluid.fluid, density=liquid))
+    scales = FlowScales(constant(estimates.speed), constant(estimates.pressure_gradient * domain.length), bead_diameter)
+    gravity = None
+    if flow.gravity != 0.0:
+        others = [0.0] * (domain.mesh.geometry.dim - 1)
+        gravity = ufl.as_vector([constant(flow.gravity), *others])
+    model = None if laws.turbulence is None else laws.turbulence.with_parameters(constant)
+    equations = FlowEquations(
+        bed,
+        fluid,
+        Coordinates(domain.mesh, domain.axisymmetric),
+        scales,
+        model,
+        gravity,
+        published_pressure_term=flow.rev_terms == "as-published",
+    )
+    inlet_area = _inlet_area(domain)
+    boundary = BoundaryValues(flow, specs.heat, domain, inlet_area)
+    temperatures = [fem.Function(fenicsx.lagrange_space(domain.mesh))]
+    temperatures.append(fem.Function(temperatures[0].function_space))
+    for function in temperatures:
+        function.x.array[:] = specs.heat.initial_temperature
+    return Medium(domain, size, estimates, equations, boundary, inlet_area, *temperatures)
+
+
+def build_flow(specs: Specs, medium: Medium, observe: Observer = silent) -> Flow:
+    """The flow that the scene asks for."""
+    if specs.flow.kind == "plug":
+        return _plug_flow(specs, medium)
+    if specs.flow.kind == "developed":
+        return developed_flow(specs, medium)
+    developed = None if medium.domain.columns is None else developed_flow(specs, medium)
+    guess = FirstGuess(specs, medium, developed, _flow_in_the_plane, observe)
+    return FullFlow(
+        medium.domain,
+        medium.equations,
+        _openings(medium),
+        medium.flow_temperature,
+        medium.domain.cell_measure(QUADRATURE_DEGREE),
+        guess=guess,
+        simpler=developed,
+    )
+
+
+def _openings(medium: Medium) -> list[Opening]:
+    domain, ds = medium.domain, medium.domain.facet_measure(QUADRATURE_DEGREE)
+    atmosphere = {"pressure": domain.constant(0.0), "mean_square": domain.constant(0.0)}
+    return [
+        Opening(ds(geometry.INLET), **medium.boundary.drive()),
+        Opening(ds(geometry.OUTLET), **atmosphere),
+    ]
+
+
+def developed_flow(specs: Specs, medium: Medium) -> DevelopedFlow:
+    """Developed flow in a straight bed."""
+    given = medium.domain, medium.equations, medium.flow_temperature, medium.boundary.present_drive, medium.size.area
+    return DevelopedFlow(*given, specs.laws.fluid)
+
+
+def _plug_flow(specs: Specs, medium: Medium) -> PlugFlow:
+    laws, phi, diameter = specs.laws, specs.porosity.bulk_porosity, specs.mesh.bead_diameter
+
+    def resistance(mass_flux: float, density: Value, viscosity: Value) -> Value:
+        speed = mass_flux / (phi * density)
+        coefficient = laws.drag.coefficient(phi, diameter, density, viscosity, speed)
+        return coefficient * speed / phi - density * specs.flow.gravity
+
+    given = medium.domain, medium.equations, medium.flow_temperature, medium.boundary.present_drive, medium.size.area
+    return PlugFlow(*given, laws.fluid, resistance)
+
+
+def _flow_in_the_plane(specs: Specs) -> tuple[Domain, dict[str, fem.Function]]:
+    """The steady flow of a three-dimensional scene in two dimensions, on one rank."""
+    from mpi4py import MPI
+
+    size = specs.mesh.size
+    assert size is not None
+    flat = replace(specs.mesh, size=replace(size, half_width=None, walled_sides=False))
+    flow = specs.flow
+    if flow.drive == "mass_flow":
+        share = size.half_height / size.area
+        narrower = tuple(value * share for value in flow.driven_by.values)
+        flow = replace(flow, driven_by=replace(flow.driven_by, values=narrower))
+    plane = assemble(replace(specs, mesh=flat, flow=flow), MPI.COMM_SELF)
+    plane.flow.start()
+    return plane.domain, plane.flow.fields()
+
+
+def _energy_equations(specs: Specs, medium: Medium, flow: Flow) -> EnergyEquations:
+    heat, domain = specs.heat, medium.domain
+    dx, ds = domain.cell_measure(QUADRATURE_DEGREE), domain.facet_measure(QUADRATURE_DEGREE)
+    nodal_dx = domain.nodal_measure()
+    has_wall = domain.has_wall or heat.wall == "thin"
+    carrier = medium.equations
+    if flow.streamfunction is not None:
+        carrier = CarriedByStreamfunction(**vars(carrier), streamfunction=flow.streamfunction)
+    return EnergyEquations(
+        flow=carrier,
+        flow_state=flow.state,
+        flow_temperature=medium.flow_temperature,
+        entrance=domain.entrance(),
+        wall=with_constants(specs.laws.wall, domain) if has_wall else None,
+        inlet_temperature=medium.boundary.inlet_temperature,
+        inlet=ds(geometry.INLET),
+        outlet=ds(geometry.OUTLET),
+        outer=medium.boundary.outer_wall(ds(geometry.OUTER if domain.has_outer_wall else geometry.INTERFACE)),
+        dx_bed=dx(geometry.BED),
+        nodes_bed=nodal_dx(geometry.BED),
+        dx_wall=dx(geometry.WALL),
+        nodes_wall=nodal_dx(geometry.WALL),
+        thin_wall=_thin_wall(specs, medium, ds(geometry.INTERFACE)),
+        two_temperatures=heat.two_temperatures,
+        exchange_factor=domain.constant(heat.exchange_factor),
+        straight=domain.straight,
+        opening=flow.inlet,
+        interior=_bead_interior(specs, medium),
+    )
+
+
+def build_heat(specs: Specs, medium: Medium, flow: Flow, equations: EnergyEquations) -> Heat:
+    """The temperatures, for a flow that follows them step by step, or as one system with the flow."""
+    domain = medium.domain
+    heat = TransientHeat(
+        domain,
+        equations,
+        specs.heat.initial_temperature,
+        medium.boundary.set_heat,
+        domain.cell_measure(QUADRATURE_DEGREE)(geometry.WALL),
+        medium.property_temperature,
+        QUADRATURE_DEGREE,
+    )
+    if specs.flow.update != "transient":
+        return heat
+    return CoupledTransient(
+        domain,
+        cast(FullFlow, flow),
+        heat,
+        lambda state, warm: replace(equations, flow_state=state, flow_temperature=warm),
+        medium.flow_temperature,
+        medium.boundary.set,
+        medium.estimates.mass_flux * 1e3,
+    )
+
+
+def build_balances(medium: Medium, flow: Flow, heat: Heat, equations: EnergyEquations) -> Balances:
+    """The forms of what flows in and out."""
+    domain, weight = medium.domain, medium.equations.coordinates.weight
+    ds = domain.facet_measure(QUADRATURE_DEGREE)
+    outflow = weight * equations.outward_mass_flux
+    temperature = ufl.split(heat.unknown)[0] if equations.two_temperatures else heat.unknown
+    area = domain.constant(medium.inlet_area)
+    return Balances(
+        domain.communicator,
+        mass_in=fenicsx.LaterForm(weight * equations.inward_mass_flux * ds(geometry.INLET)),
+        mass_out=fenicsx.LaterForm(outflow * ds(geometry.OUTLET)),
+        inlet_pressure=fenicsx.LaterForm(weight * flow.state.pressure / area * ds(geometry.INLET)),
+        outlet_heat=fenicsx.LaterForm(outflow * temperature * ds(geometry.OUTLET)),
+    )
+
+
+def with_constants(material: Any, domain: Domain) -> Any:
+    """The material with its polynomials' coefficients as UFL constants."""
+    laws: dict[str, Any] = {
+        name: law.with_coefficients(domain.constant(c) for c in law.coefficients)
+        for name, law in material.laws().items()
+        if hasattr(law, "coefficients")
+    }
+    return replace(material, **laws)
+
+
+def _inlet_area(domain: Domain) -> float:
+    """Area of the inlet (m2; m in a plane), about an axis of the whole ring (collective)."""
+    weight = Coordinates(domain.mesh, domain.axisymmetric).weight
+    area = weight * domain.constant(1.0) * domain.facet_measure(QUADRATURE_DEGREE)(geometry.INLET)
+    return float(domain.communicator.allreduce(float(fem.assemble_scalar(fenicsx.compiled_form(area)))))
+
+
+def _at_nodes(domain: Domain, function: Any) -> fem.Function:
+    """A function of the wall distance (m) at the nodes."""
+    space = fenicsx.lagrange_space(domain.mesh)
+    result = fem.Function(space)
+    result.x.array[:] = function(fenicsx.nodal_values(domain.wall_distance, space).clip(min=0.0))
+    return result
+
+
+def _rev_vector(specs: Specs, domain: Domain) -> Value | None:
+    if specs.flow.rev_terms == "off":
+        return None
+    porosity, diameter = specs.porosity, specs.mesh.bead_diameter
+    difference = _at_nodes(domain, lambda y: porosity.volume(y, diameter) - porosity.area(y, diameter))
+    return rev_vector(difference, domain.wall_distance, domain.constant(specs.flow.largest_averaging_diameter))
+
+
+def _thin_wall(specs: Specs, medium: Medium, ds: ufl.Measure) -> ThinWall | None:
+    thickness = specs.heat.wall_thickness
+    if specs.heat.wall != "thin" or thickness is None:
+        return None
+    ratio = thickness / medium.size.half_height if medium.size.axisymmetric else 0.0
+    constant = medium.domain.constant
+    return ThinWall(ds, constant(thickness * (1.0 + 0.5 * ratio)), constant(1.0 + ratio))
+
+
+def _bead_interior(specs: Specs, medium: Medium) -> BeadInterior | None:
+    if specs.heat.bead_modes is None:
+        return None
+    bed = medium.equations.bed
+    lag = fem.Function(medium.flow_temperature.function_space)
+    eigenvalues = tuple(bead_interior.eigenvalues(specs.heat.bead_modes))
+    return BeadInterior(eigenvalues, bed.beads, bed.bead_diameter, lag, medium.domain.constant(1.0))

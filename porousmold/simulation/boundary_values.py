@@ -1,0 +1,97 @@
+"""What a scene gives at its openings and outer wall, as constants of the equations that follow it in time."""
+
+from itertools import pairwise
+
+import ufl
+from dolfinx import fem
+
+from ..equations.energy import OuterWall
+from ..errors import InputError
+from ..laws.functions import Value
+from ..mesh.aliases import Constant
+from ..mesh.domain import Domain
+from ..scene.series import ProfileSeries, TimeSeries
+from ..solvers.protocols import Drive
+from .specs import FlowSpec, HeatSpec
+
+HOLDING_COEFFICIENT = 1e6
+"""Heat transfer coefficient (W/m2/K) that holds a wall at a fixed temperature: within 0.01 K at 10 kW/m2."""
+
+
+class BoundaryValues:
+    """Those of a scene over a domain whose inlet has an area of `inlet_area` (m2), with the values of a time.
+
+    `inlet_temperature` (K) is that of the heat flowing in.
+    """
+
+    def __init__(self, flow: FlowSpec, heat: HeatSpec, domain: Domain, inlet_area: float) -> None:
+        self._flow, self._heat, self._domain, self._inlet_area = flow, heat, domain, inlet_area
+        at_start = heat.inlet_temperature(0.0)
+        self.inlet_temperature, self._drive, self._drive_temperature = map(domain.constant, (at_start, 0.0, at_start))
+        self._outer: list[tuple[Constant, TimeSeries]] = []
+        self.set(0.0)
+
+    def set(self, time: float) -> None:
+        """Give flow and heat their values at a time (s)."""
+        self._drive_temperature.value = self._heat.inlet_temperature(time)
+        self._drive.value = self._flow.driven_by(time)
+        self.set_heat(time)
+
+    def set_heat(self, time: float) -> None:
+        """Give the heat alone its values: what flows in during a step is what the flow was solved for."""
+        self.inlet_temperature.value = self._heat.inlet_temperature(time)
+        for constant, series in self._outer:
+            constant.value = series(time)
+
+    def drive(self) -> dict[str, Value]:
+        """What drives the flow, as terms of the `Opening` at the inlet."""
+        if self._flow.drive == "pressure_drop":
+            return {"pressure": self._drive, "mean_square": self._domain.constant(0.0)}
+        if self._flow.drive == "mass_flow":
+            return {"mass_flux": self._drive / self._domain.constant(self._inlet_area)}
+        return {"velocity": self._drive, "temperature": self._drive_temperature}
+
+    def present_drive(self) -> Drive:
+        """What drives the flow, and its present numbers."""
+        return Drive(self._flow.drive, float(self._drive.value), float(self._drive_temperature.value))
+
+    def outer_wall(self, ds: ufl.Measure) -> OuterWall | None:
+        """The `OuterWall` on the facets of a measure, None where the scene gives it no heat.
+
+        Raises `InputError` where the mesh has no outer wall.
+        """
+        if self._heat.wall == "fixed-temperature":
+            ambient = self._following(self._heat.wall_temperature)
+            return OuterWall(ds, coefficient=self._domain.constant(HOLDING_COEFFICIENT), ambient=ambient)
+        given = self._heat.outer_wall
+        if given.heat_flux is None and given.coefficient is None:
+            return None
+        if not self._domain.has_outer_wall and self._heat.wall != "thin":
+            raise InputError("geometry.mesh", None, "needs a physical curve 'outer' for the outer wall's heat")
+        terms = {}
+        if given.heat_flux is not None:
+            flux = self._following(given.heat_flux)
+            if isinstance(given.heat_flux, ProfileSeries):
+                sensors = fem.Constant(self._domain.mesh, given.heat_flux.positions)
+                flux = _between(sensors, flux, ufl.SpatialCoordinate(self._domain.mesh)[0])
+            terms["heat_flux"] = flux * self._domain.constant(given.heat_flux_factor)
+        if given.coefficient is not None:
+            ambient = self._following(given.ambient)
+            terms |= {"coefficient": self._domain.constant(given.coefficient), "ambient": ambient}
+        return OuterWall(ds, **terms)
+
+    def _following(self, series: TimeSeries | None) -> Constant:
+        """Constant with the values that the series has at the time."""
+        assert series is not None
+        constant = fem.Constant(self._domain.mesh, series(0.0))
+        self._outer.append((constant, series))
+        return constant
+
+
+def _between(positions: Value, values: Value, place: Value) -> Value:
+    """UFL expression of `place` that is linear between values at positions and constant beyond them."""
+    result = values[0]
+    for number, (first, last) in enumerate(pairwise(positions)):
+        part = ufl.min_value(ufl.max_value((place - first) / (last - first), 0.0), 1.0)
+        result += part * (values[number + 1] - values[number])
+    return result

@@ -1,0 +1,49 @@
+r"""What heating costs: the heat that the fluid is given before it enters, and the work of driving it through the bed.
+
+The heat Q = int m |h(T_in) - h(T_0)| dt brings the mass flow m from the initial to the inlet temperature (thesis eq. 8.13 with
+C constant); what leaves the outlet warm is lost. The work W = int m dp/rho_in dt is that of an ideal blower at the inlet's
+density: a real one needs more by its efficiency. Both up to the heating time, or to the end where that was not reached.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import cumulative_trapezoid
+
+from ..laws.materials import Fluid
+from ..output.quantities import Columns
+
+
+def energy_use(
+    history: Mapping[str, Sequence[float]] | Columns,
+    fluid: Fluid,
+    *,
+    outlet_pressure: float,
+    initial_temperature: float,
+    heating_time: float | None = None,
+) -> dict[str, float]:
+    """{"fluid_heat": J, "pumping_work": J, "energy_spent": J of both, "mean_power": W} of a run.
+
+    history: columns time (s), mass_flow (kg/s), pressure_drop (Pa), inlet_temperature (K). The trapezoidal rule over the steps.
+    """
+    time, mass_flow, pressure_drop, inlet = (
+        np.array(history[name]) for name in ("time", "mass_flow", "pressure_drop", "inlet_temperature")
+    )
+    enthalpy = fluid.heat_capacity.integral
+    density = fluid.density(outlet_pressure + pressure_drop, inlet)
+    heat_rate = mass_flow * np.abs(enthalpy(inlet) - enthalpy(initial_temperature))
+    end = time[-1] if heating_time is None else heating_time
+
+    def until_end(rate: NDArray[Any]) -> float:
+        return float(np.interp(end, time, cumulative_trapezoid(rate, time, initial=0.0)))
+
+    heat, work = until_end(heat_rate), until_end(mass_flow * pressure_drop / density)
+    spent = heat + work
+    return {
+        "fluid_heat": heat,
+        "pumping_work": work,
+        "energy_spent": spent,
+        "mean_power": spent / end if end > 0.0 else 0.0,
+    }

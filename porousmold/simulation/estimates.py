@@ -1,0 +1,162 @@
+"""What is known of a scene before it is solved: speeds, wall shear, heat capacities, and what follows for the mesh.
+
+Order-of-magnitude figures from the scene's own correlations in the middle of the bed. They choose defaults (first
+cell, cells through the wall, largest step) and scale the unknowns; no result depends on them.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from ..laws.nusselt import bead_reynolds_number, prandtl_number, specific_surface
+from ..scene.geometries import BedSize
+from .specs import Specs
+
+FIRST_CELL_IN_WALL_UNITS = 1.0
+FEWEST_AXIAL_CELLS = 18
+LARGEST_CELL, LARGEST_STEP = 0.42, 0.25
+"""Of the front's width at the outlet, and of the time in which the wall's temperature changes there."""
+AXIAL_GRADING = 1.25
+"""Axial nodes at L (i/n)^1.25: the thermal front that starts sharp at the inlet meets small cells, and widens as they do."""
+LEAST_END_LENGTH = 1e-3
+"""Of the bed's length: shorter ends of the wall move the heating time by less than 0.05 %."""
+
+
+@dataclass(frozen=True)
+class Estimates:
+    """Of the developed flow in the middle of the bed at the inlet temperature (SI units).
+
+    `front_width` is the standard deviation (m) of the thermal front at the outlet, `wall_time` that (s) in which the wall
+    follows the bed, `end_length` that over which the wall's insulated end at the outlet is felt along it.
+    """
+
+    speed: float
+    pressure_gradient: float
+    mass_flux: float
+    mass_flow: float
+    reynolds_number: float
+    exchange_coefficient: float
+    bead_biot_number: float
+    first_cell: float
+    wall_cells: int
+    heating_duration: float
+    end_length: float
+    front_width: float
+    wall_time: float
+    length: float
+
+    @property
+    def axial_cells(self) -> int:
+        """Default number of cells along the flow: those at the outlet are shorter than the front is wide."""
+        shortest = LARGEST_CELL * self.front_width
+        return max(FEWEST_AXIAL_CELLS, math.ceil(AXIAL_GRADING * self.length / shortest))
+
+    @property
+    def largest_step(self) -> float:
+        """Default cap of the time steps, s: a part of the time in which the front passes and the wall follows it."""
+        passing = self.front_width / self.length * self.heating_duration
+        return LARGEST_STEP * math.hypot(passing, self.wall_time)
+
+
+def estimate(specs: Specs, size: BedSize) -> Estimates:
+    """Estimates of a scene whose bed has this size."""
+    fluid, heat = _fluid_at_inlet(specs), specs.heat
+    phi, diameter, laws = specs.porosity.bulk_porosity, specs.mesh.bead_diameter, specs.laws
+    speed = max(_speed(specs, size, fluid), fluid.viscosity / (fluid.density * diameter))  # Re = 1: without a flow
+    gradient = laws.drag.coefficient(phi, diameter, fluid.density, fluid.viscosity, speed) * speed / phi
+    reynolds = bead_reynolds_number(phi, fluid.density, speed, diameter, fluid.viscosity)
+    prandtl = prandtl_number(fluid.viscosity, fluid.heat_capacity, fluid.conductivity)
+    coefficient = laws.nusselt(reynolds, prandtl, phi) * fluid.conductivity / diameter
+    layer = math.sqrt(2.0 * fluid.viscosity * speed / gradient)
+    friction_velocity = math.sqrt(gradient * layer / fluid.density)
+    in_wall_units = FIRST_CELL_IN_WALL_UNITS * fluid.viscosity / (fluid.density * friction_velocity)
+    solids, temperature = 1.0 - phi, heat.inlet_temperature.values[-1]
+    beads = laws.beads
+    conductivity = beads.conductivity(temperature)
+    bead_heat = solids * beads.density(temperature) * beads.heat_capacity(temperature) * size.area * size.length
+    advection = fluid.density * phi * speed * fluid.heat_capacity
+    exchange = specific_surface(phi, diameter) * coefficient
+    # dispersion of a front by the film between fluid and beads, and by conduction along the beads
+    spreading = advection / exchange + solids * conductivity / advection
+    wall = _wall(specs, size, coefficient, wall_nusselt_number(reynolds) * fluid.conductivity / diameter)
+    return Estimates(
+        speed=speed,
+        pressure_gradient=gradient,
+        mass_flux=fluid.density * phi * speed,
+        mass_flow=fluid.density * phi * speed * size.area,
+        reynolds_number=reynolds,
+        exchange_coefficient=coefficient,
+        bead_biot_number=coefficient * diameter / 6.0 / conductivity,
+        first_cell=min(in_wall_units, 0.01 * diameter),
+        wall_cells=wall.cells,
+        end_length=wall.end_length,
+        front_width=math.sqrt(2.0 * size.length * spreading),
+        wall_time=wall.time,
+        length=size.length,
+        heating_duration=(bead_heat + wall.heat_capacity) / (advection * size.area),
+    )
+
+
+class _Fluid(NamedTuple):
+    """Properties at the inlet's last temperature and the bed's mean pressure, SI."""
+
+    density: float
+    viscosity: float
+    heat_capacity: float
+    conductivity: float
+
+
+def _fluid_at_inlet(specs: Specs) -> _Fluid:
+    fluid, flow, temperature = specs.laws.fluid, specs.flow, specs.heat.inlet_temperature.values[-1]
+    half = 0.5 * flow.driven_by.range[1] if flow.drive == "pressure_drop" else 0.0
+    return _Fluid(
+        fluid.density(flow.outlet_pressure + half, temperature),
+        fluid.viscosity(temperature),
+        fluid.heat_capacity(temperature),
+        fluid.conductivity(temperature),
+    )
+
+
+def _speed(specs: Specs, size: BedSize, fluid: _Fluid) -> float:
+    """Intrinsic speed (m/s) in the middle of the bed at the strongest drive."""
+    phi, strongest = specs.porosity.bulk_porosity, specs.flow.driven_by.range[1]
+    if specs.flow.drive == "pressure_drop":
+        force = phi * strongest / size.length
+        diameter = specs.mesh.bead_diameter
+        return float(specs.laws.drag.speed(force, phi, diameter, fluid.density, fluid.viscosity))
+    if specs.flow.drive == "inlet_velocity":
+        return strongest / phi
+    return strongest / (fluid.density * phi * size.area)
+
+
+class _Wall(NamedTuple):
+    """Heat capacity (J/K), cells through it, and `end_length`, `time` of `Estimates`."""
+
+    heat_capacity: float
+    cells: int
+    end_length: float
+    time: float
+
+
+def _wall(specs: Specs, size: BedSize, film: float, wall_coefficient: float) -> _Wall:
+    thickness, wall = specs.heat.wall_thickness, specs.laws.wall
+    if thickness is None:
+        return _Wall(0.0, 1, size.length, 0.0)
+    temperature = specs.heat.inlet_temperature.values[-1]
+    conductivity = wall.conductivity(temperature)
+    storage = wall.density(temperature) * wall.heat_capacity(temperature)
+    perimeter = size.walled_perimeter + (math.pi * thickness if size.axisymmetric else 0.0)
+    biot = film * thickness / conductivity
+    resistance = 1.0 / wall_coefficient + 0.5 * thickness / conductivity
+    return _Wall(
+        heat_capacity=storage * perimeter * thickness * size.length,
+        cells=min(max(math.ceil(8.0 * math.sqrt(biot)), 1), 12),
+        end_length=max(thickness * max(1.0, 1.0 / math.sqrt(biot)), LEAST_END_LENGTH * size.length),
+        time=storage * thickness * resistance,
+    )
+
+
+def wall_nusselt_number(reynolds_number: float) -> float:
+    """Nu of the bed's wall with the bead diameter, 2 + 0.17 Re^0.79: an order of magnitude (Li, Finlayson, Chem. Eng. Sci. 32
+    (1977) 1055-1066, and a bed at rest)."""
+    return 2.0 + 0.17 * reynolds_number**0.79

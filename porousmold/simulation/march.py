@@ -1,0 +1,233 @@
+"""The march in time: flow and heat in turn, until the wall is heated or the end is reached."""
+
+import logging
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import SolveError
+from ..mesh.aliases import Communicator
+from ..solvers.protocols import ArrayOf, HeatBalance, Observer, Saved, silent
+from ..solvers.time_control import TimeControl
+from .assembly import assemble
+from .recorder import Recorder
+from .specs import HeatSpec, Specs
+
+LOG = logging.getLogger(__name__)
+
+BACKWARDS = 1e-3
+"""Mass flow, as a part of the expected one, by which a flow may run backwards: that of rounding."""
+
+
+class Simulation:
+    """A scene on a communicator, marched in time by `march()`; `recorder` has what is recorded of it.
+
+    `problem` is the discrete one, `observe(text)` is told what is being done. Raises `InputError` like `assemble`.
+    """
+
+    def __init__(self, specs: Specs, communicator: Communicator, observe: Observer = silent) -> None:
+        self.specs, self._observe = specs, observe
+        self.problem = assemble(specs, communicator, observe)
+        self.recorder = Recorder(self.problem)
+        self.control = self._time_control()
+        self.time = 0.0
+        self.regimes: list[str] = []
+        self._previous: list[NDArray[Any]] = []
+        self._steps: list[float] = []
+        self._bounds = temperature_bounds(specs.heat)
+        if specs.flow.rev_terms == "as-published":  # its pressure term drives flow across the openings
+            self._bounds = -math.inf, math.inf
+
+    def _time_control(self) -> TimeControl:
+        time = self.specs.time
+        default = min(self.problem.medium.estimates.largest_step, time.end_time)
+        return TimeControl(
+            time.first_step / time.refinement,
+            time.step_growth ** (1.0 / time.refinement),
+            (time.largest_step or default) / time.refinement,
+            time.tolerance,
+            time.end_time,
+            time.kinks,
+        )
+
+    def march(
+        self,
+        progress: Callable[[float, float], None] = lambda time, deficit: None,
+        stop: Callable[[], bool] = lambda: False,
+    ) -> "Simulation":
+        """Heat until the whole wall is within the margin or the end time is reached.
+
+        `progress(time, deficit)` is called after every step, `stop()` at every iteration of the flow: where it is true on any
+        rank, all raise `KeyboardInterrupt` together. Raises `SolveError` when a solve fails for good. In both cases history,
+        snapshots and balance stand at the last good step.
+        """
+
+        def observe(text: str) -> None:
+            self._observe(text)
+            if self.problem.communicator.allreduce(bool(stop()), op=max):
+                raise KeyboardInterrupt
+
+        self.problem.flow.observe_with(observe)
+        self.problem.heat.observe_with(observe)
+        observe("flow: initial guess")
+        if not len(self.recorder.history):  # else it goes on from a checkpoint
+            self._start()
+        while self.time < self.specs.time.end_time * (1 - 1e-12) and not self._heated_for_good():
+            observe("")
+            step = self._step()
+            if step is not None:
+                self.time += step
+                self.recorder.record(self.time, step, self._flow_time())
+                self._keep_snapshot()
+                progress(self.time, self.recorder.history["deficit_wall"][-1])
+        return self
+
+    def _start(self) -> None:
+        problem = self.problem
+        with problem.stopwatch("flow"):
+            problem.flow.start()
+            self.regimes = ["turbulent" if problem.flow.is_turbulent() else "laminar"]
+            if problem.is_also_laminar():
+                self.regimes.append("laminar")
+        self._check_direction()
+        self.recorder.record(0.0, 0.0, 0.0)
+        self._keep_snapshot()
+
+    def _step(self) -> float | None:
+        """Take one step; gives its length (s), None where it is to be repeated with another one."""
+        problem, control = self.problem, self.control
+        step = control.propose(self.time)
+        balance = replace(problem.heat.balance)
+        before = [function.x.array.copy() for function in problem.memory]
+        try:
+            with problem.stopwatch("flow"):
+                self._foresee(step)
+                if self.specs.flow.update == "quasi-steady":
+                    self._foresee_flow(step)
+                    problem.flow.renew(self.time, self.specs.flow.tolerance)
+            with problem.stopwatch("energy"):
+                jump = control.after_jump(self.time)
+                error = problem.heat.step(self.time, step, after_jump=jump, bounds=self._bounds)
+            self._check_direction()
+        except KeyboardInterrupt:
+            self._put_back(before, balance)
+            raise
+        except SolveError as failure:
+            self._put_back(before, balance)
+            LOG.info("step of %g s from %g s not taken: %s", step, self.time, failure)
+            control.reject_failed(step, failure)
+            return None
+        if not control.accept(self.time + step, step, error):
+            LOG.info("step of %g s from %g s repeated: estimated error %.2g K", step, self.time, error)
+            self._put_back(before, balance)
+            return None
+        LOG.info(
+            "step of %g s to %g s: estimated error %.2g K, %d iterations of the flow, %d of the heat so far",
+            *(step, self.time + step, error, problem.flow.newton_iterations, problem.heat.newton_iterations),
+        )
+        self._previous, self._steps = before[: len(problem.functions)], [*self._steps[-1:], step]
+        return step
+
+    def _heated_for_good(self) -> bool:
+        """Whether the wall is heated and the inlet's temperature has no change ahead."""
+        last_change = max(self.specs.heat.inlet_temperature.kinks, default=0.0)
+        return self.recorder.heating_time is not None and self.time >= last_change * (1 - 1e-12)
+
+    def _keep_snapshot(self) -> None:
+        finished = self._heated_for_good() or self.time >= self.specs.time.end_time
+        self.recorder.keep_snapshot(self.time, finished=finished)
+
+    def _put_back(self, before: list[NDArray[Any]], balance: HeatBalance) -> None:
+        for function, array in zip(self.problem.memory, before, strict=True):
+            function.x.array[:] = array
+        self.problem.heat.balance = balance
+        self._set_boundary()
+
+    def _set_boundary(self) -> None:
+        """Give the boundary of the flow the values that the present flow was solved for, that of the heat those of now."""
+        self.problem.medium.boundary.set(self._flow_time())
+        self.problem.medium.boundary.set_heat(self.time)
+
+    def _flow_time(self) -> float:
+        """Time (s) that the present flow was solved for."""
+        return {
+            "frozen": 0.0,
+            "quasi-steady": self.time - 0.5 * self._steps[-1] if self._steps else 0.0,
+            "transient": self.time,
+        }[self.specs.flow.update]
+
+    def _foresee(self, step: float) -> None:
+        """Take the step's coefficients at the temperature extrapolated to its middle, where they belong (second order)."""
+        problem, history, medium = self.problem, self.recorder.history, self.problem.medium
+        ahead = problem.heat.unknown.copy()
+        if self._previous:
+            ahead.x.array[:] += 0.5 * step / self._steps[-1] * (ahead.x.array - self._previous[0])
+            low, high = self.specs.heat.inlet_temperature.range
+            low = min(low, history["lowest_temperature"][-1])
+            high = max(high, history["highest_temperature"][-1])
+            np.clip(ahead.x.array, low, high, out=ahead.x.array)
+        medium.property_temperature.x.array[:] = problem.part_of_heat(ahead, 0).x.array
+        if self.specs.flow.update == "quasi-steady":
+            medium.flow_temperature.x.array[:] = medium.property_temperature.x.array
+            medium.boundary.set(self.time + 0.5 * step)
+
+    def _foresee_flow(self, step: float) -> None:
+        """Start the flow's iterations from its course over the last two steps, at whose middles it was solved."""
+        if len(self._steps) < 2 or self.control.after_jump(self.time - sum(self._steps)):
+            return
+        before = self._previous[len(self.problem.heat.functions) :]
+        self.problem.flow.extrapolate(before, (step + self._steps[1]) / sum(self._steps))
+
+    def _check_direction(self) -> None:
+        mass_flow = self.problem.balances.mass_flow
+        if mass_flow < -BACKWARDS * self.problem.medium.estimates.mass_flow:
+            raise SolveError(
+                "flow",
+                self.time,
+                f"it runs backwards, {mass_flow:.3g} kg/s",
+                "a larger operation.pressure_drop, which must overcome operation.gravity",
+            )
+
+    def save(self) -> Saved:
+        """Everything the march goes on from."""
+        problem, recorder = self.problem.save(), self.recorder.save()
+        numbers = {
+            "time": self.time,
+            "steps": self._steps,
+            "next_step": self.control.step,
+            "rejected": self.control.rejected,
+            "regimes": self.regimes,
+            "problem": problem.numbers,
+            "recorder": recorder.numbers,
+        }
+        spaces = [function.function_space for function in self.problem.functions]
+        previous = {f"previous/{i}": pair for i, pair in enumerate(zip(spaces, self._previous, strict=False))}
+        return Saved(numbers, problem.arrays | recorder.arrays | previous)
+
+    def restore(self, numbers: Mapping[str, Any], array_of: ArrayOf) -> None:
+        """Go on from what `save()` gave; `array_of(name, space)` gives the local array of a name (collective)."""
+        self.time, self._steps, self.regimes = numbers["time"], numbers["steps"], numbers["regimes"]
+        self.control.go_on_with(numbers["next_step"])
+        self.control.rejected = numbers["rejected"]
+        spaces = [function.function_space for function in self.problem.functions]
+        if self._steps:
+            self._previous = [array_of(f"previous/{i}", space) for i, space in enumerate(spaces)]
+        self.recorder.restore(numbers["recorder"], array_of)
+        self.problem.restore(numbers["problem"], array_of)
+        self._set_boundary()
+
+
+def temperature_bounds(heat: HeatSpec) -> tuple[float, float]:
+    """Lowest and highest temperature (K) that a scene can reach: what is given, infinite where a heat flux is."""
+    given = [heat.initial_temperature, *heat.inlet_temperature.range]
+    for series in (heat.outer_wall.ambient, heat.wall_temperature):
+        given += series.range if series is not None else ()
+    low, high = min(given), max(given)
+    if heat.outer_wall.heat_flux is not None:
+        least, most = heat.outer_wall.heat_flux.range
+        low, high = (-math.inf if least < 0.0 else low), (math.inf if most > 0.0 else high)
+    return low, high

@@ -1,0 +1,83 @@
+"""The mesh of a straight bed: from what a scene gives and what its estimates say."""
+
+import math
+import os
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from ..mesh import domain
+from ..mesh.aliases import Communicator
+from ..mesh.domain import Domain
+from .estimates import AXIAL_GRADING, Estimates
+from .specs import MeshSpec
+
+WIDEST_CELL = 0.2
+"""Of the width from the wall to the middle of the bed."""
+BYTES_AN_UNKNOWN = {2: 10e3, 3: 40e3}
+"""Memory that factors, matrices and the rest need for an unknown of the flow, by dimensions of space (docs/growth.md)."""
+
+
+def straight_domain(
+    spec: MeshSpec, estimates: Estimates, communicator: Communicator, observe: Callable[[str], None]
+) -> Domain:
+    """Domain of a straight bed; what the scene leaves open is as its `estimates` say.
+
+    `observe(text)` is told its size. Raises `InputError` where it would need more memory than the machine has.
+    """
+    size, finer = spec.size, spec.refinement
+    assert size is not None
+    wall_cells = max(1, round((spec.wall_cells or estimates.wall_cells) * finer))
+    wall_nodes = np.linspace(0.0, spec.wall_thickness, wall_cells + 1) if spec.wall_thickness else np.empty(0)
+
+    def to_wall(width: float) -> domain.Across:
+        first_cell = spec.first_cell or estimates.first_cell
+        layer, widest = spec.bead_diameter, WIDEST_CELL * width
+        nodes = domain.graded_coordinates(width, first_cell, spec.cell_growth, layer, widest)
+        return domain.Across.to_wall(refined(nodes, finer), wall_nodes)
+
+    across = [to_wall(size.half_height)]
+    if size.half_width is not None and size.walled_sides:
+        across.append(to_wall(size.half_width))
+    elif size.half_width is not None:  # nothing changes across the width: cells as wide as the bed is high
+        cells = max(2, round(finer * size.half_width / size.half_height))
+        across.append(domain.Across(np.linspace(0.0, size.half_width, cells + 1), cells, walled=False))
+    along = axial_nodes(size.length, spec.axial_cells or estimates.axial_cells, estimates.end_length)
+    along = refined(along, finer)
+    _announce(spec, len(along) - 1, across, observe)
+    return domain.straight_bed(communicator, along, across, axisymmetric=size.axisymmetric)
+
+
+def _announce(spec: MeshSpec, cells_along: int, across: list[domain.Across], observe: Callable[[str], None]) -> None:
+    cells = cells_along * math.prod(direction.cells for direction in across)
+    in_bed = cells_along * math.prod(direction.bed_cells for direction in across)
+    unknowns = in_bed * spec.unknowns_per_node
+    memory = BYTES_AN_UNKNOWN[1 + len(across)] * unknowns
+    observe(f"mesh of {cells} cells, about {unknowns:.2g} unknowns of the flow and {memory / 2**30:.1g} GiB")
+    machine = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    if memory > machine:
+        raise InputError(
+            "solver.mesh_refinement",
+            spec.refinement,
+            f"makes a mesh of {cells} cells, whose flow needs about {memory / 2**30:.0f} GiB of memory; this machine has "
+            f"{machine / 2**30:.0f}",
+            spec.scene_file,
+        )
+
+
+def axial_nodes(length: float, cells: int, last_cell: float) -> NDArray[Any]:
+    """Nodes (m) along the flow from 0 to `length`: graded from the inlet, the last of the `cells` halved until it is at most
+    `last_cell` (m) long, where the wall's end lets no heat out."""
+    nodes = length * np.linspace(0.0, 1.0, cells + 1) ** AXIAL_GRADING
+    while nodes[-1] - nodes[-2] > last_cell:
+        nodes = np.insert(nodes, -1, 0.5 * (nodes[-2] + nodes[-1]))
+    return nodes
+
+
+def refined(nodes: NDArray[Any], factor: float) -> NDArray[Any]:
+    """Nodes of `factor` times as many cells, two at least: where it is a whole number every cell is cut evenly."""
+    cells = max(2, round((len(nodes) - 1) * factor))
+    return np.interp(np.linspace(0, len(nodes) - 1, cells + 1), np.arange(len(nodes)), nodes)

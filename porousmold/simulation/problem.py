@@ -1,0 +1,233 @@
+"""The discrete problem of a scene, and the questions that one can ask of its present state."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from dolfinx import fem
+from numpy.typing import NDArray
+
+from ..equations.energy import EnergyEquations
+from ..equations.flow import FlowEquations
+from ..errors import InputError
+from ..mesh import domain as geometry
+from ..mesh import fenicsx
+from ..mesh.aliases import Communicator
+from ..mesh.domain import Domain
+from ..mesh.probe import PointProbe
+from ..scene.geometries import BedSize
+from ..scene.sensors import read_sensors
+from ..solvers.protocols import ArrayOf, Flow, Heat, Saved, restore_functions, saved_functions
+from .boundary_values import BoundaryValues
+from .estimates import Estimates
+from .specs import Specs
+from .stopwatch import Stopwatch
+
+STATION_FRACTIONS = {"L/8": 0.125, "L/4": 0.25, "L/2": 0.5, "L": 1.0}
+
+
+@dataclass(frozen=True)
+class Medium:
+    """What fills a mesh: the flow's equations over the bed, the boundary's values, the inlet's area (m2), and the temperatures
+    (K, functions) that the flow is solved for and that the heat's properties are taken at."""
+
+    domain: Domain
+    size: BedSize
+    estimates: Estimates
+    equations: FlowEquations
+    boundary: BoundaryValues
+    inlet_area: float
+    flow_temperature: fem.Function
+    property_temperature: fem.Function
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Forms:
+    mass_in: Any
+    mass_out: Any
+    inlet_pressure: Any
+    outlet_heat: Any
+
+
+class Balances:
+    """Compiled forms of what flows through inlet and outlet, and their present values."""
+
+    def __init__(self, communicator: Communicator, **forms: Any) -> None:
+        self._communicator, self._forms = communicator, _Forms(**forms)
+
+    def _value(self, form: Any) -> float:
+        """Value of a compiled scalar form, the sum over all ranks."""
+        return float(self._communicator.allreduce(float(fem.assemble_scalar(form.form))))
+
+    @property
+    def mass_flow(self) -> float:
+        """Mass flow out of the outlet, kg/s, of what is computed (per metre width where that has no width)."""
+        return self._value(self._forms.mass_out)
+
+    @property
+    def mass_imbalance(self) -> float:
+        """(in - out)/out of the mass flow."""
+        out = self.mass_flow
+        return (self._value(self._forms.mass_in) - out) / out if out else 0.0
+
+    @property
+    def pressure_drop(self) -> float:
+        """Mean pressure over the inlet above that at the outlet, Pa."""
+        return self._value(self._forms.inlet_pressure)
+
+    @property
+    def outlet_temperature(self) -> float:
+        """Mean temperature of what flows out, K; NaN where nothing does."""
+        mass_flow = self.mass_flow
+        return self._value(self._forms.outlet_heat) / mass_flow if mass_flow else float("nan")
+
+
+class Problem:
+    """A scene on a mesh: `specs`, `medium`, `flow`, `heat`, `balances`, the heat's equations, and where values are recorded.
+
+    Raises `InputError` for a sensor outside the mesh.
+    """
+
+    def __init__(
+        self,
+        specs: Specs,
+        medium: Medium,
+        flow: Flow,
+        heat: Heat,
+        balances: Balances,
+        energy_equations: EnergyEquations,
+        stopwatch: Stopwatch,
+    ) -> None:
+        self.specs, self.medium, self.flow, self.heat, self.balances = specs, medium, flow, heat, balances
+        self.energy_equations, self.stopwatch = energy_equations, stopwatch
+        self.domain: Domain = medium.domain
+        self.communicator = self.domain.communicator
+        named = {
+            f"{place}_{label}": point
+            for label, fraction in STATION_FRACTIONS.items()
+            for place, point in self.domain.stations(fraction).items()
+        }
+        self.station_names, self.stations = list(named), PointProbe(self.domain, np.array(list(named.values())))
+        self.sensor_names, places = read_sensors(specs.mesh.sensors, self.domain.mesh.geometry.dim)
+        try:
+            self.sensors = PointProbe(self.domain, places)
+        except ValueError as error:
+            raise InputError("geometry.sensors", str(specs.mesh.sensors), str(error)) from error
+        self._places = self._numbers_of_places()
+
+    def _numbers_of_places(self) -> Mapping[str, NDArray[Any]]:
+        space = self.heat.space.sub(0) if self.specs.heat.two_temperatures else self.heat.space
+        dimension, domain = self.domain.mesh.topology.dim, self.domain
+        interface = fem.locate_dofs_topological(space, dimension - 1, domain.facets(geometry.INTERFACE))
+        wall = fem.locate_dofs_topological(space, dimension, domain.cells(geometry.WALL))
+        return {
+            "wall": wall if domain.has_wall else interface,
+            "bed_side": interface,
+            "bed": fem.locate_dofs_topological(space, dimension, domain.cells(geometry.BED)),
+        }
+
+    @property
+    def has_wall(self) -> bool:
+        """Whether there is a wall that stores heat, resolved or thin."""
+        return self.domain.has_wall or self.specs.heat.wall == "thin"
+
+    @property
+    def temperature(self) -> fem.Function:
+        """Fluid and wall temperature (K) as a function on the mesh, a copy."""
+        return self.part_of_heat(self.heat.unknown, 0)
+
+    @property
+    def bead_temperature(self) -> fem.Function:
+        """Bead temperature (K) as a function on the mesh, a copy; meaningless in the wall."""
+        return self.part_of_heat(self.heat.unknown, 1)
+
+    def part_of_heat(self, unknown: fem.Function, part: int) -> fem.Function:
+        """T (part 0) or T_s (part 1) of a function of the energy's space, as a function on the mesh.
+
+        By interpolation: across ranks the spaces number their nodes differently.
+        """
+        function = fem.Function(self.medium.flow_temperature.function_space)
+        function.interpolate(unknown.sub(part) if self.specs.heat.two_temperatures else unknown)
+        function.x.scatter_forward()
+        return function
+
+    @property
+    def unknowns(self) -> dict[str, int]:
+        """Numbers of unknowns solved for."""
+        return {"flow": self.flow.unknowns, "energy": self.heat.unknowns}
+
+    @property
+    def functions(self) -> list[fem.Function]:
+        """What temperatures and flow are kept in."""
+        return [*self.heat.functions, *self.flow.functions]
+
+    @property
+    def memory(self) -> list[fem.Function]:
+        """`functions`, and what else the next step depends on."""
+        return [*self.functions, *self._temperatures, *self.heat.memory]
+
+    @property
+    def _temperatures(self) -> list[fem.Function]:
+        return [self.medium.flow_temperature, self.medium.property_temperature]
+
+    def state(self) -> list[NDArray[Any]]:
+        """Copies of the arrays of `functions`."""
+        return [function.x.array.copy() for function in self.functions]
+
+    def set_state(self, arrays: Sequence[NDArray[Any]]) -> None:
+        """Go back to what `state()` gave."""
+        for function, array in zip(self.functions, arrays, strict=True):
+            function.x.array[:] = array
+
+    def save(self) -> Saved:
+        """Flow, heat and the temperatures that their coefficients are taken at."""
+        flow, heat = self.flow.save(), self.heat.save()
+        own = saved_functions(self._temperatures, "temperatures")
+        return Saved({"flow": flow.numbers, "heat": heat.numbers}, flow.arrays | heat.arrays | own)
+
+    def restore(self, numbers: Mapping[str, Any], array_of: ArrayOf) -> None:
+        """Go on from what `save()` gave."""
+        self.flow.restore(numbers["flow"], array_of)
+        self.heat.restore(numbers["heat"], array_of)
+        restore_functions(self._temperatures, "temperatures", array_of)
+
+    def extremes(self, place: str) -> tuple[float, float]:
+        """Smallest and largest temperature (K) at 'wall', 'bed_side' or 'bed'."""
+        values = self.heat.unknown.x.array[self._places[place]]
+        return (
+            self.communicator.allreduce(float(np.min(values, initial=np.inf)), op=min),
+            self.communicator.allreduce(float(np.max(values, initial=-np.inf)), op=max),
+        )
+
+    def highest_reynolds_number(self) -> float:
+        """Largest local bead Reynolds number (collective)."""
+        equations, temperature = self.medium.equations, self.medium.flow_temperature
+        m = equations.momentum(self.flow.state, temperature)
+        reynolds = equations.bed.reynolds_number(m.density, m.speed, m.viscosity)
+        highest = np.nanmax(fenicsx.nodal_values(reynolds, temperature.function_space), initial=0.0)
+        return float(self.communicator.allreduce(float(highest), op=max))
+
+    def is_also_laminar(self) -> bool:
+        """Whether beside the present turbulent flow there is a laminar one: sought where no bead source acts (collective).
+
+        Of the developed flow, where the bed is straight.
+        """
+        model = self.specs.laws.turbulence
+        if model is None or not self.flow.is_turbulent() or model.is_fed_by_beads(self.highest_reynolds_number()):
+            return False
+        return self.flow.is_also_laminar()
+
+    def highest_mach_number(self) -> float:
+        """Largest nodal |u|/c with the speed of sound of an ideal gas; 0 for a liquid (collective)."""
+        fluid = self.specs.laws.fluid
+        density = fluid.density
+        if not density.compressible:
+            return 0.0
+        velocity = self.flow.fields()["velocity"].x.array.reshape(-1, self.domain.mesh.geometry.dim)
+        fastest = self.communicator.allreduce(float(np.max(np.linalg.norm(velocity, axis=1), initial=0.0)), op=max)
+        temperature = float(self.medium.boundary.inlet_temperature.value)
+        heat_capacity = fluid.heat_capacity(temperature)
+        gas_constant = density.gas_constant  # type: ignore[union-attr]
+        ratio = heat_capacity / (heat_capacity - gas_constant)
+        return float(fastest / np.sqrt(ratio * gas_constant * temperature))

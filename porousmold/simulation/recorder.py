@@ -1,0 +1,130 @@
+"""What is recorded of a march: the history's rows, the heating times, and snapshots of the fields."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from numpy.typing import NDArray
+
+from ..output.quantities import Columns
+from ..solvers.protocols import ArrayOf, Saved
+from .heating_time import crossing_time
+from .problem import Problem
+
+MOST_SNAPSHOTS = 32
+
+
+class Recorder:
+    """`history` with a row for every step, the times at which the wall was heated (None until then), and `snapshots` of all
+    functions, (time, arrays), spread over the march."""
+
+    def __init__(self, problem: Problem) -> None:
+        self._problem, self._time, self._heat = problem, problem.specs.time, problem.specs.heat
+        self.history = Columns()
+        self.heating_time: float | None = None
+        self.heating_time_bed_side: float | None = None
+        self.snapshots: list[tuple[float, list[NDArray[Any]]]] = []
+        self._spacing = 0.0
+        self._last_flow: list[float] | None = None
+
+    def record(self, time: float, step: float, flow_time: float) -> None:
+        """Append the row of a time (s), at the end of a step (s); the flow is that of `flow_time` (collective)."""
+        problem, balance = self._problem, self._problem.heat.balance
+        outlet = problem.balances.outlet_temperature
+        mass_flow, pressure_drop = self._at_end_of_step(time, flow_time)
+        bed, wall = problem.extremes("bed"), problem.extremes("wall")
+        row = {
+            "time": time,
+            "step": step,
+            "inlet_temperature": self._heat.inlet_temperature(time),
+            "outlet_temperature": outlet,
+            "deficit_wall": self._deficit("wall", time),
+            "deficit_bed_side": self._deficit("bed_side", time),
+            "mass_flow": mass_flow,
+            "pressure_drop": pressure_drop,
+            "heat_by_fluid": balance.by_fluid,
+            "heat_through_outer_wall": balance.through_outer_wall,
+            "heat_stored": balance.stored,
+            "heat_by_rev_terms": balance.by_rev_terms,
+            "lowest_temperature": min(bed[0], wall[0]),
+            "highest_temperature": max(bed[1], wall[1]),
+        }
+        if (difference := problem.heat.largest_bead_difference()) is not None:
+            row["largest_bead_difference"] = difference
+        self.history.append(row | self._at_places())
+        if self._heat.wall == "fixed-temperature":
+            return  # the wall's temperature is given: nothing to wait for
+        times, margin = self.history["time"], self._time.margin
+        if self.heating_time is None:
+            self.heating_time = crossing_time(times, self.history["deficit_wall"], margin)
+        if self.heating_time_bed_side is None:
+            self.heating_time_bed_side = crossing_time(times, self.history["deficit_bed_side"], margin)
+
+    def _at_places(self) -> dict[str, float]:
+        """Temperatures at the stations and at the sensors, and how steep they are there."""
+        problem, temperature = self._problem, self._problem.temperature
+        values: dict[str, float] = {}
+        for kind, probe, names in (
+            ("temperature", problem.stations, problem.station_names),
+            ("sensor", problem.sensors, problem.sensor_names),
+        ):
+            values |= {f"{kind}_{name}": v for name, v in zip(names, probe(temperature)[:, 0], strict=True)}
+        steepness = problem.sensors.steepness(temperature)
+        return values | {f"gradient_{name}": v for name, v in zip(problem.sensor_names, steepness, strict=True)}
+
+    def _deficit(self, place: str, time: float) -> float:
+        """Largest distance (K) of the place's temperatures from the inlet's, on the side they started from."""
+        low, high = self._problem.extremes(place)
+        inlet = self._heat.inlet_temperature
+        target = inlet(time)
+        return float(target - low if inlet.values[-1] >= self._heat.initial_temperature else high - target)
+
+    def _at_end_of_step(self, time: float, flow_time: float) -> tuple[float, float]:
+        """Mass flow and pressure drop at the end of the last step: a flow solved for its middle goes on as it did between the
+        last two middles, unless what drives it has a kink on the way."""
+        now = [flow_time, self._problem.balances.mass_flow, self._problem.balances.pressure_drop]
+        before, self._last_flow = self._last_flow, now
+        if flow_time == time or before is None or not 0.0 <= before[0] < flow_time:
+            return now[1], now[2]
+        if any(before[0] < kink < time for kink in self._time.kinks):
+            return now[1], now[2]
+        ahead = (time - flow_time) / (flow_time - before[0])
+        mass_flow, pressure_drop = (
+            value + ahead * (value - old) for value, old in zip(now[1:], before[1:], strict=True)
+        )
+        return mass_flow, pressure_drop
+
+    def keep_snapshot(self, time: float, *, finished: bool) -> None:
+        """Keep the fields of this time; beyond `MOST_SNAPSHOTS` every second goes and the spacing doubles."""
+        if self.snapshots and not finished and time < self.snapshots[-1][0] + self._spacing:
+            return
+        self.snapshots.append((time, self._problem.state()))
+        if len(self.snapshots) > MOST_SNAPSHOTS and not finished:
+            self.snapshots = self.snapshots[::2]
+            self._spacing = max(2.0 * self._spacing, time / MOST_SNAPSHOTS)
+
+    def save(self) -> Saved:
+        """Everything recorded."""
+        spaces = [function.function_space for function in self._problem.functions]
+        arrays: dict[str, tuple[Any, NDArray[Any]]] = {}
+        for number, (_, state) in enumerate(self.snapshots):
+            arrays |= {f"snapshot/{number}/{i}": pair for i, pair in enumerate(zip(spaces, state, strict=True))}
+        numbers = {
+            "columns": self.history.columns,
+            "heating_time": self.heating_time,
+            "heating_time_bed_side": self.heating_time_bed_side,
+            "last_flow": self._last_flow,
+            "snapshot_times": [time for time, _ in self.snapshots],
+            "snapshot_spacing": self._spacing,
+        }
+        return Saved(numbers, arrays)
+
+    def restore(self, numbers: Mapping[str, Any], array_of: ArrayOf) -> None:
+        """Go on from what `save()` gave."""
+        self.history = Columns(numbers["columns"])
+        self.heating_time, self.heating_time_bed_side = numbers["heating_time"], numbers["heating_time_bed_side"]
+        self._last_flow, self._spacing = numbers["last_flow"], numbers["snapshot_spacing"]
+        spaces = [function.function_space for function in self._problem.functions]
+        self.snapshots = [
+            (time, [array_of(f"snapshot/{number}/{i}", space) for i, space in enumerate(spaces)])
+            for number, time in enumerate(numbers["snapshot_times"])
+        ]

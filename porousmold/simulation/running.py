@@ -1,0 +1,212 @@
+"""One run from scene to result: march, sum up, write."""
+
+import time as clock
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from mpi4py import MPI
+
+from ..errors import InputError, SolveError
+from ..mesh.aliases import Communicator
+from ..output.checkpoint import Checkpoint
+from ..output.folder import RunFolder
+from ..output.quantities import Columns, Recorded
+from ..scene.identity import identity_of
+from ..scene.scene import Scene
+from ..solvers.protocols import Observer, silent
+from .accuracy import run_to_accuracy
+from .march import Simulation
+from .observation import field_snapshots, profile_near_wall
+from .outcome import summarise
+from .specs import specs_of
+
+FAILED = "failed"
+SOONEST_SAVING, SAVING_PART = 1.0, 0.02
+"""Seconds between two checkpoints at least, and the part of the time that they may take: a run that is killed loses little."""
+ROOM, FIELDS_KEPT = 10 * 2**20, 120
+"""Bytes on the disk, and copies of all unknowns, that a run's files may need: snapshots, fields, a checkpoint and the next."""
+
+Progress = Callable[[float, float, Simulation], None]
+
+
+@dataclass
+class Result:
+    """What a run gives: `summary` is the content of result.json, `history` the recorded columns as arrays with a `unit`."""
+
+    summary: dict[str, Any]
+    history: dict[str, Recorded]
+
+    @classmethod
+    def of(cls, summary: dict[str, Any], columns: Columns) -> "Result":
+        """Of a summary and the history's columns."""
+        return cls(summary, {name: Recorded.of(name, columns[name]) for name in columns})
+
+    def __getitem__(self, name: str) -> Recorded:
+        """A column of the history, for example result["temperature_outer_L"]; its `unit` is that of its values."""
+        return self.history[name]
+
+    @property
+    def heating_time(self) -> float | None:
+        """Heating time of the whole wall, s; None if not reached."""
+        return self.summary["heating_time"]
+
+
+class RunInterrupted(Exception):  # noqa: N818 - as KeyboardInterrupt, no error
+    """The user stopped the run; what was computed is written."""
+
+
+def run(
+    scene: Scene,
+    out: Any = None,
+    communicator: Communicator = None,
+    progress: Progress | None = None,
+    stop: Callable[[], bool] = lambda: False,
+    resume: bool = False,
+    observe: Observer | None = None,
+) -> Result:
+    """Run a scene on a communicator (default: all ranks; collective) and give its `Result`.
+
+    out: folder to write, or None to write nothing. progress: called as progress(time, deficit, simulation) after every
+    step; observe: called as observe(text) with what is being done between steps. stop: called at every iteration; where it
+    is true the run ends with `RunInterrupted`, its results written as of the last step. resume:
+    go on from the checkpoint in `out`, if there is one; a run that is done there is given as it stands, unless it is of
+    another scene or of older code. Raises `InputError` before anything is written, and `SolveError` after what was computed
+    has been written.
+    """
+    communicator = communicator or MPI.COMM_WORLD
+    if out is None:
+        return _Run(scene, None, communicator, progress, stop, observe).result()
+    folder = RunFolder(out, communicator, kept=resume)
+    try:
+        done = folder.finished(identity_of(scene)) if resume else None
+        if done is not None:
+            return Result.of(*done)
+        saved = folder.saved() if resume else None
+        return _Run(scene, folder, communicator, progress, stop, observe, saved).result()
+    finally:
+        folder.close()
+
+
+class _Run:
+    """The marches of one run: a single one, or those that `solver.accuracy` asks for.
+
+    `_outcomes` holds what came of the marches before the present one: a heating time (s), None, or `FAILED`.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        folder: RunFolder | None,
+        communicator: Communicator,
+        progress: Progress | None,
+        stop: Callable[[], bool],
+        observe: Observer | None,
+        saved: Checkpoint | None = None,
+    ) -> None:
+        self._start = clock.perf_counter()
+        self._scene, self._folder, self._communicator = scene, folder, communicator
+        self._progress, self._stop, self._observe = progress, stop, observe or silent
+        # the marches that an accuracy asks for must be alike
+        self._identity = identity_of(scene, going_on=scene.solver.accuracy is None)
+        if saved is not None and folder is not None and saved.identity != self._identity:
+            allowed = "holds a checkpoint of another scene, or of other program code; start without --resume"
+            raise InputError("--resume", str(folder.path), allowed)
+        self._saved = saved
+        self._replayed: list[Any] = list(saved.outcomes) if saved is not None else []
+        self._outcomes: list[Any] = []
+        self._last: list[Any] = []
+        self._simulation: Simulation
+        self._marched = scene
+
+    def result(self) -> Result:
+        """March to the end, write everything, and give the `Result`."""
+        failure = interruption = error = None
+        try:
+            error = run_to_accuracy(self._scene, self._march)
+        except SolveError as problem:
+            failure = problem
+        except KeyboardInterrupt as problem:
+            if not hasattr(self, "_simulation"):
+                raise
+            interruption = problem
+            self._stop()  # a rank that was told by another one sees its own signal
+        summary = self._write(error, failure, interrupted=interruption is not None)
+        if failure is not None:
+            raise failure
+        if interruption is not None:
+            raise RunInterrupted(f"stopped at t = {self._simulation.time:.6g} s") from interruption
+        return Result.of(summary, self._simulation.recorder.history)
+
+    def _march(self, scene: Scene) -> float | None:
+        """March a scene; one that was marched before the checkpoint is only recalled."""
+        self._outcomes += self._last
+        self._last = []
+        if self._replayed:
+            outcome = self._replayed.pop(0)
+            self._last = [outcome]
+            if outcome == FAILED:
+                raise SolveError("march", 0.0, "failed before the checkpoint", "")
+            return outcome
+        simulation = Simulation(specs_of(scene), self._communicator, self._observe)
+        if self._folder is not None and not self._outcomes:
+            self._folder.require(ROOM + FIELDS_KEPT * 8 * sum(simulation.problem.unknowns.values()))
+        if self._saved is not None:
+            self._saved.restore(simulation)
+            self._saved = None
+        self._simulation, self._marched = simulation, scene
+        self._due = clock.perf_counter() + min(self._scene.output.checkpoint_interval, SOONEST_SAVING)
+        try:
+            simulation.march(self._after_step, self._stop)
+        except SolveError:
+            self._last = [FAILED]
+            raise
+        self._last = [simulation.recorder.heating_time]
+        return simulation.recorder.heating_time
+
+    def _after_step(self, time: float, deficit: float) -> None:
+        if self._folder is not None and self._communicator.bcast(clock.perf_counter() >= self._due):
+            begun = clock.perf_counter()
+            self._save()
+            now = clock.perf_counter()
+            worth = max(SOONEST_SAVING, (now - begun) / SAVING_PART)
+            self._due = now + min(self._scene.output.checkpoint_interval, worth)
+        if self._progress:
+            self._progress(time, deficit, self._simulation)
+
+    def _save(self) -> None:
+        if self._folder is not None:
+            self._folder.save(self._simulation, self._outcomes, self._identity)
+
+    def _write(self, error: float | None, failure: SolveError | None, *, interrupted: bool) -> dict[str, Any]:
+        """Everything that the folder is to hold; gives the summary."""
+        simulation, folder, wanted = self._simulation, self._folder, self._scene.solver.accuracy
+        summary = summarise(self._marched, simulation, error, failure, interrupted=interrupted)
+        summary["identity"] = identity_of(self._scene)
+        if error is not None and error > wanted:
+            summary["warnings"].append(f"the estimated error {error:.2g} exceeds the accuracy asked for")
+        if wanted is None and FAILED in self._outcomes:
+            summary["warnings"].append(
+                "a solve failed on the scene's own cells; this is with mesh_refinement "
+                f"{self._marched.solver.mesh_refinement:g}"
+            )
+        unfinished = failure is not None or interrupted
+        with simulation.problem.stopwatch("output"):
+            if folder is not None and len(simulation.recorder.history):
+                if unfinished:
+                    self._save()
+                self._write_data(folder)
+        summary["wall_seconds"] = {"total": clock.perf_counter() - self._start} | simulation.problem.stopwatch.seconds
+        if folder is not None:
+            folder.write_summary(summary, self._marched)
+            if not unfinished:
+                folder.forget_checkpoint()
+        return summary
+
+    def _write_data(self, folder: RunFolder) -> None:
+        problem, recorder = self._simulation.problem, self._simulation.recorder
+        folder.write_tables(recorder.history, profile_near_wall(problem))
+        if problem.specs.output.fields:
+            folder.write_fields(
+                problem.domain.mesh, field_snapshots(problem, recorder.snapshots, self._simulation.time)
+            )

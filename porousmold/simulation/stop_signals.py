@@ -1,0 +1,84 @@
+"""The signals that end a command: SIGINT (Ctrl-C) and SIGTERM.
+
+The first one is noted, and the command ends in good order where it next looks, with what is computed written. A second one
+ends it at once, whatever it does: the kernel sees to that. A call into a library may take minutes (a factorisation, the
+assembly of a million cells) and lets Python note nothing; so a small process beside the command ends it `PATIENCE` seconds
+after the first signal, unless the command has seen the signal by then.
+"""
+
+import ctypes
+import os
+import select
+import signal
+import sys
+import time
+from typing import Any
+
+PATIENCE = 1.5
+"""Seconds that a command has to see a signal."""
+
+
+class StopSignals:
+    """True once a signal has come. From its making on SIGINT and SIGTERM are only noted, once it has been asked for the first
+    time; until then they raise `KeyboardInterrupt`, so that imports, meshing and compilation end, too."""
+
+    def __init__(self) -> None:
+        self._received: list[int] = []
+        self._asked = self._ending = False
+        reading, self._writing = os.pipe()
+        os.set_blocking(self._writing, False)
+        parent = os.getpid()
+        if os.fork() == 0:
+            os.close(self._writing)
+            _watch(reading, parent)
+        os.close(reading)
+        signal.set_wakeup_fd(self._writing, warn_on_full_buffer=False)
+        self.listen()
+
+    def listen(self) -> None:
+        """Take the signals; to be called again after an import of PETSc, which takes SIGTERM for itself."""
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, self._note)
+            _only_once(number)
+
+    def _note(self, number: int, frame: Any) -> None:
+        self._received.append(number)
+        if not self._asked:
+            self._under_way()
+            raise KeyboardInterrupt
+
+    def __bool__(self) -> bool:
+        self._asked = True
+        if self._received:
+            self._under_way()
+        return bool(self._received)
+
+    def _under_way(self) -> None:
+        """Who has seen the signal ends in good order: it is given the time that it takes."""
+        if not self._ending:
+            self._ending = True
+            signal.set_wakeup_fd(-1)
+            os.write(self._writing, b"\0")
+
+
+def _only_once(number: int) -> None:
+    """Have the kernel forget the signal's handler once it was called: a second signal then has its default effect."""
+    library = ctypes.CDLL(None)
+    library.sysv_signal.restype = ctypes.c_void_p
+    library.sysv_signal.argtypes = [ctypes.c_int, ctypes.c_void_p]
+    library.sysv_signal(number, library.sysv_signal(number, None))
+
+
+def _watch(reading: int, parent: int) -> None:
+    """Wait for a signal's number in the pipe, or its end, and end the parent if it does not end by itself."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)
+    if os.read(reading, 1) not in (b"", b"\0"):
+        seen, _, _ = select.select([reading], [], [], PATIENCE)
+        if not seen or os.read(reading, 1) not in (b"", b"\0"):
+            print("porousmold: stopped within a long call; --resume goes on from what was saved", file=sys.stderr)
+            for _ in range(2):  # the first one may still be noted
+                os.kill(parent, signal.SIGINT)
+                time.sleep(0.05)
+            os.kill(parent, signal.SIGKILL)
+    os._exit(0)

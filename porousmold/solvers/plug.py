@@ -1,0 +1,137 @@
+"""Plug flow: one superficial mass flux over the section, whose pressure drop is that of the bulk."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import ufl
+from dolfinx import fem
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from ..equations.flow import FlowEquations, FlowState
+from ..equations.openings import Opening
+from ..errors import SolveError
+from ..laws.functions import Value
+from ..laws.materials import Fluid
+from ..mesh import fenicsx
+from ..mesh.domain import Domain
+from .protocols import ArrayOf, Drive, Observer, Saved, restore_functions, saved_functions
+from .stations import Columns
+
+LARGEST_MASS_FLUX = 1e9
+
+
+class PlugFlow:
+    """Uniform superficial mass flux, whose pressure drop is that of the bulk's porosity. `drive` as for `DevelopedFlow`.
+
+    `resistance(mass_flux, density, viscosity)` is dp/dx (Pa/m) of the bulk at a superficial mass flux (kg/m2/s).
+    """
+
+    inlet: Opening | None = None
+    unknowns = newton_iterations = continuation_steps = 0
+    largest_undershoot = 0.0
+
+    def __init__(
+        self,
+        domain: Domain,
+        equations: FlowEquations,
+        temperature: fem.Function,
+        drive: Callable[[], Drive],
+        area: float,
+        fluid: Fluid,
+        resistance: Callable[[float, Value, Value], Value],
+    ) -> None:
+        self.domain, self._temperature = domain, temperature
+        self._drive, self._area, self._fluid, self._resistance = drive, area, fluid, resistance
+        self._reference_pressure = float(equations.fluid.reference_pressure.value)
+        scalars = fenicsx.lagrange_space(domain.mesh)
+        self.pressure, self.streamfunction, self._mass_flux = (fem.Function(scalars) for _ in range(3))
+        self.functions = [self.pressure, self.streamfunction, self._mass_flux]
+        self.columns = Columns(domain)
+        density = equations.fluid.density(self.pressure, temperature)
+        velocity = ufl.as_vector([self._mass_flux / (equations.bed.porosity * density), 0.0])
+        self.state = FlowState(velocity, self.pressure)
+        nodes = scalars.tabulate_dof_coordinates()
+        self._column, owned = self.columns.of(nodes), scalars.dofmap.index_map.size_local
+        across = np.minimum(nodes[:, 1], self.columns.across[-1])
+        self._section = np.pi * across**2 if domain.axisymmetric else across
+        self._in_bed = np.flatnonzero(nodes[:owned, 1] <= self.columns.across[-1] * (1 + 1e-9))
+        self._inlet_pressure = 0.0
+        self.solves = 0
+
+    def start(self, time: float = 0.0) -> None:
+        """The mass flux that belongs to the pressure drop, or the pressure that belongs to the mass flux."""
+        columns = self._column[self._in_bed]
+        counts = self.columns.total(columns, np.ones(len(columns)))
+        temperature = self.columns.total(columns, self._temperature.x.array[self._in_bed]) / counts
+        drive = self._drive()
+        if drive.kind == "pressure_drop":
+            mass_flux = self._flux_of(drive.value, temperature, time)
+        elif drive.kind == "mass_flow":
+            mass_flux = drive.value / self._area
+        else:
+            absolute = self._inlet_pressure + self._reference_pressure
+            mass_flux = float(drive.value * self._fluid.density(absolute, drive.temperature))
+        pressures = self._pressures(mass_flux, temperature)
+        self._inlet_pressure = float(pressures[0])
+        self._mass_flux.x.array[:] = mass_flux
+        self.pressure.x.array[:] = pressures[self._column]
+        self.streamfunction.x.array[:] = mass_flux * self._section
+        self.solves += 1
+
+    def _pressures(self, mass_flux: float, temperature: NDArray[Any]) -> NDArray[Any]:
+        """Gauge pressures (Pa) at the stations, whose temperatures (K) are given."""
+        gauge = np.zeros(len(temperature))
+        for _ in range(8):  # the density hardly depends on it
+            density = self._fluid.density(gauge + self._reference_pressure, temperature) + 0.0 * temperature
+            gradient = self._resistance(mass_flux, density, self._fluid.viscosity(temperature))
+            gauge = self.columns.pressure(-gradient)
+        return gauge
+
+    def _flux_of(self, pressure_drop: float, temperature: NDArray[Any], time: float) -> float:
+        """Mass flux (kg/m2/s) that a pressure drop (Pa) drives."""
+        largest = 1.0
+        while self._pressures(largest, temperature)[0] < pressure_drop:
+            largest *= 4.0
+            if largest > LARGEST_MASS_FLUX:
+                raise SolveError("plug flow", time, "no mass flux has this pressure drop", "a smaller one")
+        return float(
+            brentq(lambda flux: self._pressures(flux, temperature)[0] - pressure_drop, 0.0, largest, rtol=1e-12)
+        )
+
+    def renew(self, time: float, tolerance: float) -> None:
+        """Follow a changed temperature."""
+        self.start(time)
+
+    def extrapolate(self, previous: Sequence[NDArray[Any]], factor: float) -> None:
+        """Nothing is iterated."""
+
+    def observe_with(self, observe: Observer) -> None:
+        """Nothing is iterated."""
+
+    def is_turbulent(self) -> bool:
+        """It is not."""
+        return False
+
+    def is_also_laminar(self) -> bool:
+        """There is no other flow."""
+        return False
+
+    def save(self) -> Saved:
+        """The fields, and the number of solves."""
+        numbers = {"solves": self.solves, "inlet_pressure": self._inlet_pressure}
+        return Saved(numbers, saved_functions(self.functions, "flow"))
+
+    def restore(self, numbers: Mapping[str, Any], array_of: ArrayOf) -> None:
+        """Go on from what `save()` gave."""
+        self.solves, self._inlet_pressure = numbers["solves"], numbers["inlet_pressure"]
+        restore_functions(self.functions, "flow", array_of)
+
+    def fields(self) -> dict[str, fem.Function]:
+        """Present velocity and pressure (SI) as functions by name (collective)."""
+        vectors = fem.Function(fenicsx.lagrange_space(self.domain.mesh, 1, 2), name="velocity")
+        vectors.interpolate(fenicsx.compiled_expression(self.state.velocity, vectors.function_space))
+        pressure = fem.Function(self.pressure.function_space, name="pressure")
+        pressure.x.array[:] = self.pressure.x.array
+        return {"velocity": vectors, "pressure": pressure}

@@ -1,0 +1,180 @@
+"""What the march asks of a flow and of a heat solver, whichever they are."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from dolfinx import fem
+from numpy.typing import NDArray
+
+from ..equations.flow import FlowState
+from ..equations.openings import Opening
+
+Observer = Callable[[str], None]
+ArrayOf = Callable[[str, Any], NDArray[Any]]
+"""Gives the local array of a saved name and its function space (collective)."""
+
+
+def silent(text: str) -> None:
+    """Observe nothing."""
+
+
+class Drive(NamedTuple):
+    """What drives a flow at present: `kind` is pressure_drop (`value` in Pa), mass_flow (kg/s) or inlet_velocity (m/s,
+    superficial) of fluid that comes at `temperature` (K)."""
+
+    kind: str
+    value: float
+    temperature: float
+
+
+@dataclass
+class Saved:
+    """The state of a part of a simulation: `numbers` ready for JSON, `arrays` of functions by name with their spaces."""
+
+    numbers: dict[str, Any] = field(default_factory=dict)
+    arrays: dict[str, tuple[Any, NDArray[Any]]] = field(default_factory=dict)
+
+
+class Stateful(Protocol):
+    """A part of a simulation that saves and restores itself."""
+
+    def save(self) -> Saved:
+        """Everything that it goes on from."""
+
+    def restore(self, numbers: Mapping[str, Any], array_of: ArrayOf) -> None:
+        """Go on from what `save()` gave."""
+
+
+class Flow(Stateful, Protocol):
+    """A steady flow for a given temperature field, and how it follows another one."""
+
+    @property
+    def state(self) -> FlowState:
+        """The fields with units."""
+
+    @property
+    def streamfunction(self) -> fem.Function | None:
+        """Carries the mass flow of a flow without openings."""
+
+    @property
+    def inlet(self) -> Opening | None:
+        """The opening at which the fluid enters, of a flow that has openings."""
+
+    @property
+    def solves(self) -> int:
+        """Flows found so far."""
+
+    def observe_with(self, observe: Observer) -> None:
+        """Have `observe(text)` called at every iteration; it may raise."""
+
+    @property
+    def newton_iterations(self) -> int:
+        """Newton iterations so far."""
+
+    @property
+    def continuation_steps(self) -> int:
+        """Steps of false transients so far."""
+
+    @property
+    def largest_undershoot(self) -> float:
+        """Largest part of the largest k by which k was below 0."""
+
+    @property
+    def unknowns(self) -> int:
+        """Number of unknowns solved for."""
+
+    @property
+    def functions(self) -> list[fem.Function]:
+        """What the state of the flow is kept in."""
+
+    def start(self, time: float = 0.0) -> None:
+        """Find the flow from an initial guess; raises `SolveError`."""
+
+    def renew(self, time: float, tolerance: float) -> None:
+        """Follow a changed temperature to a relative `tolerance`; raises `SolveError`."""
+
+    def extrapolate(self, previous: Sequence[NDArray[Any]], factor: float) -> None:
+        """Foresee the state `factor` times as far ahead as `previous` (arrays of `functions`) lies behind."""
+
+    def is_turbulent(self) -> bool:
+        """Whether there is more than a trace of turbulence (collective)."""
+
+    def is_also_laminar(self) -> bool:
+        """Whether there is a laminar flow beside the present turbulent one (collective)."""
+
+    def fields(self) -> dict[str, fem.Function]:
+        """Present velocity, pressure and turbulence (SI) by name (collective)."""
+
+
+@dataclass
+class HeatBalance:
+    """Heat since the start (J): brought in by the fluid, through the outer wall, stored, created by REV terms."""
+
+    by_fluid: float = 0.0
+    through_outer_wall: float = 0.0
+    stored: float = 0.0
+    by_rev_terms: float = 0.0
+
+    @property
+    def imbalance(self) -> float:
+        """What is missing, as a fraction of the heat put in (the larger of stored and brought in, at least 1e-6 J)."""
+        scale = max(abs(self.by_fluid + self.through_outer_wall), abs(self.stored), 1e-6)
+        return (self.by_fluid + self.through_outer_wall + self.by_rev_terms - self.stored) / scale
+
+
+class Heat(Stateful, Protocol):
+    """The temperatures over a domain, marched in time."""
+
+    balance: HeatBalance
+
+    @property
+    def unknown(self) -> fem.Function:
+        """T, and T_s where the beads have one of their own."""
+
+    @property
+    def space(self) -> Any:
+        """Function space of `unknown`."""
+
+    @property
+    def newton_iterations(self) -> int:
+        """Newton iterations so far."""
+
+    @property
+    def repetitions(self) -> int:
+        """Steps that were repeated to keep temperatures within bounds."""
+
+    def observe_with(self, observe: Observer) -> None:
+        """Have `observe(text)` called at every iteration; it may raise."""
+
+    @property
+    def unknowns(self) -> int:
+        """Number of unknowns solved for."""
+
+    @property
+    def functions(self) -> list[fem.Function]:
+        """What the temperatures are kept in."""
+
+    @property
+    def memory(self) -> list[fem.Function]:
+        """What else the next step depends on."""
+
+    def step(
+        self, time: float, step: float, *, after_jump: bool = False, bounds: tuple[float, float] = (-np.inf, np.inf)
+    ) -> float:
+        """One step of `step` seconds from `time`; gives the estimated error (K). Raises `SolveError`."""
+
+    def largest_bead_difference(self) -> float | None:
+        """Largest distance (K) of a bead's surface from its mean; None where beads are isothermal (collective)."""
+
+
+def saved_functions(functions: Sequence[fem.Function], prefix: str) -> dict[str, tuple[Any, NDArray[Any]]]:
+    """The arrays of functions, by `prefix` and number."""
+    return {f"{prefix}/{number}": (f.function_space, f.x.array) for number, f in enumerate(functions)}
+
+
+def restore_functions(functions: Sequence[fem.Function], prefix: str, array_of: ArrayOf) -> None:
+    """Fill functions with what `saved_functions` told."""
+    for number, function in enumerate(functions):
+        function.x.array[:] = array_of(f"{prefix}/{number}", function.function_space)

@@ -1,0 +1,87 @@
+"""The stations of a straight bed, which are its columns of nodes: sums over them, and the stream function of their flow."""
+
+from typing import Any
+
+import numpy as np
+from dolfinx import fem
+from numpy.typing import NDArray
+
+from ..laws.functions import Value
+from ..mesh import fenicsx
+from ..mesh.domain import Domain
+
+GAUSS_DEGREE = 3
+
+
+def columns_of(domain: Domain) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Nodes (m) along and across the bed, of a straight one in two dimensions."""
+    assert domain.columns is not None, "only a straight bed in two dimensions has stations"
+    return domain.columns
+
+
+class Columns:
+    """Sums over the columns of nodes of a straight bed, its stations, on all ranks alike. Lengths in m."""
+
+    def __init__(self, domain: Domain) -> None:
+        self.domain = domain
+        self.along, self.across = columns_of(domain)
+        steps = np.diff(self.along)
+        self.widths = 0.5 * (np.append(steps, 0.0) + np.append(0.0, steps))
+
+    def of(self, points: NDArray[Any]) -> NDArray[Any]:
+        """Number of the station of each point."""
+        return nearest(self.along, np.asarray(points)[:, 0])
+
+    def total(self, columns: NDArray[Any], values: NDArray[Any]) -> NDArray[Any]:
+        """Sum of owned values by their column, over all ranks."""
+        sums = np.bincount(columns, weights=values, minlength=len(self.along))
+        return self.domain.communicator.allreduce(sums)
+
+    def pressure(self, gradient: NDArray[Any]) -> NDArray[Any]:
+        """Gauge pressure (Pa) at the stations for dp/dx (Pa/m), 0 at the last: the trapezoidal rule."""
+        steps = 0.5 * np.diff(self.along) * (gradient[1:] + gradient[:-1])
+        return np.append(-np.cumsum(steps[::-1])[::-1], 0.0)
+
+
+def nearest(grid: NDArray[Any], values: NDArray[Any]) -> NDArray[Any]:
+    """Index of the nearest of the rising grid's nodes to each value."""
+    return np.searchsorted(0.5 * (grid[1:] + grid[:-1]), values)
+
+
+class Streamfunction:
+    """Stream function of an axial mass flux (kg/m2/s, UFL): `function`, constant along the wall and 0 on the symmetry line."""
+
+    def __init__(self, domain: Domain, weighted_flux: Value) -> None:
+        self._domain = domain
+        self.function = fem.Function(fenicsx.lagrange_space(domain.mesh))
+        axis = fenicsx.flow_axis(domain.mesh)
+        rule = fenicsx.column_rule(axis, GAUSS_DEGREE)
+        self._values = fenicsx.evaluate(weighted_flux, domain.mesh, rule["quadrature_points"])
+        self._weights = 2.0 * np.array(rule["quadrature_weights"])[: len(rule["quadrature_weights"]) // 2]
+        along, across = columns_of(domain)
+        size = domain.mesh.topology.index_map(2).size_local
+        middle = domain.mesh.geometry.x[fenicsx.cell_vertices(domain.mesh)[:size]].mean(axis=1)
+        self._bed = np.flatnonzero(middle[:, 1] < across[-1])
+        self._place = (
+            np.searchsorted(along, middle[self._bed, 0]) - 1,
+            np.searchsorted(across, middle[self._bed, 1]) - 1,
+        )
+        nodes = self.function.function_space.tabulate_dof_coordinates()
+        self._node = tuple(nearest(grid, nodes[:, axis]) for axis, grid in enumerate((along, across)))
+
+    def renew(self, total: float | None = None) -> None:
+        """Integrate the present flux across the bed, as a part of `total` (kg/s, or per metre of width; default: the mean of
+        all stations), so that the same mass flow passes every station whatever the iterations left."""
+        along, across = columns_of(self._domain)
+        values = self._values()[self._bed].reshape(len(self._bed), 2, len(self._weights)) @ self._weights
+        through = np.zeros((len(along), len(across) - 1, 2))
+        heights = np.diff(across)[self._place[1]]
+        for end in (0, 1):
+            through[self._place[0] + end, self._place[1], end] = values[:, end] * heights
+        through = self._domain.communicator.allreduce(through).max(axis=2, initial=0.0)
+        table = np.hstack([np.zeros((len(along), 1)), np.cumsum(through, axis=1)])
+        through = table[:, -1]
+        total = through.mean() if total is None else total
+        if np.all(through > 0.0):
+            table *= total / through[:, None]
+        self.function.x.array[:] = table[self._node]

@@ -1,0 +1,314 @@
+"""A steady nonlinear system and the ways to its solution: Newton's method, a false transient, and following a change.
+
+The false transient takes one Newton iteration for each implicit step; the first step is a fraction of the time in which the
+flow passes a bead, later ones grow as the updates fall, until they are endless and the steady equations themselves are solved.
+"""
+
+import logging
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from dolfinx import fem
+from numpy.typing import NDArray
+
+from ..mesh import fenicsx
+from .newton import NewtonSystem, modified_newton
+from .protocols import Observer, silent
+
+LOG = logging.getLogger(__name__)
+
+CONVERGED_UPDATE = 1e-8
+"""Relative update of the scaled unknown at which the flow counts as converged."""
+CONVERGED_PARTS = 1e-5
+"""The same of velocity and each unknown of the turbulence, on its own."""
+
+STAGNATED_UPDATE = 1e-5
+"""The same of two iterations in succession: where k is all but 0 in coarse cells, Newton's method goes to and fro between small
+values of either sign. A thousandth of what a time step of the default tolerance accepts; of parts, the same as that."""
+STAGNATED_PARTS = 0.05
+
+FIRST_PSEUDO_STEP = 0.3
+ENDLESS_PSEUDO_STEP = 1e7
+LEAST_PSEUDO_STEP = 1e-9
+"""Pseudo-time steps, in transit times of one bead at the reference speed: the first one, that beyond which the steady
+equations themselves are solved, and that below which no solution is expected."""
+
+STEP_FACTORS = ((1e-3, 1e4), (1e-2, 40.0), (0.1, 4.0), (0.3, 2.0), (0.7, 1.2), (1.5, 0.7))
+"""Factors of the next pseudo-time step, each up to a relative update of the part that changes most."""
+FAILED_STEP_FACTOR = 0.125
+"""Factor of a pseudo-time step after which the state is not taken."""
+MOST_NEWTON_ITERATIONS, HALF_OF_THEM = 16, 8
+"""Iterations of Newton's method, and those after which its updates must be below 0.7."""
+MOST_PSEUDO_STEPS = 150
+"""Iterations from one initial guess after which another one is tried."""
+LEAST_REMAINDER = 0.1
+"""Part of the turbulence that a pseudo-time step leaves at least."""
+
+KEPT_TOLERANCE = 0.005
+"""Part of the tolerance to be met with kept factors, whose last update says less of the error."""
+SLOWEST_CONTRACTION = 0.7
+"""Ratio of successive updates beyond which kept factors are given up."""
+LOOSER_PARTS = 5.0
+"""Times the tolerance that the update of every part (k, epsilon, ...) may have on its own."""
+FRESH_ITERATIONS = 8
+"""Iterations with a new Jacobian each before the flow is solved from its start; where turbulence sets in or dies k may pass
+through negative values on the way."""
+
+TRACE_OF_TURBULENCE = 1e-3
+"""k over the reference speed squared that counts as none: its eddies are no more viscous than the fluid."""
+
+LARGEST_UNDERSHOOT = 0.2
+"""Of the largest k: negative k in single cells, behind an inlet say, counts as none in all that follows from it."""
+
+LEAST_VALUE = 1e-6
+"""Scaled velocity or pressure that counts as none."""
+
+
+class Unknowns(NamedTuple):
+    """Local numbers of the unknowns of each part of a system: velocity (and pressure), and the turbulence's one by one.
+
+    All but the pressure evolve in a false transient: it belongs to its velocity, however short the step.
+    """
+
+    motion: Sequence[NDArray[Any]]
+    turbulence: Sequence[NDArray[Any]]
+
+    @property
+    def of_turbulence(self) -> NDArray[Any]:
+        """All of the turbulence."""
+        return np.concatenate([np.empty(0, int), *self.turbulence])
+
+    @property
+    def kinetic_energy(self) -> NDArray[Any]:
+        """Those of k, the first of the turbulence."""
+        return self.turbulence[0] if self.turbulence else np.empty(0, int)
+
+    @property
+    def sizes(self) -> list[tuple[NDArray[Any], float]]:
+        """Every part, with the scaled size below which it counts as 0."""
+        motion = [(part, LEAST_VALUE) for part in self.motion]
+        return motion + [(part, TRACE_OF_TURBULENCE) for part in self.turbulence]
+
+    @property
+    def evolving(self) -> list[tuple[NDArray[Any], float]]:
+        """`sizes` of what evolves in a false transient."""
+        return self.sizes[:1] + self.sizes[len(self.motion) :]
+
+
+class SteadySolver:
+    """Brings the scaled `unknown` of a `system` to its solution.
+
+    `functions` are all that an iteration changes, to restore after a failure; `previous` and `inverse_step` (1/s) are the
+    false transient's last step in the system's residual; `transit()` gives the time (s) in which the flow passes a bead.
+    `iterate()` takes one iteration with the present factors and gives its relative update, infinite where it fails; it may be
+    replaced by one that does more. `observe(text)` is called after every iteration, and may raise.
+    """
+
+    def __init__(
+        self,
+        system: NewtonSystem,
+        unknowns: Unknowns,
+        functions: Sequence[fem.Function],
+        previous: fem.Function,
+        inverse_step: fem.Constant,
+        transit: Callable[[], float],
+        iterate: Callable[[], float] | None = None,
+    ) -> None:
+        self.system, self.unknowns, self._functions = system, unknowns, functions
+        self._previous, self._inverse_step, self._transit = previous, inverse_step, transit
+        self._iterate = iterate or self.newton_iteration
+        self._unknown = system.unknown
+        self._of_turbulence = unknowns.of_turbulence
+        self._communicator = self._unknown.function_space.mesh.comm
+        self.newton_iterations = self.continuation_steps = 0
+        self.largest_undershoot = 0.0
+        self.update = np.inf
+        self.observe: Observer = silent
+
+    def find(self, step: float, time: float) -> bool:
+        """Iterate from the present state until the steady equations are solved; tells whether they are.
+
+        `step` is the first of the false transient in bead transits; inf is Newton's method alone.
+        """
+        try:
+            return self._find(step, time, newton=np.isinf(step))
+        finally:
+            self._inverse_step.value = 0.0
+
+    def _find(self, step: float, time: float, *, newton: bool) -> bool:
+        for iteration in range(1, (MOST_NEWTON_ITERATIONS if newton else MOST_PSEUDO_STEPS) + 1):
+            before, last = self.copies(), self.update
+            endless = step > ENDLESS_PSEUDO_STEP
+            update = self._pseudo_step(np.inf if endless else step * self._transit())
+            if LOG.isEnabledFor(logging.DEBUG):
+                LOG.debug(
+                    "flow at %g s, iteration %d: step of %.1e bead transits, update %.1e, of a part %.1e; residuals %s",
+                    *(time, iteration, step, self.update, update, " ".join(f"{r:.1e}" for r in self._residuals())),
+                )
+            self.observe(f"flow: iteration {iteration}, update {self.update:.0e}")
+            if endless and self._converged(update, last):
+                return True
+            factor = next((factor for limit, factor in STEP_FACTORS if update < limit), FAILED_STEP_FACTOR)
+            if newton:
+                if not np.isfinite(update) or (iteration >= HALF_OF_THEM and factor < 1.0):
+                    break
+                continue
+            if step < LEAST_PSEUDO_STEP:
+                break
+            if factor == FAILED_STEP_FACTOR:
+                self.put_back(before)
+            if factor < 1.0 or not endless:
+                step = min(step, ENDLESS_PSEUDO_STEP) * factor
+        return False
+
+    def follow(self, tolerance: float, kept_iterations: int) -> bool:
+        """Newton iterations from the present state until the update is below `tolerance`; tells whether they got there.
+
+        The Jacobian's factors serve from call to call while updates with them fall fast (`kept_iterations` at most); then
+        the Jacobian is renewed. A failure puts the state back.
+        """
+        start = self.copies()
+
+        def gives_up(update: float, last: float) -> bool:
+            if update < SLOWEST_CONTRACTION * last:
+                return False
+            self.put_back(start)
+            return True
+
+        if modified_newton(
+            self.counted_iteration,
+            most=kept_iterations,
+            converged=lambda update: update < KEPT_TOLERANCE * tolerance and self.is_physical(),
+            gives_up=gives_up,
+        ):
+            return True
+        before = self._unknown.x.array.copy()
+
+        def iterate() -> float:
+            before[:] = self._unknown.x.array
+            return self.counted_iteration()
+
+        def converged(update: float) -> bool:
+            return max(update, self._updates(before)[1] / LOOSER_PARTS) < tolerance and self.is_physical()
+
+        renew = self.system.renew_jacobian
+        if modified_newton(iterate, most=FRESH_ITERATIONS, converged=converged, renew_jacobian=renew):
+            return True
+        self.put_back(start)
+        return False
+
+    def counted_iteration(self) -> float:
+        """One iteration with the present factors, counted and observed; gives its relative update."""
+        self.update = self._iterate()
+        self.newton_iterations += 1
+        self.observe("")
+        return self.update
+
+    def newton_iteration(self) -> float:
+        """One iteration of the system with the present factors."""
+        converged, iterations = self.system.solve(max_iterations=1, relative_update=1e-14)
+        if not iterations:  # there is nothing left to solve, as in a fluid at rest
+            return 0.0 if converged else np.inf
+        return self.system.relative_update
+
+    def _pseudo_step(self, step: float) -> float:
+        """One Newton iteration of an implicit step (s) of a false transient, or of the steady equations where it is endless.
+
+        Gives the relative update of the part that changes most, infinite where the iteration fails.
+        """
+        before = self._previous.x.array
+        before[:] = self._unknown.x.array
+        self._inverse_step.value = 1.0 / step
+        self.system.renew_jacobian()
+        self.update = self._iterate()
+        self.newton_iterations += 1
+        if np.isfinite(step):
+            self.continuation_steps += 1
+        if not np.isfinite(self.update):
+            return np.inf
+        if np.isfinite(step):
+            numbers = self._of_turbulence
+            old, now = before[numbers], self._unknown.x.array[numbers]
+            self._unknown.x.array[numbers] = np.where(old > 0.0, np.maximum(now, LEAST_REMAINDER * old), now)
+        return self._updates(before, self.unknowns.evolving)[1]
+
+    def _residuals(self) -> list[float]:
+        """Residual norms of the parts after the last iteration (collective)."""
+        residual = fem.Function(self._unknown.function_space)
+        self.system.vector.copy(fenicsx.petsc_vector(residual))
+        size = self.system.owned_size
+        parts = (residual.x.array[part[part < size]] for part, _ in self.unknowns.sizes)
+        return [float(np.sqrt(self._communicator.allreduce(values @ values))) for values in parts]
+
+    def _converged(self, update: float, last: float) -> bool:
+        """Whether the steady equations are solved; `last` is the update before the present one."""
+        small = self.update < CONVERGED_UPDATE and update < CONVERGED_PARTS
+        stagnated = max(self.update, last) < STAGNATED_UPDATE and update < STAGNATED_PARTS
+        return (small or stagnated) and self.is_physical()
+
+    def _updates(
+        self, before: NDArray[Any], parts: list[tuple[NDArray[Any], float]] | None = None
+    ) -> tuple[float, float]:
+        """Update since the array `before`, relative to the geometric mean of then and now, so that growth shows like decay.
+
+        Of all unknowns of the parts (default: all), and the largest of a part, as k and epsilon hardly count in that of all.
+        """
+        parts = parts or self.unknowns.sizes
+        squares = [
+            [change @ change, now @ now, old @ old, len(now)]
+            for numbers, _ in parts
+            for now, old in [(self._unknown.x.array[numbers], before[numbers])]
+            for change in [now - old]
+        ]
+        changes, values, old_values, counts = self._communicator.allreduce(np.array(squares)).T
+        least = np.array([trace for _, trace in parts]) ** 2 * np.maximum(counts, 1)
+        of_all = np.sqrt(max(values.sum(), least.sum()) * max(old_values.sum(), least.sum()))
+        of_parts = np.sqrt(np.maximum(values, least) * np.maximum(old_values, least))
+        return float(np.sqrt(changes.sum() / of_all)), float(np.sqrt(np.max(changes / of_parts)))
+
+    def update_of_all(self, before: NDArray[Any]) -> float:
+        """Relative update of all unknowns since the array `before` (collective)."""
+        return self._updates(before)[0]
+
+    def copies(self) -> list[NDArray[Any]]:
+        """Copies of the arrays that an iteration changes."""
+        return [function.x.array.copy() for function in self._functions]
+
+    def put_back(self, arrays: Sequence[NDArray[Any]]) -> None:
+        """Go back to `copies()`."""
+        for function, array in zip(self._functions, arrays, strict=True):
+            function.x.array[:] = array
+
+    def extrapolate(self, previous: Sequence[NDArray[Any]], factor: float) -> None:
+        """Foresee the state `factor` times as far ahead as `previous` (like `copies()`) lies behind."""
+        turbulence = self._unknown.x.array[self._of_turbulence].copy()
+        for function, array in zip(self._functions, previous, strict=True):
+            function.x.array[:] += factor * (function.x.array - array)
+        foreseen = self._unknown.x.array[self._of_turbulence]
+        self._unknown.x.array[self._of_turbulence] = np.maximum(foreseen, 0.3 * turbulence)
+
+    def scale_turbulence(self, factor: float) -> None:
+        """Multiply all turbulence by a factor."""
+        self._unknown.x.array[self._of_turbulence] *= factor
+
+    def is_turbulent(self) -> bool:
+        """Whether k is more than a trace anywhere (collective)."""
+        return self._extremes_of_kinetic_energy()[1] > TRACE_OF_TURBULENCE
+
+    def is_physical(self) -> bool:
+        """No NaN, and k no further below zero than a part of its largest value, or a trace of the speed squared where there is
+        no turbulence. `largest_undershoot` notes the largest part that has passed."""
+        if not self._of_turbulence.size:
+            return True
+        low, high = self._extremes_of_kinetic_energy()
+        if low < -max(LARGEST_UNDERSHOOT * high, TRACE_OF_TURBULENCE):
+            return False
+        if high > TRACE_OF_TURBULENCE:
+            self.largest_undershoot = max(self.largest_undershoot, -low / high)
+        return bool(np.isfinite(low))
+
+    def _extremes_of_kinetic_energy(self) -> tuple[float, float]:
+        values = self._unknown.x.array[self.unknowns.kinetic_energy]
+        low = self._communicator.allreduce(float(np.min(values, initial=0.0)), op=min)
+        return low, self._communicator.allreduce(float(np.max(values, initial=0.0)), op=max)

@@ -1,0 +1,92 @@
+"""What the fluid does to the heat during a step: taken at its start, with cells made monotone where bounds are left."""
+
+from typing import Any
+
+import numpy as np
+from dolfinx import fem
+from numpy.typing import NDArray
+
+from ..equations.energy import EnergyEquations, Transport
+from ..equations.stabilisation import Streamline
+from ..mesh import fenicsx
+from ..mesh.domain import Domain
+
+OVERSHOOT = 0.07
+"""Kelvin out of bounds at which a cell becomes monotone."""
+MONOTONE_STEPS = 2
+"""Steps after which a cell is second order again; if it is out of bounds once more it is marked once more."""
+
+
+class FrozenTransport:
+    """A `Transport` at the quadrature points, renewed once a step; in monotone cells the `Streamline` is that of the middle.
+
+    That leaves the enthalpies as the only nonlinearity within a step; taken at the temperature foreseen for its middle,
+    the method stays second order. `monotone` marks the cells that are to be so.
+    """
+
+    def __init__(
+        self, domain: Domain, equations: EnergyEquations, temperature: fem.Function, quadrature_degree: int
+    ) -> None:
+        cells = fenicsx.cell_constant_space(domain.mesh)
+        self.monotone = fem.Function(cells)
+        transport = equations.transport(temperature, self.monotone)
+        along = transport.streamline
+        self._cells = [
+            (fem.Function(cells), fenicsx.compiled_expression(expression, cells))
+            for expression in (along.fitting, along.exchange)
+        ]
+        given = [along.reach, along.upwind, transport.advection, transport.conduction]
+        given += [transport.exchange] if transport.exchange is not None else []
+        self._points = [fenicsx.PointValues(domain.mesh, expression, quadrature_degree) for expression in given]
+        reach, upwind, *points = (point.value for point in self._points)
+        fitting, exchange = (function for function, _ in self._cells)
+        streamline = Streamline(
+            reach,
+            upwind,
+            fitting,
+            exchange,
+            self.monotone,
+            equations.coordinates.from_middle,
+            along.across,
+        )
+        advection, conduction, *exchanged = points
+        self.frozen = Transport(advection, conduction, exchanged[0] if exchanged else None, streamline)
+
+    def renew(self) -> None:
+        """Take the values of the present flow and temperature."""
+        for function, expression in self._cells:
+            function.interpolate(expression)
+        for point in self._points:
+            point.renew()
+
+
+class MonotoneCells:
+    """Marks the cells whose temperatures leave their bounds, in `marks` (1 where monotone); `steps` counts for how many more
+    steps each stays so. `unknowns` are the numbers of every local cell's temperatures, a row each."""
+
+    def __init__(self, marks: fem.Function, unknowns: NDArray[Any]) -> None:
+        self._marks, self._unknowns = marks, unknowns
+        self.steps = fem.Function(marks.function_space)
+        self._cells = fenicsx.dof_table(marks.function_space)[:, 0]
+        self._communicator = marks.function_space.mesh.comm
+
+    def mark(self, values: NDArray[Any], bounds: tuple[float, float]) -> tuple[bool, bool]:
+        """Make the cells monotone that have one of the `values` (K, NaN where none) out of bounds: whether there are any, and
+        new ones, on any rank."""
+        of_cells, marks = values[self._unknowns], self._marks.x.array
+        out = ((of_cells < bounds[0] - OVERSHOOT) | (of_cells > bounds[1] + OVERSHOOT)).any(axis=1)
+        new = out & (marks[self._cells] == 0.0)
+        marks[self._cells[new]] = 1.0
+        self.steps.x.array[self._cells[out]] = MONOTONE_STEPS
+        return self._communicator.allreduce((bool(out.any()), bool(new.any())), op=either)
+
+    def release(self) -> None:
+        """Give the cells second order again that have been monotone for a while: by then the front has spread."""
+        left = self.steps.x.array
+        left[:] = np.maximum(left - 1.0, 0.0)
+        self._marks.x.array[:] = left > 0.0
+
+
+def either(a: tuple[bool, ...], b: tuple[bool, ...]) -> tuple[bool, ...]:
+    """Reduction of tuples of flags for `allreduce`."""
+    return tuple(x or y for x, y in zip(a, b, strict=True))

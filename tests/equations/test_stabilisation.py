@@ -1,0 +1,140 @@
+"""What the stabilisation of one cell does: what it lumps, what it conserves, what it keeps monotone."""
+
+import numpy as np
+import pytest
+import ufl
+from dolfinx import fem
+
+from porousmold.equations.coordinates import Coordinates
+from porousmold.equations.stabilisation import Streamline, metric, streamline_time_scale, time_scale
+from porousmold.mesh import fenicsx
+
+from ..support import box, integral
+
+LENGTH, WIDTH = 0.3, 0.02
+
+
+def cell(*, advection=(5.0, 0.0), conduction=0.0, exchange=40.0, monotone=1.0, straight=True):
+    """One cell of a planar bed with its `Streamline`: (domain, dx, streamline)."""
+    domain = box((1, 1), length=LENGTH, width=WIDTH)
+
+    def number(value):
+        return fem.Constant(domain.mesh, value)
+
+    streamline = Streamline.of(
+        Coordinates(domain.mesh, False),
+        ufl.as_vector([number(value) for value in advection]),
+        number(conduction),
+        number(exchange),
+        number(0.0),
+        number(monotone),
+        straight,
+    )
+    return domain, domain.cell_measure(4), streamline
+
+
+def linear(domain, values):
+    """The linear function with the values at the inlet's and at the outlet's nodes."""
+    function = fem.Function(fenicsx.lagrange_space(domain.mesh))
+    x = function.function_space.tabulate_dof_coordinates()[:, 0] / LENGTH
+    function.x.array[:] = values[0] + (values[1] - values[0]) * x
+    return function
+
+
+def test_reach_is_half_a_cell_along_the_flow():
+    domain, dx, streamline = cell(monotone=0.0)
+    function = linear(domain, (1.0, 4.0))
+    assert integral(streamline.along(function) * dx) / (LENGTH * WIDTH) == pytest.approx(1.5)
+
+
+def test_storage_of_a_monotone_cell_is_lumped_along_the_flow():
+    """The integral of a product is that of the values at the nodes, the trapezoidal rule."""
+    domain, dx, streamline = cell()
+    (a, b), (c, d) = (1.0, 4.0), (2.0, -3.0)
+    value, test = linear(domain, (a, b)), linear(domain, (c, d))
+    found = integral(streamline.lumped(value, streamline.along(value), test) * dx)
+    assert found == pytest.approx(LENGTH * WIDTH * (a * c + b * d) / 2.0)
+
+
+def test_storage_of_other_cells_is_not_lumped():
+    domain, dx, streamline = cell(monotone=0.0)
+    value, test = linear(domain, (1.0, 4.0)), linear(domain, (2.0, -3.0))
+    lumped = integral(streamline.lumped(value, streamline.along(value), test) * dx)
+    assert lumped == pytest.approx(integral(value * test * dx))
+
+
+@pytest.mark.parametrize("monotone", [0.0, 1.0])
+@pytest.mark.parametrize("exchange", [0.1, 40.0, 1e5])
+def test_exchange_takes_from_the_fluid_what_the_beads_get(monotone, exchange):
+    """For a uniform test the two forms are the same, whatever the Stanton number."""
+    domain, dx, streamline = cell(monotone=monotone, exchange=exchange)
+    coefficient, value = fem.Constant(domain.mesh, exchange), linear(domain, (20.0, 7.0))
+    one = linear(domain, (1.0, 1.0))
+    beads = integral(streamline.exchanged(coefficient, value, one) * dx)
+    fluid = integral(streamline.exchanged_downstream(coefficient, value, one) * dx)
+    assert fluid == pytest.approx(beads, rel=1e-12)
+
+
+@pytest.mark.parametrize("monotone", [0.0, 1.0])
+def test_tests_of_the_carried_heat_add_up_to_one(monotone):
+    """So that nothing is made or lost in a cell."""
+    domain, dx, streamline = cell(monotone=monotone)
+    parts = [linear(domain, values) for values in ((1.0, 0.0), (0.0, 1.0))]
+    carried = sum(integral(streamline.downstream(part) * dx) for part in parts)
+    assert carried == pytest.approx(LENGTH * WIDTH)
+
+
+def outlet_value(exchange, monotone, inlet, beads):
+    """Fluid's value at the outlet of one cell between an inlet's value and beads of one value: the outlet's own equation."""
+    domain, dx, streamline = cell(exchange=exchange, monotone=monotone)
+    speed, coefficient = fem.Constant(domain.mesh, 5.0), fem.Constant(domain.mesh, exchange)
+    test = linear(domain, (0.0, 1.0))
+
+    def residual(outlet):
+        value = linear(domain, (inlet, outlet))
+        form = speed * value.dx(0) * streamline.downstream(test)
+        form += streamline.exchanged_downstream(coefficient, value - fem.Constant(domain.mesh, beads), test)
+        return integral(form * dx)
+
+    start, slope = residual(0.0), residual(1.0) - residual(0.0)
+    return -start / slope
+
+
+@pytest.mark.parametrize("exchange", [0.01, 1.0, 30.0, 1e3, 1e6])
+def test_outlet_of_a_monotone_cell_lies_between_inlet_and_beads(exchange):
+    """An average of the upstream node and the beads at any Stanton number; without exchange it is the upstream node."""
+    found = outlet_value(exchange, 1.0, 90.0, 20.0)
+    assert 20.0 - 1e-9 <= found <= 90.0 + 1e-9
+    if exchange <= 0.01:
+        assert found == pytest.approx(90.0, abs=0.1)
+    if exchange >= 1e6:
+        assert found == pytest.approx(20.0, abs=0.1)
+
+
+def test_upwinding_fades_where_conduction_or_exchange_wins():
+    """chi is 1 for advection alone and tends to 0 with either."""
+
+    def upwind(**numbers):
+        _, dx, streamline = cell(monotone=0.0, **numbers)
+        return integral(streamline.upwind * dx) / (LENGTH * WIDTH)
+
+    assert upwind(exchange=0.0) == pytest.approx(1.0, abs=1e-6)
+    assert upwind(exchange=1e6) < 1e-3 and upwind(exchange=0.0, conduction=1e3) < 1e-3
+    assert upwind(exchange=10.0) > upwind(exchange=100.0)
+
+
+def test_time_scales_tend_to_their_limits():
+    """h/2|a| for advection, 1/s for reaction; along the flow a flat cell's height does not count."""
+    domain, dx, _ = cell()
+    area, tensor = LENGTH * WIDTH, metric(domain.mesh)
+    along = ufl.as_vector([fem.Constant(domain.mesh, 5.0), fem.Constant(domain.mesh, 0.0)])
+    still = ufl.as_vector([fem.Constant(domain.mesh, 0.0)] * 2)
+
+    def mean(expression):
+        return integral(expression * dx) / area
+
+    assert mean(time_scale(tensor, along, 0.0, 0.0)) == pytest.approx(LENGTH / 10.0)
+    assert mean(time_scale(tensor, still, 0.0, fem.Constant(domain.mesh, 8.0))) == pytest.approx(1.0 / 8.0)
+    flat = mean(streamline_time_scale(tensor, along, fem.Constant(domain.mesh, 1e-3)))
+    assert flat == pytest.approx(LENGTH / 10.0, rel=1e-3)
+    assert np.isfinite(flat)

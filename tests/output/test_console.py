@@ -1,0 +1,68 @@
+"""What the console shows while a run goes on."""
+
+import logging
+
+from porousmold.output.console import PART, Bar, MarchProgress, log_to_console
+
+from ..support import coarse_scene, problem_of
+
+
+def test_a_quiet_bar_shows_nothing(capsys):
+    bar = Bar(quiet=True)
+    bar.phase("meshing")
+    bar.show(1, 2, "cases")
+    bar.close()
+    assert capsys.readouterr().err == ""
+
+
+def test_a_bar_shows_phase_and_progress(capsys):
+    bar = Bar()
+    bar.phase("meshing")
+    bar.show(0.5, 1.0, "half", PART)
+    bar.close()
+    shown = capsys.readouterr().err
+    assert "meshing" in shown and "half" in shown and "50 %" in shown
+
+
+def test_phases_are_shown_until_the_first_step():
+    texts = []
+
+    class Noted(Bar):
+        def phase(self, text):
+            texts.append(text)
+
+        def show(self, done, total, text, shape=""):
+            texts.append(f"{done:g} of {total:g}")
+
+    class Simulation:
+        class problem:  # noqa: N801
+            class medium:  # noqa: N801
+                class estimates:  # noqa: N801
+                    heating_duration = 100.0
+
+    bar = Noted()
+    progress = MarchProgress(bar, 2.0, 1000.0)
+    progress.phase("compiling")
+    progress(10.0, 60.0, Simulation)
+    progress.phase("flow: iteration 1")
+    progress(20.0, 20.0, Simulation)
+    assert texts[0] == "compiling" and texts[1] == "10 of 170" and len(texts) == 3
+    # foreseen from the fall from 60 K to 20 K in 10 s: ln(20/2)/(ln(60/20)/10 s) more
+    assert texts[2] == f"20 of {20.0 + 2.302585 / 0.1098612:g}"
+
+
+def test_verbosity_tells_steps_then_iterations_with_residuals(caplog):
+    logger = logging.getLogger("porousmold")
+    before = logger.level, logger.propagate, logger.handlers
+    try:
+        for verbosity, level in ((0, logging.WARNING), (1, logging.INFO), (2, logging.DEBUG), (5, logging.DEBUG)):
+            log_to_console(verbosity, first_rank=False)
+            assert logger.level == level
+        logger.propagate = True
+        problem_of(coarse_scene({"model.flow": "developed", "model.turbulence": "none"})).flow.start()
+    finally:
+        logger.level, logger.propagate, logger.handlers = before
+    told = [record.getMessage() for record in caplog.records if "iteration" in record.getMessage()]
+    assert told and all("residuals" in text for text in told)
+    first, last = (float(text.split("residuals ")[1].split()[0]) for text in (told[0], told[-1]))
+    assert last < 1e-6 * first or last < 1e-12

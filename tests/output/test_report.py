@@ -1,0 +1,67 @@
+"""The HTML page about a run or a study."""
+
+import re
+
+import pytest
+from mpi4py import MPI
+
+from porousmold import InputError, run
+from porousmold.cli import main
+from porousmold.output.report import write_report
+from porousmold.study.definition import Study
+from porousmold.study.running import run_study
+
+from ..support import ALUMINIUM, coarse_scene
+
+
+def test_a_run_s_page_holds_everything_and_needs_no_network(tmp_path):
+    out = tmp_path / "a <run>"
+    result = run(coarse_scene({"model.turbulence": "none", "operation.heating_margin": 50.0}), out, MPI.COMM_SELF)
+    page = write_report(out).read_text()
+    assert f"{result.heating_time:.0f} s" in page
+    assert "a &lt;run&gt;" in page and "<run>" not in page
+    assert page.count("data:image/png;base64,") == 3
+    assert not re.search(r'(src|href)="(?!data:)', page) and "http" not in page
+    for text in (*result.summary["sources"].values(), "wall.thickness", "Macdonald"):
+        assert text.split(",")[0] in page
+    for warning in result.summary["warnings"]:
+        assert warning[:20] in page
+
+
+def test_a_comparison_stands_in_the_page_until_the_next_run(tmp_path):
+    (tmp_path / "sensors.csv").write_text("name, x [m], y [m]\nmiddle, 0.5, 0\n")
+    scene = coarse_scene(
+        {
+            "model.turbulence": "none",
+            "model.flow": "plug",
+            "operation.end_time": 200.0,
+            "geometry.sensors": str(tmp_path / "sensors.csv"),
+        }
+    )
+    out = tmp_path / "run"
+    run(scene, out, MPI.COMM_SELF)
+    assert "measurement" not in write_report(out).read_text()
+    (tmp_path / "measured.csv").write_text("time [s], middle [degC]\n50, 30\n150, 40\n")
+    assert main(["compare", str(out), str(tmp_path / "measured.csv")]) == 0
+    page = write_report(out).read_text()
+    assert "measurement" in page and "middle" in page and page.count("data:image/png;base64,") == 4
+    run(scene, out, MPI.COMM_SELF)
+    assert "measurement" not in write_report(out).read_text()
+
+
+def test_a_study_s_page_has_a_row_for_every_case(tmp_path):
+    path = tmp_path / "study.toml"
+    path.write_text(f'[study]\nscene = "{ALUMINIUM}"\n[set]\nmodel.flow = "plug"\nsolver.axial_cells = 4\n'
+                    'operation.heating_margin = "60 K"\n[vary]\nbed.bead_diameter = ["4 mm", "8 mm"]\n')  # fmt: skip
+    run_study(Study.load(path), tmp_path / "out")
+    page = write_report(tmp_path / "out").read_text()
+    assert "1 done, 1 refused" in page and page.count("<tr>") == 3 and "at least 10 bead diameters" in page
+
+
+def test_a_folder_without_a_run_is_refused(tmp_path, capsys):
+    with pytest.raises(InputError, match="not the folder of a run"):
+        write_report(tmp_path)
+    for content in ("{", "[]", '{"heating_time": 1}'):
+        (tmp_path / "result.json").write_text(content)
+        assert main(["report", str(tmp_path)]) == 2
+    assert "damaged" in capsys.readouterr().err

@@ -1,0 +1,39 @@
+"""What heating costs, against integrals done by hand."""
+
+import numpy as np
+import pytest
+
+from porousmold.simulation.energy_use import energy_use
+
+from ..support import liquid
+
+FLUID = liquid(density=1000.0, heat_capacity=4000.0)
+START = {"outlet_pressure": 1e5, "initial_temperature": 298.15}
+
+
+def test_heat_and_work_are_the_integrals_up_to_the_heating_time():
+    time = np.array([0.0, 10.0, 30.0, 60.0])
+    history = {
+        "time": time,
+        "mass_flow": 0.1 + 0.01 * time,  # linear: the trapezoidal rule is exact
+        "pressure_drop": np.full(4, 5e3),
+        "inlet_temperature": np.full(4, 308.15),
+    }
+    used = energy_use(history, FLUID, **START, heating_time=30.0)
+    mass = 0.1 * 30.0 + 0.005 * 30.0**2
+    assert used["fluid_heat"] == pytest.approx(mass * 4000.0 * 10.0)
+    assert used["pumping_work"] == pytest.approx(mass * 5e3 / 1000.0)
+    assert used["mean_power"] * 30.0 == pytest.approx(used["energy_spent"])
+    assert used["energy_spent"] == pytest.approx(used["fluid_heat"] + used["pumping_work"])
+    whole = energy_use(history, FLUID, **START)
+    assert whole["fluid_heat"] == pytest.approx((0.1 * 60.0 + 0.005 * 60.0**2) * 4000.0 * 10.0)
+
+
+def test_cooling_costs_the_cold():
+    history = {
+        "time": [0.0, 1.0],
+        "mass_flow": [1.0, 1.0],
+        "pressure_drop": [0.0, 0.0],
+        "inlet_temperature": [288.15] * 2,
+    }
+    assert energy_use(history, FLUID, **START)["fluid_heat"] == pytest.approx(4000.0 * 10.0)

@@ -1,0 +1,139 @@
+"""Every study on a tiny instance: its functions run and give what its page is made of."""
+
+import importlib
+import json
+from pathlib import Path
+
+import pytest
+
+import studies
+from porousmold import Scene
+from studies.page import Page, yardstick
+
+from .support import ALUMINIUM
+
+MODULES = sorted(path.stem for path in Path(studies.__file__).parent.glob("[a-z]*.py"))
+TINY = {"model.flow": "plug", "model.turbulence": "none", "solver.mesh_refinement": 0.4, "solver.step_refinement": 0.4}
+SHORT = TINY | {"operation.end_time": 60.0}
+
+
+def study(name):
+    return importlib.import_module(f"studies.{name}")
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_every_study_is_a_module_with_a_way_in(name):
+    """Importing one runs nothing; the command of the Makefile is its `main`."""
+    assert name in ("page",) or callable(study(name).main)
+    makefile = (Path(studies.__file__).parents[1] / "Makefile").read_text()
+    assert name == "page" or f"studies.{name}" in makefile
+
+
+def test_page(tmp_path, capsys):
+    page = Page("# Title")
+    page.table(["a", "b"], [[1, 2.5], ["x", "y"]])
+    page.write(tmp_path / "page.md")
+    text = (tmp_path / "page.md").read_text()
+    assert "| a | b |\n|---|---|\n| 1 | 2.5 |\n| x | y |\n" in text and text in capsys.readouterr().out + "\n"
+    assert 0.05 < yardstick(1) < 20.0
+
+
+def test_tables():
+    tables = study("tables")
+    simulation, seconds = tables.heated(
+        tables.refined(Scene.load(ALUMINIUM, TINY | {"solver.axial_cells": 10}), 0.5, 0.5)
+    )
+    assert 500.0 < simulation.recorder.heating_time < 4000.0 and seconds > 0.0
+    best, order = tables.extrapolated(100.0 + 8.0, 100.0 + 2.0, 100.0 + 8.0 / 9.0)  # second order on meshes x 1, 2, 3
+    assert best == pytest.approx(100.0, abs=1e-6) and order == pytest.approx(2.0, abs=1e-6)
+
+
+def test_regression(tmp_path):
+    regression = study("regression")
+    assert len({name for name, _, _ in regression.cases()}) == len(list(regression.cases())) > 40
+    numbers = regression.numbers_of(ALUMINIUM, SHORT)
+    assert regression.difference("heating_time", None, None) == 0.0
+    assert regression.difference("heating_time", None, 1.0) == float("inf")
+    assert regression.difference("heat_stored", numbers["heat_stored"], 1.01 * numbers["heat_stored"]) > 9e-3
+
+
+def test_hard_cases(tmp_path):
+    hard = study("hard_cases")
+    rows = list(hard.cases(tmp_path))
+    assert len(rows) > 70 and {row for row, *_ in rows} == set(range(1, 16))
+    cells, good = hard.told(ALUMINIUM, SHORT)
+    assert good and cells[0] == "done" and len(cells) == 10
+    flow = SHORT | {"operation.pressure_drop": None, "operation.mass_flow": 0.03}
+    assert hard.told(ALUMINIUM, flow)[0][0] == "done"
+    assert hard.told(ALUMINIUM, {"wall.thickness": -1.0})[0][0] == "refused"
+
+
+def test_random_scenes():
+    random_scenes = study("random_scenes")
+    drawn = list(random_scenes.scenes(8, 1))
+    assert len(drawn) == 8 and len({scene.geometry.kind for scene in drawn}) == 2
+    outcome = random_scenes.outcome((0, SHORT, 60.0))
+    assert outcome.steps > 3 and not outcome.reason
+
+
+def test_growth():
+    growth = study("growth")
+    rows = [{"n": n, "s": 3.0 * n**1.5} for n in (10, 20, 40)]
+    assert growth.slope(rows, "s", "n") == pytest.approx(1.5)
+    found = growth.measure(2, 0.3, "factorised")
+    assert found["flow_unknowns"] > found["energy_unknowns"] > 100 and found["krylov_iterations"] == 1
+
+
+def test_speed_against_error():
+    speed = study("speed_against_error")
+    heating_time, seconds, unknowns, imbalance = speed.marched(ALUMINIUM, TINY)
+    assert heating_time > 500.0 and seconds > 0.0 and unknowns > 100 and imbalance < 1e-3
+    assert speed.row("x", None, 1.0, 1.0).count("|") == speed.HEAD[0].count("|")
+
+
+def test_chapter_6(tmp_path):
+    chapter = study("chapter_6")
+    changes = {"model.turbulence": "none", "model.flow": "developed", "operation.end_time": 100.0}
+    found = chapter.outcome(tmp_path, chapter.settings(tmp_path), changes | {"solver.mesh_refinement": 0.4})
+    assert found.at("fluid 250", 90.0) > 22.9 and found.wall_flux.max() > 0.0
+    assert chapter.apart(found, found, "fluid") == 0.0
+
+
+def test_bead_interior(monkeypatch):
+    interior = study("bead_interior")
+    monkeypatch.setattr(interior, "REPEATED", 1)
+    monkeypatch.setattr(interior, "MODES", (None, 1))
+    found = interior.outcomes(Scene.load(ALUMINIUM, TINY | {"bed.bead_conductivity": 0.2}))
+    rows = list(interior.rows("poor", found))
+    assert len(rows) == 2 and all(len(cells) == len(interior.HEAD) for cells in rows)
+    assert found[1][0]["heating_time"] > found[None][0]["heating_time"]
+
+
+def test_figures():
+    figures = study("figures")
+    assert len(list(figures.curves())) > 10
+    assert figures.power_law(2.0, 3.0, 2.0) > 0.0
+
+
+def test_permeability_tests():
+    tests = study("permeability_tests")
+    assert tests.table(["a"], [["1"]]) == ["", "| a |", "|---|", "| 1 |"]
+    assert len(tests.predictions()) > 3
+
+
+def test_kill_test(tmp_path):
+    kill = study("kill_test")
+    process = kill.start(tmp_path / "run", tmp_path)
+    assert process.wait(timeout=200) == 0
+    answer = kill.answer(tmp_path / "run")
+    assert kill.same(answer, answer) and not kill.same(answer, ([answer[0][0] * 1.001, answer[0][1]], answer[1]))
+    assert json.loads((tmp_path / "run" / "result.json").read_text())["status"] == "done"
+
+
+def test_fuzz(tmp_path):
+    import random
+
+    fuzz = study("fuzz")
+    draw = random.Random(3)
+    assert any(fuzz.mutated(fuzz.SCENE, draw) != fuzz.SCENE for _ in range(5))
+    assert fuzz.wrong(0, "", tmp_path) == "" and fuzz.wrong(1, "Traceback", tmp_path)
