@@ -15,7 +15,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 from .errors import InputError, SolveError
 from .laws.conductivity import Anisotropic, LocalBed
-from .laws.extension import conductivity, drag, nusselt, porosity, register, turbulence
+from .laws.extension import bead_conduction, dispersion, drag, nusselt, porosity, register, turbulence
 from .laws.materials import ConstantDensity, Fluid, IdealGasDensity, Polynomial, Solid, SutherlandViscosity
 from .laws.turbulence_models import LocalFlow, TransportTerms, TurbulenceModel, TurbulentUnknown
 from .scene.scene import Scene
@@ -44,7 +44,8 @@ __all__ = [
     "TransportTerms",
     "TurbulenceModel",
     "TurbulentUnknown",
-    "conductivity",
+    "bead_conduction",
+    "dispersion",
     "drag",
     "nusselt",
     "porosity",

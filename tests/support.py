@@ -116,8 +116,8 @@ def flow_equations(
         return fem.Constant(domain.mesh, float(value))
 
     diameter = number(bead_diameter)
-    bed = Bed(porosity, wall_distance or domain.wall_distance, diameter, beads or solid(), DRAG_LAWS["macdonald"],
-              NUSSELT_CORRELATIONS["wakao"], rev)  # fmt: skip
+    bed = Bed(porosity, number(0.4), wall_distance or domain.wall_distance, diameter, beads or solid(),
+              DRAG_LAWS["macdonald"], NUSSELT_CORRELATIONS["wakao"], rev)  # fmt: skip
     return equations(
         bed,
         FluidState(fluid or liquid(), number(reference_pressure)),
@@ -136,6 +136,9 @@ def opening(domain, tag, quadrature_degree, **terms):
 @dataclass(frozen=True)
 class GivenFlow(FlowEquations):
     """Flow equations whose fields are prescribed: the mass flux is phi rho u, without the solver's fine scales."""
+
+    def core_speed(self, state, temperature):
+        return self.bed.porosity * state.speed(self.scales)
 
     def mass_flux(self, state, temperature):
         return self.mass_flux_through_boundary(state, temperature)

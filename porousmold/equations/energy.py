@@ -1,11 +1,15 @@
 r"""Weak form of the two-temperature energy equations with a conjugate wall.
 
-    fluid: phi rho C_f (dT_f/dt + u.grad T_f) = div(phi lambda_fe grad T_f) + b.(lambda_fe grad T_f) - a_v h_sf (T_f - T_s)
-    beads: (1-phi) rho_s C_s dT_s/dt = div((1-phi) lambda_s grad T_s) - b.(lambda_s grad T_s) - a_v h_sf (T_s - T_f)
+    fluid: phi rho C_f (dT_f/dt + u.grad T_f) = div(K_f grad T_f) + b.(K_f/phi grad T_f) - a_v h_sf (T_f - T_s)
+    beads: (1-phi) rho_s C_s dT_s/dt = div(K_s grad T_s) - b.(lambda_s grad T_s) - a_v h_sf (T_s - T_f)
     wall:  rho_w C_w dT_w/dt = div(lambda_w grad T_w)
 
-lambda_fe = lambda_f + C_f mu_t/Pr_t. One continuous field T is T_f in the bed and T_w in the wall, which gives
-T_f = T_w and the balance of fluxes at the interface; no flux enters the wall from the beads.
+The conductivities K_f, K_s per total volume are those of `laws.conductivity`; as published K_f = phi (lambda_f + C_f mu_t/Pr_t)
+and K_s = (1-phi) lambda_s. One continuous field T is T_f in the bed and T_w in the wall, which gives T_f = T_w and the balance of
+fluxes at the interface. As published no flux enters the wall from the beads. Where K_f and K_s share the conductivity of the
+whole bed at rest, both end at the wall: T_s = T_w there, held by a coefficient `TOUCHING` lambda_f/d, whose resistance is 10^-4
+of any bed's. As that conduction crosses both phases it has no REV term: b is (phi_V - phi_A) grad V/V, and both are 1 for the
+whole volume.
 
 The fluid's heat comes in with the flow (Danckwerts): - int (rho phi u.n)(h(T) - h(T_in)) v ds over the inlet, h the
 enthalpy. Fixing the inlet's nodes instead would heat a conducting wall through their common corner (4 % of the
@@ -28,7 +32,7 @@ from typing import Any
 import ufl
 
 from ..laws.bead_interior import overall_coefficient
-from ..laws.conductivity import Anisotropic, LocalBed
+from ..laws.conductivity import Anisotropic, LocalBed, added
 from ..laws.functions import Value
 from ..laws.materials import Solid
 from ..laws.nusselt import prandtl_number, specific_surface
@@ -38,6 +42,9 @@ from .flow import FlowEquations
 from .medium import Bed
 from .openings import Opening, flux_given
 from .stabilisation import Streamline, flux_density
+
+TOUCHING = 1e6
+"""Coefficient over lambda_f/d that holds the beads at the wall's temperature."""
 
 
 @dataclass(frozen=True)
@@ -73,11 +80,13 @@ class ThinWall:
 
 @dataclass(frozen=True)
 class Transport:
-    """What the fluid does to the heat: `advection` C_f phi rho u (W/m2/K), `conduction` phi lambda_fe (W/m/K), `exchange`
-    a_v h_sf (W/m3/K; None with one temperature), and the `streamline` along which the cells are upwinded."""
+    """What carries the heat in the bed: `advection` C_f phi rho u (W/m2/K), `conduction` of the fluid and `bead_conduction`
+    (W/m/K per total volume), `exchange` a_v h_sf (W/m3/K; None with one temperature), and the `streamline` along which the cells
+    are upwinded."""
 
     advection: Any
     conduction: Any
+    bead_conduction: Any
     exchange: Any
     streamline: Streamline
 
@@ -90,7 +99,8 @@ class EnergyEquations:
     the flow was solved for; `entrance` is 1 in the cells that touch the inlet, else 0; `wall` is None where the scene
     has none; `inlet` and `outlet` are facet measures, `dx_bed` and `dx_wall` cell measures, `nodes_bed` and `nodes_wall`
     those with quadrature at the nodes; `straight` tells that the flow runs along x[0], so that the cells lie along it;
-    `opening` is the flow's inlet; `interior` is what the beads have inside, None where they are isothermal.
+    `opening` is the flow's inlet; `touching` are the facets between bed and wall, where the wall has cells (a measure of interior
+    facets) and where not; `interior` is what the beads have inside, None where they are isothermal.
     """
 
     flow: FlowEquations
@@ -111,6 +121,7 @@ class EnergyEquations:
     exchange_factor: Any = 1.0
     straight: bool = True
     opening: Opening | None = None
+    touching: ufl.Measure | None = None
     interior: BeadInterior | None = None
 
     @property
@@ -173,7 +184,7 @@ class EnergyEquations:
 
     def _local_bed(self, temperature: Value, bead_temperature: Value) -> LocalBed:
         """What a conductivity law is told, with properties at these temperatures (K)."""
-        bed, laws = self.bed, self._laws
+        bed, laws, speed = self.bed, self._laws, self.flow_state.speed(self.flow.scales)
         turbulence = self.flow.turbulence_state(
             self.flow_state, self._density, self._laws.viscosity(self.flow_temperature)
         )
@@ -184,19 +195,25 @@ class EnergyEquations:
             density=self._density,
             viscosity=laws.viscosity(temperature),
             heat_capacity=laws.heat_capacity(temperature),
-            speed=self.flow_state.speed(self.flow.scales),
+            speed=speed,
             eddy_viscosity=0.0 if turbulence is None else turbulence.eddy_viscosity,
             fluid_conductivity=laws.conductivity(temperature),
             bead_conductivity=bed.beads.conductivity(bead_temperature),
+            bulk_porosity=bed.bulk_porosity,
+            core_speed=self.flow.core_speed(self.flow_state, self.flow_temperature),
+            temperature=bead_temperature,
+            emissivity=bed.emissivity,
+            contact_flattening=bed.beads.contact_flattening,
         )
 
     def fluid_conduction(self, temperature: Value) -> Value:
         """Conductivity of the fluid per total volume, W/m/K: a number or a tensor."""
-        return self._tensor(self.bed.conductivity.fluid(self._local_bed(temperature, temperature)))
+        local = self._local_bed(temperature, temperature)
+        return self._tensor(added(self.bed.bead_conduction.fluid(local), self.bed.dispersion.formula(local)))
 
     def bead_conduction(self, bead_temperature: Value) -> Value:
         """Conductivity of the beads per total volume, W/m/K: a number or a tensor."""
-        return self._tensor(self.bed.conductivity.beads(self._local_bed(bead_temperature, bead_temperature)))
+        return self._tensor(self.bed.bead_conduction.beads(self._local_bed(bead_temperature, bead_temperature)))
 
     def _tensor(self, conductivity: Value) -> Value:
         """A law's conductivity as a number, or where it is `Anisotropic` as the tensor with its axis along the flow."""
@@ -255,6 +272,7 @@ class EnergyEquations:
         return Transport(
             advection,
             conduction,
+            self.bead_conduction(temperature),
             exchange,
             Streamline.of(self.coordinates, advection, conduction, exchange, self.entrance, monotone, self.straight),
         )
@@ -268,12 +286,11 @@ class EnergyEquations:
         fluid's storage, a thousandth of the beads', is left out of that.
         """
         bed, weight, wall, streamline = self.bed, self.coordinates.weight, self.wall, transport.streamline
-        bead_conduction = self.bead_conduction(bead_temperature)
         fluid = ufl.dot(transport.advection, ufl.grad(temperature)) * streamline.downstream(test)
         for w, (f, v) in streamline.changes_across(temperature, test):
             fluid += w * ufl.dot(transport.advection, ufl.grad(f)) * streamline.downstream(v)
         fluid += streamline.conducted(transport.conduction, temperature, test)
-        bead = ufl.dot(flux_density(bead_conduction, ufl.grad(bead_temperature)), ufl.grad(bead_test))
+        bead = ufl.dot(flux_density(transport.bead_conduction, ufl.grad(bead_temperature)), ufl.grad(bead_test))
         if self.two_temperatures:
             difference = self._excess(temperature, bead_temperature)
             fluid += streamline.exchanged_downstream(transport.exchange, difference, test)
@@ -285,7 +302,7 @@ class EnergyEquations:
             of_fluid, of_beads = self._rev_fluxes(temperature, bead_temperature)
             fluid -= of_fluid * test
             bead += of_beads * bead_test
-        form = weight * (fluid + bead) * self.dx_bed
+        form = weight * (fluid + bead) * self.dx_bed + self._touching(temperature, bead_temperature, test, bead_test)
         form -= weight * self.enthalpy_entering(temperature) * test * self.inlet
         for w, (f, v) in streamline.changes_across(temperature, test):
             form += weight * w * self._laws.heat_capacity(temperature) * self.inward_mass_flux * f * v * self.inlet
@@ -299,6 +316,15 @@ class EnergyEquations:
         if self.outer is not None:
             form -= self._outer_weight * self.outer.into_wall(temperature) * test * self.outer.ds
         return form
+
+    def _touching(self, temperature: Value, bead_temperature: Value, test: Value, bead_test: Value) -> Value:
+        """Form of the beads' contact with the wall; 0 where they are insulated from it or have the fluid's temperature."""
+        if self.touching is None or not (self.bed.bead_conduction.whole_bed and self.two_temperatures):
+            return 0.0
+        coefficient = TOUCHING * self._laws.conductivity(self.flow_temperature) / self.bed.bead_diameter
+        crossing = self.coordinates.weight * coefficient * (temperature - bead_temperature) * (test - bead_test)
+        interior = self.touching.integral_type() == "interior_facet"
+        return (ufl.avg(crossing) if interior else crossing) * self.touching
 
     def _in_wall(self, integrand: Value, transport: Transport) -> Value:
         """Integral over the wall, in monotone cells with quadrature at the nodes."""
@@ -349,6 +375,9 @@ class EnergyEquations:
     def _rev_fluxes(self, temperature: Value, bead_temperature: Value) -> tuple[Value, Value]:
         """b.(lambda_fe grad T_f) and b.(lambda_s grad T_s), W/m3, with the conductivities of the phases' own volumes."""
         b, phi = self.bed.rev_vector, self.bed.porosity
+        if self.bed.bead_conduction.whole_bed:
+            mixed = self._tensor(self.bed.dispersion.formula(self._local_bed(temperature, temperature)))
+            return ufl.dot(b, flux_density(mixed / phi, ufl.grad(temperature))), 0.0 * bead_temperature
         fluid = flux_density(self.fluid_conduction(temperature) / phi, ufl.grad(temperature))
         conductivity = self.bed.beads.conductivity(bead_temperature)
         return ufl.dot(b, fluid), conductivity * ufl.dot(b, ufl.grad(bead_temperature))

@@ -165,6 +165,17 @@ class FlowEquations:
         fine_scale = -tau * (force - ufl.dot(plane_stress, ufl.grad(phi)))
         return Momentum(density, viscosity, effective_viscosity, speed, turbulence, stress, force, fine_scale)
 
+    def core_speed(self, state: FlowState, temperature: Value) -> Value:
+        """Superficial speed (m/s) that the local pressure gradient drives through the core, far from any wall."""
+        bed, phi = self.bed, self.bed.bulk_porosity
+        density, viscosity = self.fluid.density(state.pressure, temperature), self.fluid.fluid.viscosity(temperature)
+        driving = ufl.grad(state.pressure)
+        if self.gravity is not None:
+            driving -= density * self.gravity
+        least = LEAST_GRADIENT * self.scales.pressure / self.scales.length  # keeps the root off zero
+        force = phi * sqrt(ufl.dot(driving, driving) + least**2)
+        return phi * bed.drag.speed(force, phi, bed.bead_diameter, density, viscosity)
+
     def mass_flux(self, state: FlowState, temperature: Value) -> Value:
         """Superficial mass flux phi rho (u + u') (kg/m2/s) with the fine-scale velocity u', which the discrete mass
         balance conserves: heat carried by it is conserved too."""
@@ -285,5 +296,7 @@ class FlowEquations:
         return form
 
 
+LEAST_GRADIENT = 1e-6
+"""Of the reference pressure over a bead."""
 LEAST_WALL_DISTANCE = 1e-6
 """In bead diameters, at the nodes on the wall: k is 0 there, whatever acts on it."""

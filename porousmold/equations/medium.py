@@ -5,7 +5,7 @@ from typing import Any
 
 import ufl
 
-from ..laws.conductivity import CONDUCTIVITY_LAWS, ConductivityLaw
+from ..laws.conductivity import BEAD_CONDUCTION_LAWS, DISPERSION_LAWS, BeadConduction, Dispersion
 from ..laws.drag import DragLaw
 from ..laws.functions import Value
 from ..laws.materials import Fluid, Solid
@@ -14,16 +14,21 @@ from ..laws.nusselt import NusseltCorrelation, bead_reynolds_number
 
 @dataclass(frozen=True)
 class Bed:
-    """The packing: porosity phi_V, the REV vector b of section 2.1 (None: terms absent), beads and their laws."""
+    """The packing: porosity phi_V, the REV vector b of section 2.1 (None: terms absent), beads and their laws.
+
+    `bulk_porosity` is that of the core, which laws of conduction and dispersion ask for."""
 
     porosity: ufl.core.expr.Expr
+    bulk_porosity: Any
     wall_distance: ufl.core.expr.Expr
     bead_diameter: Any
     beads: Solid
     drag: DragLaw
     nusselt: NusseltCorrelation
     rev_vector: ufl.core.expr.Expr | None = None
-    conductivity: ConductivityLaw = CONDUCTIVITY_LAWS["parallel"]
+    bead_conduction: BeadConduction = BEAD_CONDUCTION_LAWS["bulk"]
+    dispersion: Dispersion = DISPERSION_LAWS["none"]
+    emissivity: Any = 0.0
 
     def reynolds_number(self, density: Value, speed: Value, viscosity: Value) -> Value:
         """Local superficial bead Reynolds number (eq. 6.12)."""

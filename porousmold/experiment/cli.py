@@ -31,9 +31,8 @@ def add_commands(commands: Any) -> None:
     rotameter.set_defaults(serial=_rotameter)
     compare = commands.add_parser("compare", help="a run beside a measurement at its sensors")
     compare.add_argument("run", metavar="RUN", help="folder of a run of a scene with geometry.sensors")
-    compare.add_argument(
-        "measured", metavar="MEASURED.csv", help="'time [s], NAME [degC], ...' with the sensors' names"
-    )
+    compare.add_argument("measured", nargs="+", metavar="MEASURED.csv",
+                         help="'time [s], NAME [degC], ...' with the sensors' names, in one file or several")  # fmt: skip
     compare.add_argument("--bounds", nargs="+", default=[], metavar="RUN", help="runs with what was given at the ends of its "
                          "error, such as operation.outer_heat_flux_factor 0.95 and 1.05")  # fmt: skip
     compare.set_defaults(serial=_compare)
@@ -70,7 +69,11 @@ def _compare(options: argparse.Namespace) -> str:
     from .pictures import draw_comparison
 
     folder = Path(options.run)
-    found = compare(folder, Path(options.measured), [Path(other) for other in options.bounds])
+    bounds = [Path(other) for other in options.bounds]
+    found = [deviation for path in options.measured for deviation in compare(folder, Path(path), bounds)]
+    names = [deviation.name for deviation in found]
+    if twice := [name for name in names if names.count(name) > 1]:
+        raise InputError("MEASURED", str(options.measured[-1]), f"has {twice[0]!r} a second time")
     content = {
         "average_deviation": average_deviation(found),
         "sensors": {

@@ -13,7 +13,7 @@ import ufl
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from .conductivity import CONDUCTIVITY_LAWS, Anisotropic, ConductivityLaw, LocalBed
+from .conductivity import BEAD_CONDUCTION_LAWS, DISPERSION_LAWS, Anisotropic, BeadConduction, Dispersion, LocalBed
 from .drag import DRAG_LAWS, DragLaw
 from .functions import Value
 from .materials import FLUIDS, SOLIDS, Fluid, Solid
@@ -65,24 +65,39 @@ def porosity(name: str, *, source: str, largest_bulk_porosity: float = 1.0) -> D
     return register
 
 
-def conductivity(name: str, *, source: str, beads: Function | None = None) -> Decorator:
-    """Register f(bed) = conductivity of the fluid per total volume (W/m/K, or `Anisotropic`) of a `LocalBed` as
-    `model.conductivity = name`; `beads` gives that of the beads in the same way, by default (1 - phi) lambda_s."""
+def dispersion(name: str, *, source: str) -> Decorator:
+    """Register f(bed) = what the moving fluid mixes, eddies included (W/m/K per total volume, or `Anisotropic`), of a `LocalBed`
+    as `model.dispersion = name`."""
 
     def register(function: Function) -> Function:
-        of_beads = beads or CONDUCTIVITY_LAWS["parallel"].beads
-        bed = LocalBed(0.4, np.array([0.0, 1e-4, 1e-2]), 5e-3, 1.2, 1.8e-5, 1007.0, 1.0, 1e-3, 0.026, 2.0)
-        law = f"conductivity {name!r}"
-        for part in (function, of_beads):
-            found = _called(law, part, bed)
-            for values in found if isinstance(found, Anisotropic) else (found,):
-                _check(law, values, 3)
-                if np.min(values) < 0.0:
-                    raise InputError(f"{law} law", float(np.min(values)), "must not be negative")
-        CONDUCTIVITY_LAWS.register(name, ConductivityLaw(function, of_beads, source))
+        _try_conductivity(f"dispersion {name!r}", function)
+        DISPERSION_LAWS.register(name, Dispersion(function, source))
         return function
 
     return register
+
+
+def bead_conduction(name: str, *, source: str, whole_bed: bool = False) -> Decorator:
+    """Register f(bed) = what the beads conduct (W/m/K per total volume, or `Anisotropic`) of a `LocalBed` as
+    `model.bead_conduction = name`; with `whole_bed` it holds the fluid at rest as well, and reaches the wall."""
+
+    def register(function: Function) -> Function:
+        _try_conductivity(f"bead conduction {name!r}", function)
+        BEAD_CONDUCTION_LAWS.register(name, BeadConduction(function, source, whole_bed))
+        return function
+
+    return register
+
+
+def _try_conductivity(law: str, function: Function) -> None:
+    places = np.array([0.0, 1e-4, 1e-2])
+    found = _called(
+        law, function, LocalBed(0.4, places, 5e-3, 1.2, 1.8e-5, 1007.0, 1.0, 1e-3, 0.026, 2.0, 0.4, 0.4, 300.0)
+    )
+    for values in found if isinstance(found, Anisotropic) else (found,):
+        _check(law, values, 3)
+        if np.min(values) < 0.0:
+            raise InputError(f"{law} law", float(np.min(values)), "must not be negative")
 
 
 def turbulence(name: str) -> Callable[[Model], Model]:

@@ -136,13 +136,17 @@ class Fluid:
 @dataclass(frozen=True)
 class Solid:
     """Laws of a solid: constant `density` (kg/m3), `heat_capacity` (J/(kg K)) and `conductivity` (W/(m K)) of T, as
-    `Polynomial`s. A number in place of a law is a constant property, whose source is `source`."""
+    `Polynomial`s. A number in place of a law is a constant property, whose source is `source`.
+
+    `contact_flattening` is the share of a bead's section that is flattened where beads of it touch (`laws.conductivity`): of
+    ceramic where nothing else is known."""
 
     name: str
     density: Value
     heat_capacity: Value
     conductivity: Value
     source: str = ""
+    contact_flattening: Value = 0.0077
 
     def __post_init__(self) -> None:
         for name in ("density", "heat_capacity", "conductivity"):
@@ -167,7 +171,9 @@ AIR = Fluid(
 FLUIDS.register(AIR.name, AIR)
 
 CERAMIC = Solid("ceramic", 2580.0, 846.7, 2.09, "thesis table 6.1: measured (ASTM D792, DSC), Kingery")
-ALUMINIUM = Solid("aluminium", 2702.0, 903.0, 237.0, "thesis table 8.1 [178]")
+# flattening: VDI Heat Atlas D6.3 for ceramic 0.0077, steel 0.0013, copper 0.0253, which stands for aluminium as well
+ALUMINIUM = Solid("aluminium", 2702.0, 903.0, 237.0, "thesis table 8.1 [178]", 0.0253)
+STEEL = Solid("steel", 7747.0, 464.0, 42.0, "beads of Beaulieu (PhD thesis, Polytechnique Montreal, 2020)", 0.0013)
 FRP = Solid("frp", 1600.0, 1075.0, 0.64, "thesis table 8.1 [179], isotropic, through-thickness value")
 ACRYLIC = Solid(
     "acrylic",
@@ -175,5 +181,5 @@ ACRYLIC = Solid(
     Polynomial((166.95, 4.0289), "J/(kg K)", "Gaur et al., thesis table 6.1 [150]", (230.0, 375.0)),
     Polynomial((1.7149e-1, 8.3338e-5), "W/(m K)", "Eiermann, Hellwege, J. Polym. Sci. 57 (1962) 99-106", (93.0, 363.0)),
 )
-for _solid in (CERAMIC, ALUMINIUM, FRP, ACRYLIC):
+for _solid in (CERAMIC, ALUMINIUM, STEEL, FRP, ACRYLIC):
     SOLIDS.register(_solid.name, _solid)

@@ -20,6 +20,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+from scipy.integrate import trapezoid
+
 from .functions import Value, exp, sqrt
 from .registry import Registry
 
@@ -93,6 +96,25 @@ class Porosity(Protocol):
     ) -> Value:
         """phi_V over a mesh in UFL: an expression of the two lengths with its numbers by `constant`, or what `at_nodes` makes of
         a function of wall distances (arrays)."""
+
+
+def dixon_mean_porosity(width_ratio: Value) -> Value:
+    """Mean porosity 0.4 + 0.05/N + 0.412/N^2 of poured spheres in a tube N bead diameters wide (Dixon, Can. J. Chem. Eng. 66
+    (1988) 705-708); a gap of width H counts as N = 2 H/d."""
+    return 0.4 + 0.05 / width_ratio + 0.412 / width_ratio**2
+
+
+def benyahia_oneill_mean_porosity(width_ratio: Value) -> Value:
+    """Mean porosity 0.390 + 1.740/(N + 1.140)^2 of the same, mean error 1.5 % (Benyahia, O'Neill, Part. Sci. Technol. 23 (2005)
+    169-177)."""
+    return 0.390 + 1.740 / (width_ratio + 1.140) ** 2
+
+
+def mean_porosity(porosity: Porosity, bead_diameter: float, half_width: float, *, axisymmetric: bool) -> float:
+    """Mean phi_V over the section of a gap or a tube of this half-width (m)."""
+    layer = np.linspace(0.0, 1.0, 4001) ** 2 * half_width
+    weight = 2.0 * (half_width - layer) / half_width if axisymmetric else np.ones_like(layer)
+    return float(trapezoid(porosity.volume(layer, bead_diameter) * weight, layer) / half_width)
 
 
 @dataclass(frozen=True)

@@ -101,6 +101,12 @@ class Domain:
         rule = fenicsx.column_rule(fenicsx.flow_axis(self.mesh), quadrature_degree)
         return ufl.Measure("dx", domain=self.mesh, subdomain_data=self.cell_tags, metadata=rule)
 
+    def interface_measure(self, quadrature_degree: int) -> Any:
+        """Measure of the facets between bed and wall: interior ones where the wall has cells, else the bed's boundary."""
+        kind, metadata = "dS" if self.has_wall else "ds", {"quadrature_degree": quadrature_degree}
+        measure = ufl.Measure(kind, domain=self.mesh, subdomain_data=self.facet_tags, metadata=metadata)
+        return measure(INTERFACE)
+
     def facet_measure(self, quadrature_degree: int) -> Any:
         """ds with the boundary's tags as subdomains."""
         metadata = {"quadrature_degree": quadrature_degree}

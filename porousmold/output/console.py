@@ -102,6 +102,12 @@ class MarchProgress:
         self._bar.show(time, total, f"wall within {deficit:.1f} K", SECONDS)
 
 
+def closures_text(closures: Mapping[str, Any]) -> str:
+    """The set of closures, and what departs from it."""
+    departing = ", ".join(f"{name} = {value}" for name, value in closures["departures"].items())
+    return closures["set"] + (f", but {departing}" if departing else "")
+
+
 def summary_text(scene: Scene, summary: Mapping[str, Any], out: Path, pictures: Sequence[Path]) -> str:
     """The short readable end of a run."""
     margin = scene.operation.heating_margin
@@ -126,6 +132,7 @@ def summary_text(scene: Scene, summary: Mapping[str, Any], out: Path, pictures: 
         f"{summary['time_steps']} steps, {seconds['total']:.1f} s "
         f"(flow {seconds['flow']:.1f}, energy {seconds['energy']:.1f}, compiling {seconds['compile']:.1f})",
     ]
+    lines.append(f"closures: {closures_text(summary['closures'])}")
     lines += [f"warning: {text}" for text in summary["warnings"]]
     lines.append(f"written to {out}" + (f": {', '.join(path.name for path in pictures)}" if pictures else ""))
     return "\n".join(lines)

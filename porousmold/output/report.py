@@ -14,6 +14,7 @@ from .. import __version__
 from ..errors import InputError
 from ..files.whole_files import output_file
 from ..scene.language import KEYS
+from .console import closures_text
 from .pictures import draw
 
 _STYLE = """
@@ -111,6 +112,7 @@ def _of_run(folder: Path) -> tuple[Any, ...]:
     ]  # fmt: skip
     parts.append(_table(["key", "value (SI)", "unit", "meaning"], rows))
     parts.append("<h2>Sources of the closures and properties</h2>")
+    parts.append(f"<p>Set of closures: {_text(closures_text(summary['closures']))}</p>")
     parts.append(_table(["of", "source"], [[name, source] for name, source in summary["sources"].items()]))
     parts.append("<h2>Versions</h2>" + _table(["of", "version"], list(summary["versions"].items())))
     return f"Heating of a {kind}: {folder.name}", "".join(parts)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from ..laws import bead_interior
-from ..laws.conductivity import CONDUCTIVITY_LAWS, ConductivityLaw
+from ..laws.conductivity import BEAD_CONDUCTION_LAWS, DISPERSION_LAWS, BeadConduction, Dispersion
 from ..laws.drag import DRAG_LAWS, DragLaw
 from ..laws.materials import FLUIDS, SOLIDS, ConstantDensity, Fluid, Solid, constant
 from ..laws.nusselt import NUSSELT_CORRELATIONS, NusseltCorrelation
@@ -17,7 +17,8 @@ from .scene import Scene, Table
 
 CHOICES: Mapping[str, Registry[Any]] = {
     "model.drag": DRAG_LAWS,
-    "model.conductivity": CONDUCTIVITY_LAWS,
+    "model.bead_conduction": BEAD_CONDUCTION_LAWS,
+    "model.dispersion": DISPERSION_LAWS,
     "model.nusselt": NUSSELT_CORRELATIONS,
     "model.turbulence": TURBULENCE_MODELS,
     "bed.porosity_model": POROSITY_MODELS,
@@ -38,7 +39,8 @@ class Laws:
     wall: Solid
     drag: DragLaw
     nusselt: NusseltCorrelation
-    conductivity: ConductivityLaw
+    bead_conduction: BeadConduction
+    dispersion: Dispersion
     turbulence: TurbulenceModel | None
     porosity: Porosity
 
@@ -48,11 +50,18 @@ class Laws:
         bed, wall, model = scene.bed, scene.wall, scene.model
         return cls(
             _fluid(scene.fluid),
-            _solid(bed.bead_material, bed.bead_density, bed.bead_heat_capacity, bed.bead_conductivity),
+            _solid(
+                bed.bead_material,
+                bed.bead_density,
+                bed.bead_heat_capacity,
+                bed.bead_conductivity,
+                bed.contact_flattening,
+            ),
             _solid(wall.material, wall.density, wall.heat_capacity, wall.conductivity),
             DRAG_LAWS[model.drag].for_width(_width_ratio(scene)),
             NUSSELT_CORRELATIONS[model.nusselt],
-            CONDUCTIVITY_LAWS[model.conductivity],
+            BEAD_CONDUCTION_LAWS[model.bead_conduction],
+            DISPERSION_LAWS[model.dispersion],
             _turbulence(model),
             scene.porosity,
         )
@@ -69,8 +78,8 @@ class Laws:
 
     def sources(self, has_wall: bool, bead_modes: bool) -> dict[str, str]:
         """Where the laws and properties in use come from, by what they are used for."""
-        sources = {"drag": self.drag.source, "nusselt": self.nusselt.source, "conductivity": self.conductivity.source}
-        sources |= {"porosity": self.porosity.source}
+        sources = {"drag": self.drag.source, "nusselt": self.nusselt.source, "porosity": self.porosity.source}
+        sources |= {"bead conduction": self.bead_conduction.source, "dispersion": self.dispersion.source}
         if self.turbulence is not None:
             sources["turbulence"] = self.turbulence.source
         if bead_modes:
@@ -107,7 +116,15 @@ def _fluid(given: Table) -> Fluid:
     return replace(FLUIDS[given.material], **changes)
 
 
-def _solid(material: str, density: float | None, heat_capacity: float | None, conductivity: float | None) -> Solid:
+def _solid(
+    material: str,
+    density: float | None,
+    heat_capacity: float | None,
+    conductivity: float | None,
+    contact_flattening: float | None = None,
+) -> Solid:
     given = {"density": density, "heat_capacity": heat_capacity, "conductivity": conductivity}
     changes: dict[str, Any] = {name: constant(value, "", "scene") for name, value in given.items() if value is not None}
+    if contact_flattening is not None:
+        changes["contact_flattening"] = contact_flattening
     return replace(SOLIDS[material], **changes)

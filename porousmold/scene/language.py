@@ -2,13 +2,16 @@
 
 from collections.abc import Collection
 
-from ..laws.conductivity import CONDUCTIVITY_LAWS
+from ..laws.conductivity import BEAD_CONDUCTION_LAWS, DISPERSION_LAWS
 from ..laws.drag import DRAG_LAWS
 from ..laws.materials import FLUIDS, SOLIDS
 from ..laws.nusselt import NUSSELT_CORRELATIONS
 from ..laws.porosity import POROSITY_MODELS
 from ..laws.turbulence_models import TURBULENCE_MODELS
+from .closures import CLOSURES, THESIS
 from .keys import Key
+
+_THESIS = CLOSURES[THESIS]
 
 
 def _length(meaning: str, default: float | None = None) -> Key:
@@ -49,8 +52,12 @@ KEYS: dict[str, dict[str, Key]] = {
         "bead_diameter": _length("diameter of the beads"),
         "bead_material": _choice("material of the beads", SOLIDS, "ceramic"),
         **{f"bead_{name}": key for name, key in _solid_properties("the beads").items()},
-        "porosity_model": _choice("porosity against wall distance", POROSITY_MODELS, "hunt-tien"),
-        "bulk_porosity": Key("", "porosity far from the wall", 0.4, low=0.0, high=1.0),
+        "contact_flattening": Key("", "flattened share of a bead's section, for model.bead_conduction "
+                                      "'zehner-bauer-schluender'; overrides the material's", low=0.0, high=0.5, closed=True),
+        "emissivity": Key("", "of the beads' surface, for radiation between them in the same law; 0: none", 0.0, low=0.0,
+                          high=1.0, closed=True),
+        "porosity_model": _choice("porosity against wall distance", POROSITY_MODELS, _THESIS["bed.porosity_model"]),
+        "bulk_porosity": Key("", "porosity far from the wall", _THESIS["bed.bulk_porosity"], low=0.0, high=1.0),
         "porosity_profile": Key("file", "CSV profile (wall distance over bead diameter, phi_V, phi_A), in place of a model"),
         "averaging_diameter_ratio": Key("", "largest averaging sphere over bead diameter, D_max/d", 5.5, low=0.0, high=100),
         "allow_small_ratio": Key("flag", "accept a bed narrower than 10 beads, with a warning", False),
@@ -105,8 +112,14 @@ KEYS: dict[str, dict[str, Key]] = {
         "flow_update": _choice("how the flow follows the temperature", ("quasi-steady", "frozen", "transient"),
                                "quasi-steady"),
         "nusselt": _choice("heat exchange between fluid and beads", NUSSELT_CORRELATIONS, "wakao"),
-        "conductivity": _choice("effective conductivity of fluid and beads", CONDUCTIVITY_LAWS, "parallel"),
-        "drag": _choice("resistance of the beads", DRAG_LAWS, "macdonald"),
+        "closures": _choice("set of closures: the thesis's, or those that measurements support; it gives bead_conduction, "
+                            "dispersion, drag, bed.porosity_model and bed.bulk_porosity where they are left open", CLOSURES,
+                            THESIS),
+        "bead_conduction": _choice("conduction by the beads: side by side with the fluid, or as the bed at rest conducts",
+                                   BEAD_CONDUCTION_LAWS, _THESIS["model.bead_conduction"]),
+        "dispersion": _choice("mixing of heat by the flow between the beads, beside eddies the larger of the two",
+                              DISPERSION_LAWS, _THESIS["model.dispersion"]),
+        "drag": _choice("resistance of the beads", DRAG_LAWS, _THESIS["model.drag"]),
     },
     "solver": {
         "axial_cells": Key("integer", "cells along the flow; default from the expected width of the front, at least 18", low=2,

@@ -12,6 +12,7 @@ from ..laws import registry
 from ..laws.porosity import POROSITY_MODELS, LawPorosity, Porosity
 from ..laws.porosity_profile import PorosityProfile
 from .checks import check_together
+from .closures import completed
 from .geometries import GEOMETRIES
 from .keys import checked_names, checked_values, full_names, unknown
 from .language import KEYS
@@ -77,7 +78,7 @@ class Scene:
         )
         if (path := extensions["extensions"]["python"]) is not None:
             registry.load_file(path)
-        values = checked_values(found["_given"], KEYS, base, found["source"])
+        values = checked_values(completed(found["_given"]), KEYS, base, found["source"])
         found |= {table: Table(table, content) for table, content in values.items()}
         found["file_digests"] = {
             f"{table}.{name}": hashlib.sha256(value.read_bytes()).hexdigest()

@@ -20,7 +20,7 @@ from ..equations.medium import Bed, FluidState, rev_vector
 from ..equations.openings import Opening
 from ..laws import bead_interior
 from ..laws.functions import Value
-from ..laws.materials import ConstantDensity
+from ..laws.materials import ConstantDensity, Solid
 from ..mesh import domain as geometry
 from ..mesh import fenicsx
 from ..mesh.aliases import Communicator
@@ -79,13 +79,16 @@ def build_medium(specs: Specs, domain: Domain, estimates: Estimates, size: BedSi
     bead_diameter = constant(specs.mesh.bead_diameter)
     bed = Bed(
         specs.porosity.over(domain.wall_distance, bead_diameter, constant, lambda f: _at_nodes(domain, f)),
+        constant(specs.porosity.bulk_porosity),
         domain.wall_distance,
         bead_diameter,
         with_constants(laws.beads, domain),
         laws.drag,
         laws.nusselt,
         _rev_vector(specs, domain),
-        laws.conductivity,
+        laws.bead_conduction,
+        laws.dispersion,
+        constant(specs.heat.emissivity) if specs.heat.emissivity else 0.0,
     )
     fluid = FluidState(with_constants(laws.fluid, domain), constant(flow.outlet_pressure))
     if isinstance(laws.fluid.density, ConstantDensity):
@@ -205,6 +208,7 @@ def _energy_equations(specs: Specs, medium: Medium, flow: Flow) -> EnergyEquatio
         exchange_factor=domain.constant(heat.exchange_factor),
         straight=domain.straight,
         opening=flow.inlet,
+        touching=domain.interface_measure(QUADRATURE_DEGREE),
         interior=_bead_interior(specs, medium),
     )
 
@@ -257,6 +261,8 @@ def with_constants(material: Any, domain: Domain) -> Any:
         for name, law in material.laws().items()
         if hasattr(law, "coefficients")
     }
+    if isinstance(material, Solid):
+        laws["contact_flattening"] = domain.constant(material.contact_flattening)
     return replace(material, **laws)
 
 

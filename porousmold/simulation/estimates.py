@@ -8,6 +8,7 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from ..laws.conductivity import Anisotropic, LocalBed, added, core_dispersion, stagnant_conductivity
 from ..laws.nusselt import bead_reynolds_number, prandtl_number, specific_surface
 from ..scene.geometries import BedSize
 from .specs import Specs
@@ -26,6 +27,8 @@ LEAST_END_LENGTH = 1e-3
 class Estimates:
     """Of the developed flow in the middle of the bed at the inlet temperature (SI units).
 
+    `conduction_ratio` is what the beads conduct by the scene's law over what measurements give for the whole bed across the flow.
+
     `front_width` is the standard deviation (m) of the thermal front at the outlet, `wall_time` that (s) in which the wall
     follows the bed, `end_length` that over which the wall's insulated end at the outlet is felt along it.
     """
@@ -37,6 +40,7 @@ class Estimates:
     reynolds_number: float
     exchange_coefficient: float
     bead_biot_number: float
+    conduction_ratio: float
     first_cell: float
     wall_cells: int
     heating_duration: float
@@ -70,14 +74,16 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
     layer = math.sqrt(2.0 * fluid.viscosity * speed / gradient)
     friction_velocity = math.sqrt(gradient * layer / fluid.density)
     in_wall_units = FIRST_CELL_IN_WALL_UNITS * fluid.viscosity / (fluid.density * friction_velocity)
-    solids, temperature = 1.0 - phi, heat.inlet_temperature.values[-1]
-    beads = laws.beads
+    temperature, beads = heat.inlet_temperature.values[-1], laws.beads
     conductivity = beads.conductivity(temperature)
-    bead_heat = solids * beads.density(temperature) * beads.heat_capacity(temperature) * size.area * size.length
+    bead_heat = (1.0 - phi) * beads.density(temperature) * beads.heat_capacity(temperature) * size.area * size.length
     advection = fluid.density * phi * speed * fluid.heat_capacity
     exchange = specific_surface(phi, diameter) * coefficient
-    # dispersion of a front by the film between fluid and beads, and by conduction along the beads
-    spreading = advection / exchange + solids * conductivity / advection
+    # a front spreads by the film between fluid and beads, by conduction along the beads and by dispersion along the flow
+    core = _core(specs, fluid, speed, conductivity)
+    conduction = added(laws.bead_conduction.beads(core), laws.dispersion.formula(core))
+    along = conduction.along if isinstance(conduction, Anisotropic) else conduction
+    spreading = advection / exchange + along / advection
     wall = _wall(specs, size, coefficient, wall_nusselt_number(reynolds) * fluid.conductivity / diameter)
     return Estimates(
         speed=speed,
@@ -87,6 +93,7 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
         reynolds_number=reynolds,
         exchange_coefficient=coefficient,
         bead_biot_number=coefficient * diameter / 6.0 / conductivity,
+        conduction_ratio=_conduction_ratio(specs, core),
         first_cell=min(in_wall_units, 0.01 * diameter),
         wall_cells=wall.cells,
         end_length=wall.end_length,
@@ -95,6 +102,34 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
         length=size.length,
         heating_duration=(bead_heat + wall.heat_capacity) / (advection * size.area),
     )
+
+
+def _core(specs: Specs, fluid: "_Fluid", speed: float, bead_conductivity: float) -> LocalBed:
+    """The bed far from the wall, without eddies."""
+    diameter, temperature = specs.mesh.bead_diameter, specs.heat.inlet_temperature.values[-1]
+    return LocalBed(
+        porosity=specs.porosity.bulk_porosity,
+        wall_distance=1e3 * diameter,
+        bead_diameter=diameter,
+        density=fluid.density,
+        viscosity=fluid.viscosity,
+        heat_capacity=fluid.heat_capacity,
+        speed=speed,
+        eddy_viscosity=0.0,
+        fluid_conductivity=fluid.conductivity,
+        bead_conductivity=bead_conductivity,
+        bulk_porosity=specs.porosity.bulk_porosity,
+        core_speed=specs.porosity.bulk_porosity * speed,
+        temperature=temperature,
+        emissivity=specs.heat.emissivity,
+        contact_flattening=specs.laws.beads.contact_flattening,
+    )
+
+
+def _conduction_ratio(specs: Specs, core: LocalBed) -> float:
+    found = specs.laws.bead_conduction.beads(core)
+    across = found.across if isinstance(found, Anisotropic) else found
+    return float(across / (stagnant_conductivity(core, core.porosity) + core_dispersion(core)))
 
 
 class _Fluid(NamedTuple):

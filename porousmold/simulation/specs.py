@@ -88,6 +88,7 @@ class HeatSpec:
     two_temperatures: bool
     bead_modes: int | None
     exchange_factor: float
+    emissivity: float
     wall: WallKind
     wall_thickness: float | None
     wall_temperature: TimeSeries | None
@@ -203,6 +204,7 @@ def _heat(scene: Scene) -> HeatSpec:
         two_temperatures=model.energy == "two-temperature",
         bead_modes=model.bead_modes,
         exchange_factor=model.exchange_factor,
+        emissivity=scene.bed.emissivity,
         wall=model.wall,
         wall_thickness=scene.wall.thickness,
         wall_temperature=operation.wall_temperature,

@@ -6,6 +6,7 @@ of the earlier stages' rates K_j, by Newton's method with a new Jacobian as ofte
 """
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ import ufl
 from dolfinx import fem
 from numpy.typing import NDArray
 
-from ..equations.energy import EnergyEquations, Transport
+from ..equations.energy import EnergyEquations
 from ..equations.flow import FlowState
 from ..errors import SolveError
 from ..laws.functions import Value
@@ -72,7 +73,7 @@ class CoupledTransient:
         )
         live = energy(state, temperature)
         carried = live.transport(temperature, heat.frozen.streamline.monotone)
-        transport = Transport(carried.advection, carried.conduction, carried.exchange, heat.frozen.streamline)
+        transport = replace(carried, streamline=heat.frozen.streamline)
         rates = [self._inverse_step * (now[part] - before[part]) for part in (count, -1)]
         warming = live.outflow_of_heat(temperature, beads, test, bead_test, transport)
         warming += live.heating_rate(temperature, beads, rates, test, bead_test)

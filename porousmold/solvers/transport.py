@@ -35,7 +35,7 @@ class FrozenTransport:
             (fem.Function(cells), fenicsx.compiled_expression(expression, cells))
             for expression in (along.fitting, along.exchange)
         ]
-        given = [along.reach, along.upwind, transport.advection, transport.conduction]
+        given = [along.reach, along.upwind, transport.advection, transport.conduction, transport.bead_conduction]
         given += [transport.exchange] if transport.exchange is not None else []
         self._points = [fenicsx.PointValues(domain.mesh, expression, quadrature_degree) for expression in given]
         reach, upwind, *points = (point.value for point in self._points)
@@ -49,8 +49,8 @@ class FrozenTransport:
             equations.coordinates.from_middle,
             along.across,
         )
-        advection, conduction, *exchanged = points
-        self.frozen = Transport(advection, conduction, exchanged[0] if exchanged else None, streamline)
+        advection, conduction, bead_conduction, *exchanged = points
+        self.frozen = Transport(advection, conduction, bead_conduction, exchanged[0] if exchanged else None, streamline)
 
     def renew(self) -> None:
         """Take the values of the present flow and temperature."""

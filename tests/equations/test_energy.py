@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import ufl
 from dolfinx import fem
+from mpi4py import MPI
 from scipy.integrate import quad
 from scipy.special import i0e
 
@@ -14,7 +15,12 @@ from porousmold.equations.energy import EnergyEquations, OuterWall
 from porousmold.equations.flow import FlowState
 from porousmold.equations.stabilisation import flux_density
 from porousmold.laws.bead_interior import eigenvalues
-from porousmold.laws.conductivity import Anisotropic, ConductivityLaw
+from porousmold.laws.conductivity import (
+    BEAD_CONDUCTION_LAWS,
+    Anisotropic,
+    BeadConduction,
+    Dispersion,
+)
 from porousmold.laws.functions import exp
 from porousmold.mesh import domain as geometry
 from porousmold.mesh import fenicsx
@@ -54,6 +60,7 @@ def energy_equations(domain, flow, state, *, wall=None, inlet_temperature=1.0, o
         domain.nodal_measure()(geometry.BED),
         dx(geometry.WALL),
         domain.nodal_measure()(geometry.WALL),
+        touching=domain.interface_measure(DEGREE),
     )
 
 
@@ -70,7 +77,8 @@ def steady(domain, equations, *, sources=(0.0, 0.0), exact=(None, None), held_bo
             unknown.x.array[fenicsx.collapse(space, part)[1]] = field
         else:
             fill_part(unknown, part, field)
-        constrained += [fem.locate_dofs_topological(space.sub(part), 1, domain.facets(tag)) for tag in held_boundaries]
+        facets, across = domain.mesh.topology.dim - 1, space.sub(part)
+        constrained += [fem.locate_dofs_topological(across, facets, domain.facets(tag)) for tag in held_boundaries]
     parts, tests = ufl.split(unknown), ufl.TestFunctions(space)
     dx = domain.cell_measure(DEGREE)
     frozen = FrozenTransport(domain, equations, equations.flow_temperature, DEGREE)
@@ -87,32 +95,41 @@ def steady(domain, equations, *, sources=(0.0, 0.0), exact=(None, None), held_bo
 
 
 def tensors(along, across):
-    """A conductivity law whose phases conduct otherwise along the flow than across it, W/m/K."""
-    return ConductivityLaw(
-        fluid=lambda bed: Anisotropic(along * bed.porosity, across * bed.porosity),
-        beads=lambda bed: Anisotropic(0.3 * along * (1.0 - bed.porosity), 2.0 * across * (1.0 - bed.porosity)),
-        source="test",
-    )
+    """Laws by which both phases conduct otherwise along the flow than across it: the fluid's dispersion and the beads, W/m/K."""
+    return {
+        "dispersion": Dispersion(lambda bed: Anisotropic(along * bed.porosity, across * bed.porosity), "test"),
+        "bead_conduction": BeadConduction(
+            lambda bed: Anisotropic(0.3 * along * (1.0 - bed.porosity), 2.0 * across * (1.0 - bed.porosity)), "test"
+        ),
+    }
 
 
-def manufactured_errors(cells, axisymmetric, jump, law=None):
-    domain = box((cells, cells), axisymmetric=axisymmetric)
-    z, r = ufl.SpatialCoordinate(domain.mesh)
+def manufactured_errors(cells, axisymmetric, jump, laws=None, dimension=2):
+    """L2 errors of T and T_s."""
+    if dimension == 2:
+        domain = box((cells, cells), axisymmetric=axisymmetric)
+        (z, r), sideways = ufl.SpatialCoordinate(domain.mesh), 0.0
+    else:
+        sides = geometry.Across.to_wall(np.linspace(0.0, 1.0, cells + 1), [])
+        nodes = np.linspace(0.0, 1.0, cells + 1)
+        domain = geometry.straight_bed(MPI.COMM_SELF, nodes, [sides, sides], axisymmetric=False)
+        z, r, third = ufl.SpatialCoordinate(domain.mesh)
+        sideways = 0.2 * third * (1.0 - third)
     if jump:  # two layers; both fields are flat in r at the jump, so that the fluxes are continuous
         phi = ufl.conditional(ufl.lt(r, 0.5), 0.4, 0.8)
         across = ufl.cos(2.0 * np.pi * r)
     else:
-        phi = 0.4 + 0.5 * exp(-3.0 * domain.wall_distance)
-        across = ufl.cos(np.pi * r)
+        phi = 0.4 + 0.5 * exp(-3.0 * (1.0 - r))
+        across = ufl.cos(np.pi * r) * (1.0 if dimension == 2 else ufl.cos(np.pi * third))
     fluid, beads = liquid(heat_capacity=1.0, conductivity=0.5), solid(conductivity=0.8)
     flow = flow_equations(domain, phi, fluid=fluid, beads=beads, equations=GivenFlow)
-    velocity = ufl.as_vector([1.0 - 0.5 * r**2, 0.0 * r if law is None else 0.4 * r])
+    velocity = ufl.as_vector([1.0 - 0.5 * r**2, 0.0 * r if laws is None else 0.4 * r, sideways][:dimension])
     state = FlowState(velocity, 0.0 * z)
     of_fluid, of_beads = 0.5 * phi, 0.8 * (1.0 - phi)
-    if law is not None:
-        flow = replace(flow, bed=replace(flow.bed, conductivity=law))
+    if laws is not None:
+        flow = replace(flow, bed=replace(flow.bed, **laws))
     equations = energy_equations(domain, flow, state)
-    if law is not None:
+    if laws is not None:
         of_fluid, of_beads = equations.fluid_conduction(300.0), equations.bead_conduction(300.0)
     fluid_temperature = 2.0 + ufl.sin(np.pi * z) * across
     bead_temperature = 2.0 + ufl.cos(np.pi * z) * across
@@ -153,15 +170,22 @@ def test_second_order_with_tensors(axisymmetric):
         assert observed_orders(errors[:, field])[-1] > 1.85
 
 
+def test_second_order_with_tensors_in_three_dimensions():
+    errors = np.array([manufactured_errors(cells, False, False, tensors(1.5, 0.3), 3) for cells in (6, 12)])
+    for field in range(2):
+        assert observed_orders(errors[:, field])[-1] > 1.8
+
+
 def test_a_tensor_of_equal_parts_is_the_number():
     """Whatever the flow's direction: the same errors as with the law that gives numbers."""
-    same = ConductivityLaw(
-        fluid=lambda bed: Anisotropic(*(0.5 * bed.porosity,) * 2),
-        beads=lambda bed: Anisotropic(*(0.8 * (1.0 - bed.porosity),) * 2),
-        source="test",
-    )
-    number = replace(same, fluid=lambda bed: 0.5 * bed.porosity, beads=lambda bed: 0.8 * (1.0 - bed.porosity))
-    tensor, plain = (manufactured_errors(8, False, False, law) for law in (same, number))
+
+    def laws(shape):
+        return {
+            "dispersion": Dispersion(lambda bed: shape(0.5 * bed.porosity), "test"),
+            "bead_conduction": BeadConduction(lambda bed: shape(0.8 * (1.0 - bed.porosity)), "test"),
+        }
+
+    tensor, plain = (manufactured_errors(8, False, False, laws(s)) for s in (lambda k: Anisotropic(k, k), lambda k: k))
     assert tensor == pytest.approx(plain, rel=1e-9)
 
 
@@ -202,6 +226,59 @@ def test_composite_wall(axisymmetric):
     nodes = subspace.tabulate_dof_coordinates()
     node = np.argmin(np.hypot(nodes[:, 0] - place[0], nodes[:, 1] - place[1]))
     assert unknown.x.array[numbers][node] == pytest.approx(expected, abs=0.02 if axisymmetric else 1e-6)
+
+
+def bed_at_rest(domain, law, wall=None, outer=None):
+    """Energy equations of a fluid at rest between beads of 50 times its conductivity, at one porosity."""
+    fluid, beads = liquid(conductivity=0.5, viscosity=1.0), solid(conductivity=25.0)
+    flow = flow_equations(domain, fem.Constant(domain.mesh, 0.4), fluid=fluid, beads=beads, equations=GivenFlow)
+    flow = replace(flow, bed=replace(flow.bed, bead_conduction=BEAD_CONDUCTION_LAWS[law]))
+    return energy_equations(domain, flow, at_rest(domain), wall=wall, outer=outer)
+
+
+def nodal_parts(unknown):
+    """(height, T, T_s) at the nodes."""
+    height = unknown.function_space.sub(0).collapse()[0].tabulate_dof_coordinates()[:, 1]
+    return height, *(unknown.x.array[fenicsx.collapse(unknown.function_space, part)[1]] for part in (0, 1))
+
+
+def test_the_bed_at_rest_takes_the_walls_temperature():
+    """Heat crosses a bed at rest as one slab of lambda_0 where its conduction ends at the wall; as published the beads stay
+    behind, as all heat has to come to them through the film."""
+    domain = box((2, 16))
+    lag = {}
+    for law in ("zehner-bauer-schluender", "bulk"):
+        equations = bed_at_rest(domain, law)
+        ds = domain.facet_measure(DEGREE)
+        number = [fem.Constant(domain.mesh, value) for value in (1e6, 400.0)]
+        equations = replace(
+            equations, outer=OuterWall(ds(geometry.INTERFACE), coefficient=number[0], ambient=number[1])
+        )
+        unknown, _ = steady(domain, equations, exact=(300.0, 300.0), held_boundaries=(geometry.SYMMETRY,))
+        height, *temperatures = nodal_parts(unknown)
+        linear = 300.0 + 100.0 * height
+        lag[law] = [float(np.max(np.abs(found - linear))) for found in temperatures]
+    assert max(lag["zehner-bauer-schluender"]) < 5e-3
+    assert lag["bulk"][1] > 1.0
+
+
+@pytest.mark.parametrize("axisymmetric", [False, True])
+def test_a_resolved_wall_passes_its_heat_to_the_whole_bed(axisymmetric):
+    """The interface's temperature follows from the resistances of wall and bed, lambda_0."""
+    domain = box((2, 32), axisymmetric=axisymmetric, wall=0.25, wall_cells=8)
+    ds, number = domain.facet_measure(DEGREE), [fem.Constant(domain.mesh, value) for value in (3.0, 400.0)]
+    outer = OuterWall(ds(geometry.OUTER), coefficient=number[0], ambient=number[1])
+    equations = bed_at_rest(domain, "zehner-bauer-schluender", wall=solid(conductivity=2.0), outer=outer)
+    held = (geometry.INLET, geometry.OUTLET) if axisymmetric else (geometry.SYMMETRY,)
+    unknown, _ = steady(domain, equations, exact=(300.0, 300.0), held_boundaries=held)
+    height, temperature, beads = nodal_parts(unknown)
+    here = np.isclose(height, 1.0)
+    assert beads[here] == pytest.approx(temperature[here], abs=1e-3)
+    if not axisymmetric:
+        fluid, bead_part = equations.fluid_conduction(300.0), equations.bead_conduction(300.0)
+        total = fem.assemble_scalar(fenicsx.compiled_form((fluid + bead_part) * domain.cell_measure(2)(geometry.BED)))
+        flux = 100.0 / (1.0 / total + 0.25 / 2.0 + 1.0 / 3.0)
+        assert temperature[here] == pytest.approx(300.0 + flux / total, abs=0.01)
 
 
 def schumann(ratio, time):

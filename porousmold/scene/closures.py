@@ -1,0 +1,61 @@
+"""Two named sets of closures: the thesis's, and those that measurements support.
+
+| key                     | `thesis`  | `measured`              |
+|-------------------------|-----------|-------------------------|
+| `model.bead_conduction` | bulk      | zehner-bauer-schluender |
+| `model.dispersion`      | none      | winterberg-tsotsas      |
+| `model.drag`            | macdonald | kta                     |
+| `bed.porosity_model`    | hunt-tien | hunt-tien-spheres       |
+| `bed.bulk_porosity`     | 0.4       | 0.383                   |
+
+Measured: a bed at rest conducts a fifth of the bulk's (ceramic beads in air) to a fiftieth (steel); heat crosses a flow by mixing
+even where it is laminar; the inertial drag falls with the Reynolds number; poured spheres have this mean void fraction (Dixon;
+Benyahia and O'Neill).
+
+A set gives the values of keys that the scene leaves open; a key that is set wins, and the run says so. `docs/validation.md` holds
+both against measurements.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+THESIS = "thesis"
+CLOSURES: Mapping[str, Mapping[str, Any]] = {
+    THESIS: {
+        "model.bead_conduction": "bulk",
+        "model.dispersion": "none",
+        "model.drag": "macdonald",
+        "bed.porosity_model": "hunt-tien",
+        "bed.bulk_porosity": 0.4,
+    },
+    "measured": {
+        "model.bead_conduction": "zehner-bauer-schluender",
+        "model.dispersion": "winterberg-tsotsas",
+        "model.drag": "kta",
+        "bed.porosity_model": "hunt-tien-spheres",
+        "bed.bulk_porosity": 0.383,
+    },
+}
+
+
+def completed(tables: Mapping[str, Any]) -> dict[str, Any]:
+    """The tables of a scene with what its set of closures gives where they leave it open."""
+    result = dict(tables)
+    chosen = tables.get("model", {}).get("closures", THESIS)
+    for full_name, value in (CLOSURES.get(chosen, {}) if isinstance(chosen, str) else {}).items():
+        table, name = full_name.split(".")
+        result[table] = {name: value, **result.get(table, {})}
+    return result
+
+
+def departures(scene: Any) -> dict[str, Any]:
+    """{"table.key": value} of what a scene has otherwise than its set of closures."""
+    values = {name: _value(scene, name) for name in CLOSURES[scene.model.closures]}
+    if scene.bed.porosity_profile is not None:
+        values["bed.porosity_model"] = "bed.porosity_profile"
+    return {name: value for name, value in values.items() if value != CLOSURES[scene.model.closures][name]}
+
+
+def _value(scene: Any, full_name: str) -> Any:
+    table, name = full_name.split(".")
+    return getattr(getattr(scene, table), name)
