@@ -5,7 +5,7 @@ export OMP_NUM_THREADS := 1
 MPIRUN := mpirun --oversubscribe $(if $(filter 0,$(shell id -u)),--allow-run-as-root)
 PARTS := 3
 
-.PHONY: heat test test-quick test-fast test-heavy test-mpi check install tables packing speed-against-error hard-cases random-scenes accuracy regression regression-store sweep growth figures chapter-6 bead-interior permeability kill-test fuzz-test test-debian13 clean
+.PHONY: heat test test-quick test-fast test-heavy test-mpi check install tables packing speed-against-error hard-cases random-scenes accuracy regression regression-store sweep growth figures chapter-6 bead-interior permeability validation kill-test fuzz-test test-debian13 clean
 
 heat: .venv/installed  ## heat the aluminium mold: summary and pictures in runs/aluminium
 	$(PYTHON) -m porousmold run studies/mold/aluminium.toml --out runs/aluminium
@@ -67,6 +67,9 @@ chapter-6: .venv/installed  ## the thesis's chapter 6, term by term: docs/chapte
 
 bead-interior: .venv/installed  ## beads that are not isothermal: docs/bead-interior.md
 	$(PYTHON) -m studies.bead_interior
+
+validation: .venv/installed  ## the closures against measurements: docs/validation.md (minutes)
+	$(PYTHON) -m studies.validation
 
 permeability: .venv/installed  ## falling-head tests of known permeability: docs/permeability.md
 	$(PYTHON) -m studies.permeability_tests

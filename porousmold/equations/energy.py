@@ -7,8 +7,7 @@ r"""Weak form of the two-temperature energy equations with a conjugate wall.
 The conductivities K_f, K_s per total volume are those of `laws.conductivity`; as published K_f = phi (lambda_f + C_f mu_t/Pr_t)
 and K_s = (1-phi) lambda_s. One continuous field T is T_f in the bed and T_w in the wall, which gives T_f = T_w and the balance of
 fluxes at the interface. As published no flux enters the wall from the beads. Where K_f and K_s share the conductivity of the
-whole bed at rest, both end at the wall: T_s = T_w there, held by a coefficient `TOUCHING` lambda_f/d, whose resistance is 10^-4
-of any bed's. As that conduction crosses both phases it has no REV term: b is (phi_V - phi_A) grad V/V, and both are 1 for the
+whole bed, beads at rest take the wall's temperature (`laws.conductivity`). As that conduction crosses both phases it has no REV term: b is (phi_V - phi_A) grad V/V, and both are 1 for the
 whole volume.
 
 The fluid's heat comes in with the flow (Danckwerts): - int (rho phi u.n)(h(T) - h(T_in)) v ds over the inlet, h the
@@ -32,7 +31,7 @@ from typing import Any
 import ufl
 
 from ..laws.bead_interior import overall_coefficient
-from ..laws.conductivity import Anisotropic, LocalBed, added
+from ..laws.conductivity import Anisotropic, LocalBed, added, wall_coefficient
 from ..laws.functions import Value
 from ..laws.materials import Solid
 from ..laws.nusselt import prandtl_number, specific_surface
@@ -42,9 +41,6 @@ from .flow import FlowEquations
 from .medium import Bed
 from .openings import Opening, flux_given
 from .stabilisation import Streamline, flux_density
-
-TOUCHING = 1e6
-"""Coefficient over lambda_f/d that holds the beads at the wall's temperature."""
 
 
 @dataclass(frozen=True)
@@ -79,6 +75,21 @@ class ThinWall:
 
 
 @dataclass(frozen=True)
+class Interface:
+    """The facets between bed and wall: `measure` is over the interior facets where the wall has cells (then `in_bed` is 1 in the
+    bed's cells and 0 in the wall's), else over the bed's boundary."""
+
+    measure: ufl.Measure
+    in_bed: Any
+
+    def integral(self, of_bed: Value, elsewhere: Value) -> Value:
+        """Of `of_bed`, taken on the bed's side, times `elsewhere`, which is the same on both sides."""
+        if self.measure.integral_type() == "interior_facet":
+            return (2.0 * ufl.avg(self.in_bed * of_bed) * ufl.avg(elsewhere)) * self.measure
+        return of_bed * elsewhere * self.measure
+
+
+@dataclass(frozen=True)
 class Transport:
     """What carries the heat in the bed: `advection` C_f phi rho u (W/m2/K), `conduction` of the fluid and `bead_conduction`
     (W/m/K per total volume), `exchange` a_v h_sf (W/m3/K; None with one temperature), and the `streamline` along which the cells
@@ -99,8 +110,7 @@ class EnergyEquations:
     the flow was solved for; `entrance` is 1 in the cells that touch the inlet, else 0; `wall` is None where the scene
     has none; `inlet` and `outlet` are facet measures, `dx_bed` and `dx_wall` cell measures, `nodes_bed` and `nodes_wall`
     those with quadrature at the nodes; `straight` tells that the flow runs along x[0], so that the cells lie along it;
-    `opening` is the flow's inlet; `touching` are the facets between bed and wall, where the wall has cells (a measure of interior
-    facets) and where not; `interior` is what the beads have inside, None where they are isothermal.
+    `opening` is the flow's inlet; `interface` is where beads touch the wall; `interior` is what the beads have inside, None where they are isothermal.
     """
 
     flow: FlowEquations
@@ -121,7 +131,7 @@ class EnergyEquations:
     exchange_factor: Any = 1.0
     straight: bool = True
     opening: Opening | None = None
-    touching: ufl.Measure | None = None
+    interface: Interface | None = None
     interior: BeadInterior | None = None
 
     @property
@@ -319,12 +329,11 @@ class EnergyEquations:
 
     def _touching(self, temperature: Value, bead_temperature: Value, test: Value, bead_test: Value) -> Value:
         """Form of the beads' contact with the wall; 0 where they are insulated from it or have the fluid's temperature."""
-        if self.touching is None or not (self.bed.bead_conduction.whole_bed and self.two_temperatures):
+        if self.interface is None or not (self.bed.bead_conduction.whole_bed and self.two_temperatures):
             return 0.0
-        coefficient = TOUCHING * self._laws.conductivity(self.flow_temperature) / self.bed.bead_diameter
-        crossing = self.coordinates.weight * coefficient * (temperature - bead_temperature) * (test - bead_test)
-        interior = self.touching.integral_type() == "interior_facet"
-        return (ufl.avg(crossing) if interior else crossing) * self.touching
+        coefficient = wall_coefficient(self._local_bed(self.flow_temperature, self.flow_temperature))
+        difference = (temperature - bead_temperature) * (test - bead_test)
+        return self.interface.integral(coefficient, self.coordinates.weight * difference)
 
     def _in_wall(self, integrand: Value, transport: Transport) -> Value:
         """Integral over the wall, in monotone cells with quadrature at the nodes."""

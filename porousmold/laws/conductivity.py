@@ -20,21 +20,19 @@ r = 4 sigma T^3 d/((2/e - 1) lambda_f) for the emissivity e,
 k_c is regular at N = 0; written with x = N kappa/B it has no small divisor (`_core_conductivity`). Published scatter +-30 % for
 kappa < 1000.
 
-**The wall.** lambda_0 is the conductivity of beads, contacts and gas together, and all of it ends at the wall: both temperatures
-are T_w there, and heat needs no film coefficient to reach the beads. How it comes through the layer next to the wall depends on
-the flow. At rest it crosses the thin gaps around the points at which beads touch the wall; Schluender's contact coefficient gives
-0.6 d/lambda_0 from the wall to the middle of the first beads, the bed of steel beads no resistance beyond its own: the bulk's
-lambda_0 up to the wall. With flow, wall heat transfer is measured as if lambda_0 followed the porosity phi -> 1 (Winterberg and
-Tsotsas; 0.5 to 0.8 d/lambda_0 more). So
+**The wall.** How heat comes through the layer next to the wall depends on the flow. At rest it crosses the thin gaps around the points
+at which beads touch the wall: Schluender's contact coefficient gives 0.6 d/lambda_0 from the wall to the middle of the first beads,
+and a measured bed of steel beads shows no resistance beyond that of the bed. So at rest the whole bed is one path that ends at the
+wall: T_s = T_w, and the bulk's lambda_0 up to there. With flow, wall heat transfer is measured as if that path were closed: lambda_0
+follows the porosity phi -> 1, the beads are insulated, and what dispersion carries through the fluid is all of it (eight
+correlation sets; a contact on top overshoots). With w = exp(-Pe_c/5), Pe_c on the superficial speed of the core,
 
-    lambda_0 = lambda_0(phi) + [lambda_0(phi_b) - lambda_0(phi)] exp(-Pe_c/10);
+    lambda_0 = lambda_0(phi) + [lambda_0(phi_b) - lambda_0(phi)] w,   heat from wall to beads h (T_w - T_s), h d/lambda_f = 10^4 w.
 
-both ends are measured, the passage between them (Re_d 0 to 40 in air) is not. Limits: without flow both temperatures follow each
-other, and the bed is one slab of lambda_0(phi_b); with fast exchange and flow the sum of both equations is that of Winterberg and
-Tsotsas; phi -> 1 at the wall gives lambda_f with flow; lambda_s = lambda_f gives lambda_f everywhere. Two other ways were tried
-against eight correlations of wall heat transfer. Beads that carry all of lambda_0, the fluid dispersion alone: 0.3 to 0.9 of the
-measurements above Re_d = 400, as heat has to cross the film twice. Beads insulated from the wall: within the measurements with
-flow, but a bed at rest stays cold.
+Both ends are measured, the passage between them (Re_d 0 to 40 in air) is not. Limits: without flow both temperatures follow each
+other, and the bed is one slab of lambda_0(phi_b), held at T_w within 0.002 d of its thickness; with fast exchange the sum of both
+equations is that of Winterberg and Tsotsas with one temperature; phi -> 1 at the wall gives lambda_f with flow;
+lambda_s = lambda_f gives lambda_f everywhere.
 
 | `model.dispersion`        | across the flow                              | along it |
 |---------------------------|----------------------------------------------|----------|
@@ -43,9 +41,8 @@ flow, but a bed at rest stays cold.
 | `winterberg-tsotsas-axial`| the same                                     | the larger of that and Pe/2 lambda_f |
 
 (Winterberg, Tsotsas, Krischke, Vortmeyer, Chem. Eng. Sci. 55 (2000) 967-979): K_1 = 1/8, f = min(y/(K_2 d), 1)^2,
-K_2 = 0.44 + 4 exp(-Re_d/70). Pe is on the superficial speed u_c of the core, as theirs: here the speed that the local pressure
-gradient drives at the bulk porosity (`FlowEquations.core_speed`), as a curved bed has it, too. Their Re_d is on the mean speed,
-here on the local one. Eddies and dispersion are two descriptions of the same mixing: their sum is 14 to 18 % above measured heat
+K_2 = 0.44 + 4 exp(-Re_d/70). Their Pe is on the core's speed and their Re_d on the mean one, of a model with one temperature; here
+both are local, which a curved bed has as well, and with two temperatures comes closer to the measurements. Eddies and dispersion are two descriptions of the same mixing: their sum is 14 to 18 % above measured heat
 transfer, the larger of the two is not. Fitted for D/d >= 4, Pe <= 1e4.
 
 A law gives a number or, where conduction along and across the flow differ, `Anisotropic`.
@@ -61,8 +58,10 @@ from .turbulence import PRANDTL_TURBULENT
 
 STEFAN_BOLTZMANN = 5.670374419e-8
 """W/m2/K4."""
-REST = 10.0
+REST = 5.0
 """Pe of the core above which the gaps at the wall count as swept by the flow."""
+TOUCHING = 1e4
+"""h d/lambda_f between the wall and beads at rest: its resistance is that of 0.002 bead diameters of any bed."""
 LEAST_SOLIDS = 1e-6
 """Share of the volume below which the beads leave no trace in lambda_0: 1 - sqrt(1e-6) of the section is fluid."""
 
@@ -178,11 +177,21 @@ def stagnant_conductivity(bed: LocalBed, porosity: Value) -> Value:
     return bed.fluid_conductivity * at_rest
 
 
-def conductivity_up_to_the_wall(bed: LocalBed) -> Value:
-    """lambda_0(phi) + [lambda_0(phi_b) - lambda_0(phi)] exp(-Pe/`REST`), W/m/K, with Pe on the core's superficial speed."""
-    local, core = stagnant_conductivity(bed, bed.porosity), stagnant_conductivity(bed, bed.bulk_porosity)
+def rest(bed: LocalBed) -> Value:
+    """w = exp(-Pe_c/`REST`): 1 where the fluid rests, 0 where it flows."""
     peclet = bed.density * bed.heat_capacity * bed.core_speed * bed.bead_diameter / bed.fluid_conductivity
-    return local + (core - local) * exp(-peclet / REST)
+    return exp(-peclet / REST)
+
+
+def conductivity_up_to_the_wall(bed: LocalBed) -> Value:
+    """lambda_0(phi) + [lambda_0(phi_b) - lambda_0(phi)] w, W/m/K."""
+    local, core = stagnant_conductivity(bed, bed.porosity), stagnant_conductivity(bed, bed.bulk_porosity)
+    return local + (core - local) * rest(bed)
+
+
+def wall_coefficient(bed: LocalBed) -> Value:
+    """h between the wall and the beads of a whole bed, W/m2/K."""
+    return TOUCHING * rest(bed) * bed.fluid_conductivity / bed.bead_diameter
 
 
 def _core_conductivity(ratio: Value, shape: Value, radiation: Value) -> Value:
@@ -211,7 +220,7 @@ def _logarithm_remainder(x: Value) -> Value:
 
 def core_dispersion(bed: LocalBed) -> Value:
     """K_1 Pe lambda_f of Winterberg and Tsotsas, W/m/K: across the flow far from the wall."""
-    return bed.density * bed.heat_capacity * bed.core_speed * bed.bead_diameter / 8.0
+    return bed.peclet_number / 8.0 * bed.fluid_conductivity
 
 
 def _transverse(bed: LocalBed) -> Value:

@@ -86,6 +86,12 @@ class Domain:
         cells.x.array[fenicsx.dof_table(cells.function_space)[:, 0]] = touched
         return cells
 
+    def in_bed(self) -> Any:
+        """Function that is 1 in the bed's cells, else 0."""
+        cells = fem.Function(fenicsx.cell_constant_space(self.mesh))
+        cells.x.array[fenicsx.dof_table(cells.function_space)[self.cells(BED), 0]] = 1.0
+        return cells
+
     def cell_measure(self, quadrature_degree: int) -> Any:
         """dx with the regions' tags as subdomains."""
         metadata = {"quadrature_degree": quadrature_degree}

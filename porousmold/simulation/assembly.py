@@ -14,7 +14,7 @@ from dolfinx import fem
 from ..equations.bead_interior import BeadInterior
 from ..equations.coordinates import Coordinates
 from ..equations.developed import CarriedByStreamfunction
-from ..equations.energy import EnergyEquations, ThinWall
+from ..equations.energy import EnergyEquations, Interface, ThinWall
 from ..equations.flow import FlowEquations, FlowScales
 from ..equations.medium import Bed, FluidState, rev_vector
 from ..equations.openings import Opening
@@ -208,7 +208,7 @@ def _energy_equations(specs: Specs, medium: Medium, flow: Flow) -> EnergyEquatio
         exchange_factor=domain.constant(heat.exchange_factor),
         straight=domain.straight,
         opening=flow.inlet,
-        touching=domain.interface_measure(QUADRATURE_DEGREE),
+        interface=Interface(domain.interface_measure(QUADRATURE_DEGREE), domain.in_bed()),
         interior=_bead_interior(specs, medium),
     )
 

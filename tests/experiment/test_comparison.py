@@ -45,6 +45,16 @@ def test_deviations_are_those_of_eq_7_30(folder):
     assert (folder / "comparison.png").is_file()
 
 
+def test_measurements_may_come_in_several_files(folder, capsys):
+    for name, value in (("a", 31.85), ("b", 34.85)):
+        (folder / f"{name}.csv").write_text(f"time [s], {name} [degC]\n5.0, {value}\n")
+    files = [str(folder / f"{name}.csv") for name in ("a", "b")]
+    assert main(["compare", str(folder), *files]) == 0
+    assert set(json.loads((folder / "comparison.json").read_text())["sensors"]) == {"a", "b"}
+    assert main(["compare", str(folder), *files, files[0]]) == 2
+    assert "a second time" in capsys.readouterr().err
+
+
 def test_uncertainties_are_those_of_place_and_bounds(folder):
     """b: 0.5 mm x 2 K/mm and 1.5 K between the runs, with 1.1 K of the sensor within hypot(1.1, 1.0, 1.5) = 2.11 K."""
     measured = folder / "measured.csv"

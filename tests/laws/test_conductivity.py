@@ -14,6 +14,7 @@ from porousmold.laws.conductivity import (
     LocalBed,
     added,
     stagnant_conductivity,
+    wall_coefficient,
 )
 
 CERAMIC_IN_AIR = LocalBed(
@@ -96,10 +97,13 @@ def test_both_phases_share_the_whole_bed(phi, kappa):
 
 
 def test_the_wall_is_reached_at_rest_and_its_layer_resists_with_flow():
-    """Pe = 0: as in the core up to the wall. Pe >> 10: lambda_f at the wall, where there are no beads."""
+    """Pe = 0: as in the core up to the wall, and beads at its temperature. Pe = 200: lambda_f at the wall, beads insulated."""
     at_wall = replace(CERAMIC_IN_AIR, porosity=1.0)
-    assert WHOLE.formula(replace(at_wall, core_speed=0.0)) == pytest.approx(WHOLE.formula(CERAMIC_IN_AIR))
-    assert WHOLE.formula(replace(at_wall, core_speed=1.0)) == pytest.approx(0.026, rel=1e-5)
+    still, flowing = replace(at_wall, core_speed=0.0), replace(at_wall, core_speed=1.0)
+    assert WHOLE.formula(still) == pytest.approx(WHOLE.formula(CERAMIC_IN_AIR))
+    assert WHOLE.formula(flowing) == pytest.approx(0.026, rel=1e-5)
+    assert wall_coefficient(still) > 1e3 * WHOLE.formula(still) / 5e-3
+    assert wall_coefficient(flowing) < 1e-3 * WHOLE.formula(still) / 5e-3
 
 
 def test_dispersion_is_the_larger_of_pe_over_8_and_eddies():

@@ -1,0 +1,1 @@
+"""The closures against measurements: correlations of experiments (`correlations`), the program's beds (`beds`), the page (`__main__`)."""
