@@ -39,8 +39,8 @@ def median(re, n):
 
 @pytest.mark.parametrize(("n", "re"), [(10, 100), (10, 420), (15, 1500), (20, 200), (30, 1000), (30, 3000)])
 def test_heat_transfer_of_the_measured_closures(n, re):
-    """Overall, from a wall of fixed temperature: 0.88 to 1.09 of the median of eight correlation sets at all 32 points of the page
-    (1.083 at N = 30, Re = 3000, 1.08 and less elsewhere), of Li and Finlayson's alone 0.80 to 1.35 in their range."""
+    """Overall, from a wall of fixed temperature: 0.88 to 1.09 of the median of eight correlation sets at all 32 points of the
+    page (1.083 at N = 30, Re = 3000, 1.08 and less elsewhere), of Li and Finlayson's alone 0.80 to 1.35 in their range."""
     found = Bed.of(re, n, MEASURED).overall_nusselt_number()
     assert 0.88 < found / median(re, n) < 1.09
     if n <= 20:
@@ -82,7 +82,7 @@ def test_pressure_drop_of_the_thesis():
 
 
 def test_the_programs_energy_equation_gives_the_same_heat_transfer():
-    """The page's heat transfer is that of a section; beds of two lengths give it within 1.5 % (they conduct along the flow, too)."""
+    """The page's is that of a section; beds of two lengths give it within 1.5 % (they conduct along the flow, too)."""
     for settings in ({}, MEASURED):
         section = Bed.of(420, 10, settings).overall_nusselt_number()
         assert run_along(420, 10, settings, (0.6, 1.2)) == pytest.approx(section, rel=0.015)

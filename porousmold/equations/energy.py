@@ -5,10 +5,10 @@ r"""Weak form of the two-temperature energy equations with a conjugate wall.
     wall:  rho_w C_w dT_w/dt = div(lambda_w grad T_w)
 
 The conductivities K_f, K_s per total volume are those of `laws.conductivity`; as published K_f = phi (lambda_f + C_f mu_t/Pr_t)
-and K_s = (1-phi) lambda_s. One continuous field T is T_f in the bed and T_w in the wall, which gives T_f = T_w and the balance of
-fluxes at the interface. As published no flux enters the wall from the beads. Where K_f and K_s share the conductivity of the
-whole bed, beads at rest take the wall's temperature (`laws.conductivity`). As that conduction crosses both phases it has no REV term: b is (phi_V - phi_A) grad V/V, and both are 1 for the
-whole volume.
+and K_s = (1-phi) lambda_s. One continuous field T is T_f in the bed and T_w in the wall, which gives T_f = T_w and the balance
+of fluxes at the interface. As published no flux enters the wall from the beads. Where K_f and K_s share the conductivity of the
+whole bed, beads at rest take the wall's temperature (`laws.conductivity`). As that conduction crosses both phases it has no REV
+term: b is (phi_V - phi_A) grad V/V, and both are 1 for the whole volume.
 
 The fluid's heat comes in with the flow (Danckwerts): - int (rho phi u.n)(h(T) - h(T_in)) v ds over the inlet, h the
 enthalpy. Fixing the inlet's nodes instead would heat a conducting wall through their common corner (4 % of the
@@ -83,22 +83,23 @@ class Interface:
     in_bed: Any
 
     def integral(self, of_bed: Value, elsewhere: Value) -> Value:
-        """Of `of_bed`, taken on the bed's side, times `elsewhere`, which is the same on both sides."""
+        """Of `of_bed`, constant in each of the bed's cells and 0 in the wall's, times `elsewhere`, the same on both sides."""
         if self.measure.integral_type() == "interior_facet":
-            return (2.0 * ufl.avg(self.in_bed * of_bed) * ufl.avg(elsewhere)) * self.measure
+            return (2.0 * ufl.avg(of_bed) * ufl.avg(elsewhere)) * self.measure
         return of_bed * elsewhere * self.measure
 
 
 @dataclass(frozen=True)
 class Transport:
     """What carries the heat in the bed: `advection` C_f phi rho u (W/m2/K), `conduction` of the fluid and `bead_conduction`
-    (W/m/K per total volume), `exchange` a_v h_sf (W/m3/K; None with one temperature), and the `streamline` along which the cells
-    are upwinded."""
+    (W/m/K per total volume), `exchange` a_v h_sf (W/m3/K; None with one temperature), `touching` (W/m2/K) between beads and the
+    wall, a constant of each cell (None where beads are insulated), and the `streamline` along which the cells are upwinded."""
 
     advection: Any
     conduction: Any
     bead_conduction: Any
     exchange: Any
+    touching: Any
     streamline: Streamline
 
 
@@ -106,11 +107,12 @@ class Transport:
 class EnergyEquations:
     """Forms of the energy balance for given flow fields.
 
-    `flow` with `flow_state` (velocity, pressure, k, epsilon with units) and `flow_temperature`, the temperature (K) that
-    the flow was solved for; `entrance` is 1 in the cells that touch the inlet, else 0; `wall` is None where the scene
-    has none; `inlet` and `outlet` are facet measures, `dx_bed` and `dx_wall` cell measures, `nodes_bed` and `nodes_wall`
-    those with quadrature at the nodes; `straight` tells that the flow runs along x[0], so that the cells lie along it;
-    `opening` is the flow's inlet; `interface` is where beads touch the wall; `interior` is what the beads have inside, None where they are isothermal.
+    `flow` with `flow_state` (velocity, pressure, k, epsilon with units) and `flow_temperature`, the temperature (K) that the
+    flow was solved for; `entrance` is 1 in the cells that touch the inlet, else 0; `wall` is None where the scene has none;
+    `inlet` and `outlet` are facet measures, `dx_bed` and `dx_wall` cell measures, `nodes_bed` and `nodes_wall` those with
+    quadrature at the nodes; `straight` tells that the flow runs along x[0], so that the cells lie along it; `opening` is the
+    flow's inlet; `interface` is where beads touch the wall; `interior` is what the beads have inside, None where they are
+    isothermal.
     """
 
     flow: FlowEquations
@@ -284,6 +286,7 @@ class EnergyEquations:
             conduction,
             self.bead_conduction(temperature),
             exchange,
+            self._touching(temperature),
             Streamline.of(self.coordinates, advection, conduction, exchange, self.entrance, monotone, self.straight),
         )
 
@@ -312,7 +315,10 @@ class EnergyEquations:
             of_fluid, of_beads = self._rev_fluxes(temperature, bead_temperature)
             fluid -= of_fluid * test
             bead += of_beads * bead_test
-        form = weight * (fluid + bead) * self.dx_bed + self._touching(temperature, bead_temperature, test, bead_test)
+        form = weight * (fluid + bead) * self.dx_bed
+        if self.interface is not None and transport.touching is not None:
+            crossing = weight * (temperature - bead_temperature) * (test - bead_test)
+            form += self.interface.integral(transport.touching, crossing)
         form -= weight * self.enthalpy_entering(temperature) * test * self.inlet
         for w, (f, v) in streamline.changes_across(temperature, test):
             form += weight * w * self._laws.heat_capacity(temperature) * self.inward_mass_flux * f * v * self.inlet
@@ -327,13 +333,11 @@ class EnergyEquations:
             form -= self._outer_weight * self.outer.into_wall(temperature) * test * self.outer.ds
         return form
 
-    def _touching(self, temperature: Value, bead_temperature: Value, test: Value, bead_test: Value) -> Value:
-        """Form of the beads' contact with the wall; 0 where they are insulated from it or have the fluid's temperature."""
+    def _touching(self, temperature: Value) -> Value:
+        """Coefficient between beads and the wall, W/m2/K; None where beads are insulated or have the fluid's temperature."""
         if self.interface is None or not (self.bed.bead_conduction.whole_bed and self.two_temperatures):
-            return 0.0
-        coefficient = wall_coefficient(self._local_bed(self.flow_temperature, self.flow_temperature))
-        difference = (temperature - bead_temperature) * (test - bead_test)
-        return self.interface.integral(coefficient, self.coordinates.weight * difference)
+            return None
+        return self.interface.in_bed * wall_coefficient(self._local_bed(temperature, temperature))
 
     def _in_wall(self, integrand: Value, transport: Transport) -> Value:
         """Integral over the wall, in monotone cells with quadrature at the nodes."""

@@ -20,14 +20,15 @@ r = 4 sigma T^3 d/((2/e - 1) lambda_f) for the emissivity e,
 k_c is regular at N = 0; written with x = N kappa/B it has no small divisor (`_core_conductivity`). Published scatter +-30 % for
 kappa < 1000.
 
-**The wall.** How heat comes through the layer next to the wall depends on the flow. At rest it crosses the thin gaps around the points
-at which beads touch the wall: Schluender's contact coefficient gives 0.6 d/lambda_0 from the wall to the middle of the first beads,
-and a measured bed of steel beads shows no resistance beyond that of the bed. So at rest the whole bed is one path that ends at the
-wall: T_s = T_w, and the bulk's lambda_0 up to there. With flow, wall heat transfer is measured as if that path were closed: lambda_0
-follows the porosity phi -> 1, the beads are insulated, and what dispersion carries through the fluid is all of it (eight
-correlation sets; a contact on top overshoots). With w = exp(-Pe_c/5), Pe_c on the superficial speed of the core,
+**The wall.** How heat comes through the layer next to the wall depends on the flow. At rest it crosses the thin gaps around the
+points at which beads touch the wall: Schluender's contact coefficient gives 0.6 d/lambda_0 from the wall to the middle of the
+first beads, and a measured bed of steel beads shows no resistance beyond that of the bed. So at rest the whole bed is one path
+that ends at the wall: T_s = T_w, and the bulk's lambda_0 up to there. With flow, wall heat transfer is measured as if that path
+were closed: lambda_0 follows the porosity phi -> 1, the beads are insulated, and what dispersion carries through the fluid is
+all of it (eight correlation sets; a contact on top overshoots). With w = exp(-Pe_c/5), Pe_c on the superficial speed of the
+core,
 
-    lambda_0 = lambda_0(phi) + [lambda_0(phi_b) - lambda_0(phi)] w,   heat from wall to beads h (T_w - T_s), h d/lambda_f = 10^4 w.
+    lambda_0 = lambda_0(phi) + [lambda_0(phi_b) - lambda_0(phi)] w,  heat from wall to beads h (T_w - T_s), h = 10^4 w lambda_f/d.
 
 Both ends are measured, the passage between them (Re_d 0 to 40 in air) is not. Limits: without flow both temperatures follow each
 other, and the bed is one slab of lambda_0(phi_b), held at T_w within 0.002 d of its thickness; with fast exchange the sum of both
@@ -40,10 +41,11 @@ lambda_s = lambda_f gives lambda_f everywhere.
 | `winterberg-tsotsas`      | the larger of that and K_1 Pe f(y) lambda_f  | phi C_f mu_t/Pr_t |
 | `winterberg-tsotsas-axial`| the same                                     | the larger of that and Pe/2 lambda_f |
 
-(Winterberg, Tsotsas, Krischke, Vortmeyer, Chem. Eng. Sci. 55 (2000) 967-979): K_1 = 1/8, f = min(y/(K_2 d), 1)^2,
-K_2 = 0.44 + 4 exp(-Re_d/70). Their Pe is on the core's speed and their Re_d on the mean one, of a model with one temperature; here
-both are local, which a curved bed has as well, and with two temperatures comes closer to the measurements. Eddies and dispersion are two descriptions of the same mixing: their sum is 14 to 18 % above measured heat
-transfer, the larger of the two is not. Fitted for D/d >= 4, Pe <= 1e4.
+(Winterberg, Tsotsas, Krischke, Vortmeyer, Chem. Eng. Sci. 55 (2000) 967-979): K_1 = 1/8, f = min(y/(K_2 d), 1)^2, K_2 = 0.44 +
+4 exp(-Re_d/70). Their Pe is on the core's speed and their Re_d on the mean one, of a model with one temperature; here both are
+local, which a curved bed has as well, and with two temperatures comes closer to the measurements. Eddies and dispersion are two
+descriptions of the same mixing: their sum is 14 to 18 % above measured heat transfer, the larger of the two is not. Fitted for
+D/d >= 4, Pe <= 1e4.
 
 A law gives a number or, where conduction along and across the flow differ, `Anisotropic`.
 """

@@ -73,7 +73,7 @@ class CoupledTransient:
         )
         live = energy(state, temperature)
         carried = live.transport(temperature, heat.frozen.streamline.monotone)
-        transport = replace(carried, streamline=heat.frozen.streamline)
+        transport = replace(carried, touching=heat.frozen.touching, streamline=heat.frozen.streamline)
         rates = [self._inverse_step * (now[part] - before[part]) for part in (count, -1)]
         warming = live.outflow_of_heat(temperature, beads, test, bead_test, transport)
         warming += live.heating_rate(temperature, beads, rates, test, bead_test)

@@ -18,7 +18,7 @@ MONOTONE_STEPS = 2
 
 
 class FrozenTransport:
-    """A `Transport` at the quadrature points, renewed once a step; in monotone cells the `Streamline` is that of the middle.
+    """A `Transport` at the quadrature points, renewed once a step; what is constant in a cell is that of its middle.
 
     That leaves the enthalpies as the only nonlinearity within a step; taken at the temperature foreseen for its middle,
     the method stays second order. `monotone` marks the cells that are to be so.
@@ -31,15 +31,13 @@ class FrozenTransport:
         self.monotone = fem.Function(cells)
         transport = equations.transport(temperature, self.monotone)
         along = transport.streamline
-        self._cells = [
-            (fem.Function(cells), fenicsx.compiled_expression(expression, cells))
-            for expression in (along.fitting, along.exchange)
-        ]
+        of_cells = [along.fitting, along.exchange] + ([] if transport.touching is None else [transport.touching])
+        self._cells = [(fem.Function(cells), fenicsx.compiled_expression(expression, cells)) for expression in of_cells]
         given = [along.reach, along.upwind, transport.advection, transport.conduction, transport.bead_conduction]
         given += [transport.exchange] if transport.exchange is not None else []
         self._points = [fenicsx.PointValues(domain.mesh, expression, quadrature_degree) for expression in given]
         reach, upwind, *points = (point.value for point in self._points)
-        fitting, exchange = (function for function, _ in self._cells)
+        fitting, exchange, *touching = (function for function, _ in self._cells)
         streamline = Streamline(
             reach,
             upwind,
@@ -50,7 +48,14 @@ class FrozenTransport:
             along.across,
         )
         advection, conduction, bead_conduction, *exchanged = points
-        self.frozen = Transport(advection, conduction, bead_conduction, exchanged[0] if exchanged else None, streamline)
+        self.frozen = Transport(
+            advection,
+            conduction,
+            bead_conduction,
+            exchanged[0] if exchanged else None,
+            touching[0] if touching else None,
+            streamline,
+        )
 
     def renew(self) -> None:
         """Take the values of the present flow and temperature."""

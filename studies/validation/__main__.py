@@ -97,8 +97,10 @@ def pressure_drop(page: Page, pictures: Path) -> None:
                 slow_ratios = ratios if high == 1000 else slow_ratios
                 cells.append(spread(ratios))
         page.row(label, law.valid, law.scatter, *cells, verdict(slow_ratios, 0.15))
-    page.add("", "The thesis's inertial constant does not fall with the Reynolds number; those fitted to spheres fall as Re^-0.1. "
-             "The lowest ratios of the measured set are those of N = 10, where its porosity leaves the channel at the wall too wide.",
+    page.add("", "The thesis's inertial constant does not fall with the Reynolds number; those fitted to spheres fall as "
+             "Re^-0.1. "
+             "The lowest ratios of the measured set are those of N = 10, where its porosity leaves the channel at the wall "
+             "too wide.",
              "", "![Drag factor against Reynolds number](validation/pressure_drop.png)")  # fmt: skip
     figure, axes = plt.subplots(1, 2, figsize=(10, 4), sharey=True, layout="constrained")
     for axis, n in zip(axes, (10, 30), strict=True):
@@ -109,7 +111,7 @@ def pressure_drop(page: Page, pictures: Path) -> None:
                 [r for r, _ in chosen], [bed.drag_factor for _, bed in chosen], f"{colour}o-", label=f"model, {name}"
             )
         void = beds["measured", n, False, 420].mean_porosity
-        for label, law in PRESSURE_DROP.items():
+        for law in PRESSURE_DROP.values():
             axis.loglog(re, [law.factor(r, void, n) for r in re], lw=0.8, color="0.5")
         kta = np.array([PRESSURE_DROP["KTA 1981"].factor(r, void, n) for r in re])
         axis.fill_between(re, 0.85 * kta, 1.15 * kta, color="0.85", label="KTA 1981, ±15 %")
@@ -126,7 +128,8 @@ def pressure_drop(page: Page, pictures: Path) -> None:
         voids = [f"{beds[name, n, False, 420].mean_porosity:.3f}" for name in sets]
         flows = [f"{shares[name][place]:.1f} %" for name in sets]
         page.row(n, *voids, f"{0.4 + 0.05 / n + 0.412 / n**2:.3f}", f"{0.390 + 1.740 / (n + 1.140) ** 2:.3f}", *flows)
-    page.add("", "Giese's fit to laser-Doppler measurements gives 32 to 35 % at D/d = 10: the thesis's porosity leaves the channel "
+    page.add("", "Giese's fit to laser-Doppler measurements gives 32 to 35 % at D/d = 10: the thesis's porosity leaves the "
+             "channel "
              "a little too narrow, the measured set's a little too wide. Void fractions: Dixon's scatter is not given, that of "
              "Benyahia and O'Neill is 1.5 %.")  # fmt: skip
 
@@ -160,8 +163,10 @@ def heat_transfer(page: Page, pictures: Path) -> None:
              "![Overall heat transfer against Reynolds number](validation/heat_transfer.png)")  # fmt: skip
     _draw_heat_transfer(found, medians, pictures / "heat_transfer.png")
     page.add("", "### Split into the core and the wall", "",
-             "k_r in the middle of the tube over lambda_f, and the Nu_w that makes up the overall coefficient with it (plug flow), "
-             "at D/d = 20. The published wall coefficients at one Reynolds number differ by a factor of 2 to 3 among themselves.")  # fmt: skip
+             "k_r in the middle of the tube over lambda_f, and the Nu_w that makes up the overall coefficient with it (plug "
+             "flow), "
+             "at D/d = 20. The published wall coefficients at one Reynolds number differ by a factor of 2 to 3 among "
+             "themselves.")  # fmt: skip
     page.head("Re_d", "k_r: thesis", "measured", "VDI, Specchia", "Nu_w: thesis", "measured", "four correlations")
     pr, at_rest = FLUID.prandtl_number, stagnant(0.4, 5e-3)
     for re in (100, 420, 1000, 3000):
@@ -171,7 +176,8 @@ def heat_transfer(page: Page, pictures: Path) -> None:
         published = [nu(re, 20, at_rest, pr) for nu in WALL.values()]
         page.row(re, *(f"{k:.0f}" for k in core), "{:.0f} to {:.0f}".format(*radial), *(f"{w:.0f}" for w in wall),
                  f"{min(published):.0f} to {max(published):.0f}")  # fmt: skip
-    page.add("", "**Where the thesis's numbers come from.** At Re_d about 400, that of its mold, the overall coefficient is right "
+    page.add("", "**Where the thesis's numbers come from.** At Re_d about 400, that of its mold, the overall coefficient is "
+             "right "
              "because two errors cancel: beads conduct five times what a bed at rest conducts, and nothing but eddies mixes "
              "across the flow. Away from there they do not: a laminar flow takes up a fifth of the measured heat at Re_d = 3000, "
              "and wide tubes at Re_d = 100 half as much again.", "")  # fmt: skip
@@ -181,7 +187,8 @@ def heat_transfer(page: Page, pictures: Path) -> None:
         for name in ("thesis, damped N-K", "measured")
     }
     told = "; ".join(f"{name} {a:.2f} and {b:.2f}" for name, (a, b) in checks.items())
-    page.add("The coefficients are those of a section of the program's own developed flow. Two runs of its energy equation, beds of "
+    page.add("The coefficients are those of a section of the program's own developed flow. Two runs of its energy equation, "
+             "beds of "
              f"{lengths[0]:g} and {lengths[1]:g} m at Re_d = 420, D/d = 10, give the same Nu: {told}.")  # fmt: skip
 
 
@@ -207,7 +214,8 @@ def _draw_heat_transfer(
 def permeability(page: Page) -> None:
     """The thesis's five measured beds."""
     page.add("", "## Permeability", "",
-             "The thesis measured five beds by falling heads (tables 4.3 to 4.5; global evaluation). Predicted, as it prints that with its unrounded porosities, over measured:")  # fmt: skip
+             "The thesis measured five beds by falling heads (tables 4.3 to 4.5; global evaluation). Predicted, as it "
+             "prints that with its unrounded porosities, over measured:")  # fmt: skip
     page.head(
         "bed", "bead diameter, mm", "measured, 1e-8 m²", "Macdonald (180)", "Ergun (150)", "viscous constant measured"
     )
@@ -224,7 +232,8 @@ def steel(page: Page, pictures: Path, runs: Path) -> None:
     """The measured bed of steel beads."""
     page.add("", "## A bed of steel beads heated from above", "",
              "`studies/beds/steel_heated_from_above.toml`: air at rest, the wall put from 20 to 53 °C; thermocouples 40, 60 and "
-             "73 mm below it (Beaulieu 2020, digitised by the Lethe project; the experiment's own band is about ±2 K).")  # fmt: skip
+             "73 mm below it (Beaulieu 2020, digitised by the Lethe project; the experiment's own band is about ±2 "
+             "K).")  # fmt: skip
     page.head("closures", "after 4000 s at 40 / 60 / 73 mm, °C", "rms, K", "rms of all, K", "within 2 K")
     figure, axes = plt.subplots(1, 3, figsize=(11, 3.8), sharey=True, layout="constrained")
     files = sorted((HERE / "beds" / "steel_heated_from_above").glob("measured_*.csv"))
@@ -257,9 +266,11 @@ def steel(page: Page, pictures: Path, runs: Path) -> None:
     axes[0].set_ylabel("temperature in °C")
     axes[0].legend(fontsize=8)
     save(figure, pictures / "steel.png")
-    page.add("", "The emissivity of these beads was not measured; 0.3 stands for clean stainless steel. Zehner, Bauer and Schluender "
+    page.add("", "The emissivity of these beads was not measured; 0.3 stands for clean stainless steel. Zehner, Bauer and "
+             "Schluender "
              "give 0.45 W/m/K without radiation, the curves themselves 0.56; their published scatter is ±30 %. At 40 mm the run "
-             "stays 2 K behind at the end, on the edge of the band. As published the wall heats the beads through the film alone.",
+             "stays 2 K behind at the end, on the edge of the band. As published the wall heats the beads through the film "
+             "alone.",
              "", "![Steel beads](validation/steel.png)")  # fmt: skip
 
 
@@ -268,8 +279,8 @@ def heating_times(page: Page) -> None:
     page.add("", "## Heating times of the shipped scenes", "",
              "Developed flow, s. `lateral`: the measured conduction and dispersion alone, with the thesis's drag and porosity; "
              "`axial` adds dispersion along the flow (Pe/2), which Wakao's exchange was evaluated with.")  # fmt: skip
-    page.head("scene", "thesis: laminar", "k-epsilon", "N-K", "damped N-K", "lateral", "axial", "measured", "measured over thesis",
-              "seconds of flow and energy, thesis", "lateral")  # fmt: skip
+    page.head("scene", "thesis: laminar", "k-epsilon", "N-K", "damped N-K", "lateral", "axial", "measured",
+              "measured over thesis", "seconds of flow and energy, thesis", "lateral")  # fmt: skip
     columns: dict[str, dict[str, Any]] = {
         "laminar": {"model.turbulence": "none"},
         "k-epsilon": {"model.turbulence": "k-epsilon"},
@@ -289,9 +300,11 @@ def heating_times(page: Page) -> None:
                  f"{seconds['damped']:.2f}", f"{seconds['lateral']:.2f}")  # fmt: skip
     beads = {"bed.bead_material": "aluminium"}
     slow, fast = (_heated(SHIPPED["aluminium mold"], beads | dict(s))[0] for s in (THESIS, MEASURED))
-    page.add("", "The published 1470 s (aluminium) and 1275 s (FRP) are nearer to the measured set; both sides are computed, and the "
+    page.add("", "The published 1470 s (aluminium) and 1275 s (FRP) are nearer to the measured set; both sides are "
+             "computed, and the "
              "thesis prints Macdonald's drag: a coincidence, no evidence.", "",
-             f"Aluminium beads in the aluminium mold: thesis {slow:.0f} s, measured {fast:.0f} s. As published, 0.6 x 237 W/m/K smear the "
+             f"Aluminium beads in the aluminium mold: thesis {slow:.0f} s, measured {fast:.0f} s. As published, 0.6 x 237 "
+             f"W/m/K smear the "
              "front along the bed; the run warns.")  # fmt: skip
 
 
@@ -314,9 +327,12 @@ def main() -> None:
         "",
         "Written by `make validation`; do not edit.",
         "",
-        "**What this page does not show.** No measured heating with a flow through the bed: none exists as numbers that we hold. No "
-        "curve of the thesis: its figures are not available. The correlations below were fitted to thousands of measured points of "
-        "air through beds of spheres, mostly in heated tubes; they were taken from programs and compilations, not from their first "
+        "**What this page does not show.** No measured heating with a flow through the bed: none exists as numbers that we "
+        "hold. No "
+        "curve of the thesis: its figures are not available. The correlations below were fitted to thousands of measured "
+        "points of "
+        "air through beds of spheres, mostly in heated tubes; they were taken from programs and compilations, not from "
+        "their first "
         "publications (`studies/validation/correlations.py`), and the model is compared with them, not with the points.",
         "",
         'Two sets of closures are compared: `model.closures = "thesis"`, the default, and `"measured"`. What each holds: '

@@ -5,8 +5,8 @@ without conduction along the flow have the solution exp(-gamma z) far from the i
 
     rho C phi u gamma T_f = -div(K_f grad T_f) + a_v h_sf (T_f - T_s),   0 = -div(K_s grad T_s) + a_v h_sf (T_s - T_f),
 
-with temperatures over the wall's and the smallest gamma; h = gamma m C/P then is the overall coefficient between wall and mixed mean.
-`run_along` measures the same h with the program's own energy equation in two beds of different length.
+with temperatures over the wall's and the smallest gamma; h = gamma m C/P then is the overall coefficient between wall and mixed
+mean. `run_along` measures the same h with the program's own energy equation in two beds of different length.
 """
 
 from collections.abc import Mapping

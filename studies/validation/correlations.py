@@ -1,8 +1,8 @@
 r"""Correlations that were fitted to measurements in beds of spheres, as published: each with its range and scatter.
 
-Re = rho U d/mu and Re_m = Re/(1 - phi) are on the superficial speed U, N = D/d is the tube's width in bead diameters (a gap H counts
-as N = 2 H/d), Nu = h d/lambda_f. None was read in its first publication: `pressure_drop` as in well-kept programs, the others as in
-secondary compilations.
+Re = rho U d/mu and Re_m = Re/(1 - phi) are on the superficial speed U, N = D/d is the tube's width in bead diameters (a gap H
+counts as N = 2 H/d), Nu = h d/lambda_f. None was read in its first publication: the pressure drops in well-kept programs, the
+others in secondary compilations.
 """
 
 from collections.abc import Callable, Mapping

@@ -39,9 +39,9 @@ def test_a_changed_set_changes_what_was_left_open():
 
 
 def test_unknown_sets_are_refused():
-    with pytest.raises(InputError, match="model.closures"):
+    with pytest.raises(InputError, match=r"model\.closures"):
         Scene.load(ALUMINIUM, {"model.closures": "best"})
-    with pytest.raises(InputError, match="model.closures"):
+    with pytest.raises(InputError, match=r"model\.closures"):
         Scene.load(ALUMINIUM, {"model.closures": 3})
 
 
