@@ -3,13 +3,13 @@
 import argparse
 import sys
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NoReturn
 
 from .errors import InputError, SolveError
 from .experiment.cli import add_commands as add_experiment_commands
-from .output.console import add_extension_option, add_verbosity_option
+from .output.console import add_extension_option, add_settings_option, add_verbosity_option, settings_of
 from .packing.cli import add_commands as add_packing_commands
 from .permeability.cli import add_commands as add_permeability_commands
 from .simulation.stop_signals import StopSignals
@@ -85,8 +85,7 @@ def _parser() -> Any:
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     run = commands.add_parser("run", help="run a scene to its heating time")
     run.add_argument("scene", metavar="SCENE.toml")
-    run.add_argument("--set", action="append", default=[], metavar="TABLE.KEY=VALUE", dest="settings",
-                     help="override a value of the scene, for example wall.thickness='2 mm'; may be repeated")  # fmt: skip
+    add_settings_option(run)
     run.add_argument("--out", metavar="DIR", help="folder to write (default: runs/NAME OF SCENE)")
     add_extension_option(run)
     add_verbosity_option(run)
@@ -116,21 +115,11 @@ class _Parser(argparse.ArgumentParser):
         sys.exit(_end(BAD_INPUT, f"{message} (see {self.prog} --help)"))
 
 
-def _settings(texts: Sequence[str]) -> Any:
-    settings = {}
-    for text in texts:
-        name, equals, value = text.partition("=")
-        if not equals:
-            raise InputError("--set", text, "must be TABLE.KEY=VALUE")
-        settings[name.strip()] = value.strip()
-    return settings
-
-
 def _run(options: argparse.Namespace) -> Any:
     from .output.console import Bar, MarchProgress, log_to_console, summary_text
     from .scene.scene import Scene
 
-    settings = _settings(options.settings)
+    settings = settings_of(options)
     scene = Scene.load(options.scene, settings, allow_extensions=options.allow_extensions)
     signals = StopSignals()
     out = Path(options.out) if options.out else Path("runs") / Path(options.scene).stem

@@ -221,7 +221,7 @@ class EnergyEquations:
     def fluid_conduction(self, temperature: Value) -> Value:
         """Conductivity of the fluid per total volume, W/m/K: a number or a tensor."""
         local = self._local_bed(temperature, temperature)
-        return self._tensor(added(self.bed.bead_conduction.fluid(local), self.bed.dispersion.formula(local)))
+        return self._tensor(added(self.bed.bead_conduction.fluid(local), self.bed.dispersion.mixed(local)))
 
     def bead_conduction(self, bead_temperature: Value) -> Value:
         """Conductivity of the beads per total volume, W/m/K: a number or a tensor."""
@@ -389,7 +389,7 @@ class EnergyEquations:
         """b.(lambda_fe grad T_f) and b.(lambda_s grad T_s), W/m3, with the conductivities of the phases' own volumes."""
         b, phi = self.bed.rev_vector, self.bed.porosity
         if self.bed.bead_conduction.whole_bed:
-            mixed = self._tensor(self.bed.dispersion.formula(self._local_bed(temperature, temperature)))
+            mixed = self._tensor(self.bed.dispersion.mixed(self._local_bed(temperature, temperature)))
             return ufl.dot(b, flux_density(mixed / phi, ufl.grad(temperature))), 0.0 * bead_temperature
         fluid = flux_density(self.fluid_conduction(temperature) / phi, ufl.grad(temperature))
         conductivity = self.bed.beads.conductivity(bead_temperature)

@@ -54,7 +54,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from .functions import Value, exp, ln, maximum, minimum, sqrt, where_less
+from .functions import Value, exp, ln, maximum, minimum, scaled, sqrt, where_less
 from .registry import Registry
 from .turbulence import PRANDTL_TURBULENT
 
@@ -119,6 +119,8 @@ class BeadConduction:
     formula: Callable[[LocalBed], Value]
     source: str
     whole_bed: bool = False
+    factor: Value = 1.0
+    """On what the beads conduct, for the scatter of its measurements."""
 
     def fluid(self, bed: LocalBed) -> Value:
         """What the fluid conducts by its molecules, W/m/K per total volume: no more than the whole bed does."""
@@ -127,16 +129,28 @@ class BeadConduction:
 
     def beads(self, bed: LocalBed) -> Value:
         """What the beads conduct, W/m/K per total volume: what the fluid leaves of the whole bed's."""
-        return self.formula(bed) - self.fluid(bed) if self.whole_bed else self.formula(bed)
+        return times(self.factor, self.formula(bed) - self.fluid(bed) if self.whole_bed else self.formula(bed))
 
 
 @dataclass(frozen=True)
 class Dispersion:
     """What the moving fluid mixes, eddies included: `formula` gives W/m/K per total volume of a `LocalBed`, a number or
-    `Anisotropic`."""
+    `Anisotropic`; `factor` is for the scatter of its measurements."""
 
     formula: Callable[[LocalBed], Value]
     source: str
+    factor: Value = 1.0
+
+    def mixed(self, bed: LocalBed) -> Value:
+        """The formula times the factor."""
+        return times(self.factor, self.formula(bed))
+
+
+def times(factor: Value, conductivity: Value) -> Value:
+    """A conductivity, number or `Anisotropic`, times a number."""
+    if isinstance(conductivity, Anisotropic):
+        return Anisotropic(*(scaled(part, factor) for part in conductivity))
+    return scaled(conductivity, factor)
 
 
 def added(conductivity: Value, more: Value) -> Value:

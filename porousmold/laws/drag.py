@@ -32,7 +32,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .functions import Value, is_symbolic, maximum, sqrt
+from .functions import Value, is_symbolic, maximum, scaled, sqrt
 from .registry import Registry
 
 LEAST_SPEED = 1e-300
@@ -48,6 +48,8 @@ class DragLaw:
     source: str
     width_ratio: Value | None = None
     """N of a law with terms for the wall; None for the others."""
+    factor: Value = 1.0
+    """For the scatter of its measurements."""
 
     def coefficient(
         self, porosity: Value, bead_diameter: Value, density: Value, viscosity: Value, speed: Value
@@ -58,7 +60,8 @@ class DragLaw:
         Pa s, speed = |u| intrinsic in m/s. Valid for packed beds of spheres; zero where the porosity is 1.
         """
         arguments = (porosity, bead_diameter, density, viscosity, speed)
-        return self.formula(*arguments) if self.width_ratio is None else self.formula(*arguments, self.width_ratio)
+        found = self.formula(*arguments) if self.width_ratio is None else self.formula(*arguments, self.width_ratio)
+        return scaled(found, self.factor)
 
     def for_width(self, width_ratio: float) -> "DragLaw":
         """The law in a bed that is so many bead diameters wide."""

@@ -23,6 +23,11 @@ def number_of(value: Value) -> float:
     return float(value.value if hasattr(value, "value") else value)
 
 
+def scaled(x: Value, factor: Value) -> Value:
+    """factor x; x itself where the factor is the number 1, which leaves no trace in a form."""
+    return x if isinstance(factor, float) and factor == 1.0 else factor * x
+
+
 def exp(x: Value) -> Value:
     """exp(x)."""
     return ufl.exp(x) if is_symbolic(x) else np.exp(x)

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from ..errors import InputError
 from ..scene.scene import Scene
 
 STARTING = "{desc}, {elapsed} elapsed"
@@ -22,6 +23,23 @@ def add_extension_option(command: argparse.ArgumentParser) -> None:
         action="store_true",
         help="run the Python file that the scene names as extensions.python: only if you trust it",
     )
+
+
+def add_settings_option(command: argparse.ArgumentParser) -> None:
+    """--set TABLE.KEY=VALUE."""
+    command.add_argument("--set", action="append", default=[], metavar="TABLE.KEY=VALUE", dest="settings",
+                         help="override a value of the scene, for example wall.thickness='2 mm'; may be repeated")  # fmt: skip
+
+
+def settings_of(options: argparse.Namespace) -> dict[str, str]:
+    """{"table.key": value} of that option. Raises `InputError` for a text without a value."""
+    settings = {}
+    for text in options.settings:
+        name, equals, value = text.partition("=")
+        if not equals:
+            raise InputError("--set", text, "must be TABLE.KEY=VALUE")
+        settings[name.strip()] = value.strip()
+    return settings
 
 
 def add_verbosity_option(command: argparse.ArgumentParser) -> None:

@@ -6,6 +6,7 @@ from ..errors import InputError
 from ..laws.porosity import POROSITY_MODELS
 from .geometries import GEOMETRIES
 from .language import KEYS
+from .tolerances import tolerance_of
 
 DRIVES = ("pressure_drop", "inlet_velocity", "mass_flow")
 SMALLEST_RATIO = 10.0
@@ -14,7 +15,18 @@ SMALLEST_RATIO = 10.0
 
 def check_together(scene: Any) -> None:
     """Every rule, in the order in which a user would fill in the file."""
-    for rule in (_geometry, _drive, _flow_and_mesh, _wall, _bed, _temperatures, _outer_wall, _solver, _liquid):
+    for rule in (
+        _geometry,
+        _drive,
+        _flow_and_mesh,
+        _wall,
+        _bed,
+        _temperatures,
+        _outer_wall,
+        _solver,
+        _liquid,
+        _tolerances,
+    ):
         rule(scene)
 
 
@@ -138,3 +150,9 @@ def _liquid(scene: Any) -> None:
     for name in ("viscosity", "heat_capacity", "conductivity"):
         if not scene.is_given(f"fluid.{name}"):
             raise InputError(f"fluid.{name}", None, "is missing: a liquid needs all four properties", scene.source)
+
+
+def _tolerances(scene: Any) -> None:
+    for name, value in scene.tolerance:
+        if scene.is_given(f"tolerance.{name}"):
+            tolerance_of(name, value, scene.source)

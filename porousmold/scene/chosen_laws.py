@@ -58,10 +58,10 @@ class Laws:
                 bed.contact_flattening,
             ),
             _solid(wall.material, wall.density, wall.heat_capacity, wall.conductivity),
-            DRAG_LAWS[model.drag].for_width(_width_ratio(scene)),
+            replace(DRAG_LAWS[model.drag].for_width(_width_ratio(scene)), factor=model.drag_factor),
             NUSSELT_CORRELATIONS[model.nusselt],
-            BEAD_CONDUCTION_LAWS[model.bead_conduction],
-            DISPERSION_LAWS[model.dispersion],
+            replace(BEAD_CONDUCTION_LAWS[model.bead_conduction], factor=model.conduction_factor),
+            replace(DISPERSION_LAWS[model.dispersion], factor=model.conduction_factor),
             _turbulence(model),
             scene.porosity,
         )

@@ -47,7 +47,7 @@ def identity_of(scene: Scene, *, going_on: bool = False) -> str:
     for table, keys in KEYS.items():
         for name in keys:
             full_name = f"{table}.{name}"
-            if table in ("output", "extensions") or (going_on and full_name in FREE_TO_CHANGE):
+            if table in ("output", "extensions", "tolerance") or (going_on and full_name in FREE_TO_CHANGE):
                 continue
             value = getattr(getattr(scene, table), name)
             if isinstance(value, TimeSeries):

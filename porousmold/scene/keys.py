@@ -22,7 +22,8 @@ LONGEST_SPAN = 1e5
 
 @dataclass(frozen=True)
 class Key:
-    """One key: `kind` is a unit of `units.to_si`, or 'choice', 'integer', 'flag', 'file'.
+    """One key: `kind` is a unit of `units.to_si`, or 'choice', 'integer', 'flag', 'file', 'tolerance' (of a key whose unit is
+    `tolerated`; such a value stays as it is written).
 
     Numbers lie strictly between `low` and `high` (or at them, if `closed`). `choices` are looked up when a value is checked.
     `series` keys also take a CSV file, with `along` one of columns along the flow, a function of the time (s), or a pair
@@ -38,11 +39,14 @@ class Key:
     choices: Collection[str] = ()
     series: bool = False
     along: bool = False
+    tolerated: str = ""
 
     @property
     def unit(self) -> str:
         """Unit of the SI value; empty where it has none."""
-        return {"delta_degC": "K", "choice": "", "integer": "", "flag": "", "file": ""}.get(self.kind, self.kind)
+        return {"delta_degC": "K", "choice": "", "integer": "", "flag": "", "file": "", "tolerance": ""}.get(
+            self.kind, self.kind
+        )
 
     def allowed(self) -> str:
         """The bounds in words."""
@@ -110,6 +114,8 @@ def _checked_value(name: str, key: Key, value: Any, base: Path, where: str | Non
     if key.kind == "choice":
         if not isinstance(value, str) or value not in key.choices:
             raise InputError(name, value, f"must be one of {', '.join(map(repr, key.choices))}", where)
+        return value
+    if key.kind == "tolerance":
         return value
     if key.kind == "flag":
         flags = {"true": True, "false": False}

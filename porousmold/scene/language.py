@@ -10,6 +10,7 @@ from ..laws.porosity import POROSITY_MODELS
 from ..laws.turbulence_models import TURBULENCE_MODELS
 from .closures import CLOSURES, THESIS
 from .keys import Key
+from .tolerances import TOLERANCES
 
 _THESIS = CLOSURES[THESIS]
 
@@ -106,6 +107,10 @@ KEYS: dict[str, dict[str, Key]] = {
         "wall": _choice("wall: resolved, of one temperature through its thickness, held at operation.wall_temperature, or none",
                         ("conjugate", "thin", "fixed-temperature", "insulated"), "conjugate"),
         "exchange_factor": Key("", "factor on the heat exchange between fluid and beads", 1.0, low=0.0, high=1e6),
+        "drag_factor": Key("", "factor on the resistance of the beads, for the scatter of its measurements", 1.0, low=0.0,
+                           high=1e3),
+        "conduction_factor": Key("", "factor on what beads conduct and the flow mixes, for the scatter of its measurements", 1.0,
+                                 low=0.0, high=1e3),
         "bead_modes": Key("integer", "modes kept of the temperature inside a bead, the others follow at once; without it beads "
                           "are isothermal", low=0, high=16, closed=True),
         "rev_terms": _choice("terms of the non-constant averaging volume", ("off", "consistent", "as-published"), "off"),
@@ -142,6 +147,7 @@ KEYS: dict[str, dict[str, Key]] = {
         "flow_tolerance": Key("", "relative change of the flow above which it is iterated within a step", 0.01,
                               low=0.0, high=1.0),
     },
+    "tolerance": TOLERANCES,
     "extensions": {
         "python": Key("file", "Python file that registers laws; it runs only where the user allows it: --allow-extensions"),
     },
@@ -167,9 +173,11 @@ def reference() -> str:
     for table, keys in KEYS.items():
         lines += ["", f"## [{table}]", "", "| key | kind | default | allowed | meaning |", "|---|---|---|---|---|"]
         for name, key in keys.items():
-            kind = {"delta_degC": "K", "": "number"}.get(key.kind, key.kind)
+            kind = {"delta_degC": "K", "": "number", "tolerance": f"% or {key.tolerated or 'number'}"}.get(
+                key.kind, key.kind
+            )
             allowed = ", ".join(f"`{choice}`" for choice in key.choices)
-            if not allowed and key.kind not in ("flag", "file", "choice"):
+            if not allowed and key.kind not in ("flag", "file", "choice", "tolerance"):
                 allowed = key.allowed().removeprefix("must be ").removesuffix(f" {kind}")
             default = (
                 "" if key.default is None else f"`{str(key.default).lower() if key.kind == 'flag' else key.default}`"

@@ -55,6 +55,7 @@ class Scene:
     model: Table
     solver: Table
     output: Table
+    tolerance: Table
     extensions: Table
 
     def __init__(
@@ -66,7 +67,7 @@ class Scene:
             allowed = "is empty: it needs at least [geometry], [bed] and [operation]"
             raise InputError("scene", None, allowed, found["source"])
         registry.load_entry_points()
-        found["_given"] = checked_names(tables, KEYS, found["source"])
+        found["_given"] = checked_names(_flat_tolerances(tables), KEYS, found["source"])
         if not allow_extensions and (name := found["_given"].get("extensions", {}).get("python")) is not None:
             allowed = "holds code, which is run only if you trust it: --allow-extensions"
             raise InputError("extensions.python", name, allowed, found["source"])
@@ -115,7 +116,7 @@ class Scene:
 
     def is_given(self, full_name: str) -> bool:
         """Whether the key "table.key" has a value of its own, not a default."""
-        table, name = full_name.split(".")
+        table, _, name = full_name.partition(".")
         return self._given.get(table, {}).get(name) is not None
 
     @property
@@ -141,6 +142,17 @@ class Scene:
             if content:
                 tables[table] = content
         return tables
+
+
+def _flat_tolerances(tables: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The tables with [tolerance] by full names: `wall.thickness = "2 %"` there is a table in a table to TOML."""
+    given = tables.get("tolerance")
+    if not isinstance(given, dict):
+        return tables
+    flat: dict[str, Any] = {}
+    for name, value in given.items():
+        flat |= {f"{name}.{key}": entry for key, entry in value.items()} if isinstance(value, dict) else {name: value}
+    return {**tables, "tolerance": flat}
 
 
 def _with(tables: dict[str, Any], settings: Mapping[str, Any]) -> dict[str, Any]:

@@ -83,11 +83,11 @@ def build_medium(specs: Specs, domain: Domain, estimates: Estimates, size: BedSi
         domain.wall_distance,
         bead_diameter,
         with_constants(laws.beads, domain),
-        laws.drag,
+        _with_constant_factor(laws.drag, domain),
         laws.nusselt,
         _rev_vector(specs, domain),
-        laws.bead_conduction,
-        laws.dispersion,
+        _with_constant_factor(laws.bead_conduction, domain),
+        _with_constant_factor(laws.dispersion, domain),
         constant(specs.heat.emissivity) if specs.heat.emissivity else 0.0,
     )
     fluid = FluidState(with_constants(laws.fluid, domain), constant(flow.outlet_pressure))
@@ -264,6 +264,11 @@ def with_constants(material: Any, domain: Domain) -> Any:
     if isinstance(material, Solid):
         laws["contact_flattening"] = domain.constant(material.contact_flattening)
     return replace(material, **laws)
+
+
+def _with_constant_factor(law: Any, domain: Domain) -> Any:
+    """The law with its factor as a UFL constant, unless that is 1."""
+    return law if law.factor == 1.0 else replace(law, factor=domain.constant(law.factor))
 
 
 def _inlet_area(domain: Domain) -> float:

@@ -81,7 +81,7 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
     exchange = specific_surface(phi, diameter) * coefficient
     # a front spreads by the film between fluid and beads, by conduction along the beads and by dispersion along the flow
     core = _core(specs, fluid, speed, conductivity)
-    conduction = added(laws.bead_conduction.beads(core), laws.dispersion.formula(core))
+    conduction = added(laws.bead_conduction.beads(core), laws.dispersion.mixed(core))
     along = conduction.along if isinstance(conduction, Anisotropic) else conduction
     spreading = advection / exchange + along / advection
     wall = _wall(specs, size, coefficient, wall_nusselt_number(reynolds) * fluid.conductivity / diameter)

@@ -1,11 +1,13 @@
 """The initial guess of a flow: what drag and beads alone would make of it at every place."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..equations.flow import FlowEquations
+from ..laws.functions import number_of
 from ..laws.materials import Fluid
 from ..laws.turbulence_models import LocalFlow
 from ..mesh import fenicsx
@@ -31,7 +33,8 @@ def local_equilibrium(
     porosity, distance = np.clip(porosity, 0.0, 0.95), np.maximum(distance, 0.0)
     viscosity = fluid.viscosity(temperature)
     density = fluid.density(gauge_pressure + float(equations.fluid.reference_pressure.value), temperature)
-    speed = bed.drag.speed(porosity * gradient, porosity, diameter, density, viscosity)
+    drag = replace(bed.drag, factor=number_of(bed.drag.factor))
+    speed = drag.speed(porosity * gradient, porosity, diameter, density, viscosity)
     speed *= -np.expm1(-distance / np.sqrt(2.0 * viscosity * scale / gradient))
     if equations.model is None:
         return [speed]

@@ -10,7 +10,7 @@ from typing import Any
 
 from ..errors import InputError
 from ..files.units import to_si
-from ..output.console import Bar, add_extension_option
+from ..output.console import Bar, add_extension_option, add_settings_option, settings_of
 from ..simulation.stop_signals import StopSignals
 
 DONE, INTERRUPTED = 0, 130
@@ -38,6 +38,19 @@ def add_commands(commands: Any) -> None:
     sensitivity.add_argument("--quiet", action="store_true", help="no progress bar, no summary")
     add_extension_option(sensitivity)
     sensitivity.set_defaults(command=_sensitivity)
+    uncertainty = commands.add_parser(
+        "uncertainty", help="how sure the heating time of a scene is, and what decides it"
+    )
+    uncertainty.add_argument("scene", metavar="SCENE.toml", help="its [tolerance] tells how far its inputs may be off")
+    uncertainty.add_argument("--out", metavar="DIR", help="folder to write (default: runs/NAME OF SCENE-uncertainty)")
+    add_settings_option(uncertainty)
+    uncertainty.add_argument(
+        "--sample", type=int, default=0, metavar="N", help="check it by a Latin hypercube of N runs"
+    )
+    uncertainty.add_argument("--seed", type=int, default=1, metavar="S", help="of the hypercube (default 1)")
+    uncertainty.add_argument("--quiet", action="store_true", help="no progress bar, no summary")
+    add_extension_option(uncertainty)
+    uncertainty.set_defaults(command=_uncertainty)
     optimum = commands.add_parser("optimum", help="the best parameters of a study under limits, as its [optimum] says")
     optimum.add_argument("study", metavar="STUDY.toml")
     optimum.add_argument("--out", metavar="DIR", help="folder to write (default: runs/NAME OF STUDY)")
@@ -88,6 +101,43 @@ def _sensitivity(options: argparse.Namespace) -> Any:
                       else f"{entry.parameter:30s} none: {entry.reason}")  # fmt: skip
             print(f"written to {out}: elasticities.json, {picture.name}")
     return INTERRUPTED if signals else DONE
+
+
+def _uncertainty(options: argparse.Namespace) -> int:
+    from ..scene.scene import Scene
+
+    scene = Scene.load(options.scene, settings_of(options), allow_extensions=options.allow_extensions)
+    if options.sample < 0 or options.sample == 1:
+        raise InputError("--sample", options.sample, "must be 0, or at least 2")
+    if options.seed < 0:
+        raise InputError("--seed", options.seed, "must be >= 0")
+    out = Path(options.out) if options.out else Path("runs") / f"{Path(options.scene).stem}-uncertainty"
+    from mpi4py import MPI
+
+    from .uncertainty import budget, cases_of, sampled, summary_text, write
+
+    signals, first = StopSignals(), MPI.COMM_WORLD.rank == 0
+    bar = Bar(quiet=options.quiet or not first)
+    sample = None
+    try:
+        found = budget(scene, out, progress=_counting(bar, len(cases_of(scene))), stop=signals.__bool__)
+        if found is not None and options.sample:
+            counting = _counting(bar, options.sample)
+            sample = sampled(
+                scene, out / "sample", options.sample, options.seed, progress=counting, stop=signals.__bool__
+            )
+    finally:
+        bar.close()
+    if found is None or (options.sample and sample is None):
+        if first:
+            print(f"porousmold: interrupted; what was run is in {out}, the same command goes on", file=sys.stderr)
+        return INTERRUPTED
+    if first:
+        written = write(found, sample, out)
+        if not options.quiet:
+            print(summary_text(found, sample))
+            print(f"written to {out}: {', '.join(path.name for path in written)}")
+    return DONE
 
 
 def _optimum(options: argparse.Namespace) -> Any:

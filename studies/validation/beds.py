@@ -149,7 +149,7 @@ class Bed:
     def _conductivities(self) -> tuple[Array, Array]:
         laws, local = self.problem.specs.laws, self._local()
         parts = (
-            added(laws.bead_conduction.fluid(local), laws.dispersion.formula(local)),
+            added(laws.bead_conduction.fluid(local), laws.dispersion.mixed(local)),
             laws.bead_conduction.beads(local),
         )
         return tuple(part.across if isinstance(part, Anisotropic) else part for part in parts)  # type: ignore[return-value]

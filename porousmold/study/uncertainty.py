@@ -1,0 +1,297 @@
+"""How sure a heating time is: a budget of what its inputs, closures and cells contribute.
+
+Every input and closure of [tolerance] has a standard deviation sigma, half its tolerance. With t the heating time, each of them
+contributes
+
+    s_i = [ln t(p + sigma) - ln t(p - sigma)]/2
+
+to the standard deviation of ln t, by central differences: of the order sigma^2. Two laws between which the experiments do not
+decide (`ALTERNATIVES`) count as equally likely: half their difference in ln t is a standard deviation, and moves the middle. The
+discretisation contributes what a finer mesh with smaller steps changes. All are independent: s^2 = sum s_i^2, and 95 % of all
+cases lie within exp(+-1.96 s) around the middle.
+
+`sampled` asks the model itself: a Latin hypercube of normally distributed inputs, the alternatives by the toss of a coin.
+"""
+
+import csv
+import io
+import json
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import norm, qmc
+
+from ..errors import InputError
+from ..files.whole_files import output_file
+from ..scene.chosen_laws import Laws
+from ..scene.scene import Scene
+from ..scene.tolerances import TOLERANCES, tolerance_of
+from .definition import QUIET, Case, Study
+from .running import run_study
+
+ALTERNATIVES: Mapping[str, tuple[str, str]] = {
+    "bed.porosity_model": ("hunt-tien", "hunt-tien-spheres"),
+    "model.turbulence": ("damped-nakayama-kuwahara", "nakayama-kuwahara"),
+}
+"""Keys with two laws between which the experiments do not decide."""
+FINER = {"solver.mesh_refinement": 1.5, "solver.step_refinement": 1.5}
+INSIDE_95 = 1.96
+"""Standard deviations on each side that hold 95 % of a normal distribution."""
+LARGEST_POROSITY = 0.95
+
+
+@dataclass(frozen=True)
+class Contribution:
+    """Of an input, a closure or the cells: `deviation` is its standard deviation of ln t, with its sign for an input that grows;
+    None, with the `reason`, where there is none. `tolerance` is as the scene states it."""
+
+    name: str
+    tolerance: str
+    deviation: float | None
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class Budget:
+    """A heating time (s) as the scene gives it, its `middle` and 95 % interval, and the contributions, largest first."""
+
+    heating_time: float
+    middle: float
+    low: float
+    high: float
+    deviation: float
+    contributions: tuple[Contribution, ...]
+
+    @property
+    def shares(self) -> dict[str, float]:
+        """Of the variance, by name."""
+        variance = max(self.deviation**2, 1e-300)
+        return {c.name: c.deviation**2 / variance for c in self.contributions if c.deviation is not None}
+
+
+@dataclass(frozen=True)
+class Sample:
+    """A Latin hypercube: how many cases gave a heating time, the standard deviation of ln t and three quantiles (s)."""
+
+    cases: int
+    answered: int
+    deviation: float
+    low: float
+    median: float
+    high: float
+
+
+def inputs_of(scene: Scene) -> dict[str, tuple[float, float]]:
+    """{name: (value, standard deviation)} in SI of what the scene has of [tolerance]; properties of materials as constants."""
+    laws, found = Laws.of(scene), {}
+    middle = 0.5 * (scene.operation.initial_temperature + scene.operation.inlet_temperature.values[-1])
+    for name in TOLERANCES:
+        table, key = name.split(".")
+        value = getattr(getattr(scene, table), key)
+        if hasattr(value, "values"):
+            value = value.values[0] if len(value.values) == 1 else None
+        for prefix, solid in (("bed.bead_", laws.beads), ("wall.", laws.wall)):
+            if value is None and name.startswith(prefix) and hasattr(solid, name.removeprefix(prefix)):
+                value = getattr(solid, name.removeprefix(prefix))(middle)
+        if value is None or not _counts(scene, name):
+            continue
+        size = tolerance_of(name, getattr(scene.tolerance, name), scene.source).of(value)
+        if size > 0.0:
+            found[name] = (float(value), 0.5 * size)
+    return found
+
+
+def _counts(scene: Scene, name: str) -> bool:
+    """Whether the input is one of this scene."""
+    model = scene.model
+    if name.startswith("wall."):
+        return model.wall in ("conjugate", "thin") and scene.geometry.kind != "mesh"
+    if name == "bed.bulk_porosity":
+        return scene.bed.porosity_profile is None
+    if name == "model.exchange_factor":
+        return model.energy == "two-temperature"
+    return True
+
+
+def alternatives_of(scene: Scene) -> dict[str, str]:
+    """{key: the other law} where the scene has one of `ALTERNATIVES`."""
+    others = {}
+    for name, pair in ALTERNATIVES.items():
+        table, key = name.split(".")
+        chosen = getattr(getattr(scene, table), key)
+        if chosen not in pair or (name == "bed.porosity_model" and scene.bed.porosity_profile is not None):
+            continue
+        if name == "model.turbulence" and scene.model.flow == "plug":
+            continue
+        others[name] = pair[1 - pair.index(chosen)]
+    return others
+
+
+def _case(scene: Scene, name: str, settings: Mapping[str, Any]) -> Case:
+    try:
+        return Case(name, dict(settings), scene.changed({"bed.allow_small_ratio": True, **QUIET, **settings}))
+    except InputError as error:
+        return Case(name, dict(settings), None, str(error))
+
+
+def cases_of(scene: Scene) -> list[Case]:
+    """The scene itself, both sides of every input, the other laws, and a finer mesh with smaller steps."""
+    cases = [_case(scene, "as given", {})]
+    for name, (value, deviation) in inputs_of(scene).items():
+        cases += [
+            _case(scene, f"{name},{side}", {name: value + sign * deviation}) for side, sign in (("up", 1), ("down", -1))
+        ]
+    cases += [_case(scene, f"{name},{law}", {name: law}) for name, law in alternatives_of(scene).items()]
+    if scene.solver.accuracy is None:
+        cases.append(
+            _case(
+                scene, "finer", {key: value * getattr(scene.solver, key.split(".")[1]) for key, value in FINER.items()}
+            )
+        )
+    return cases
+
+
+def budget(scene: Scene, out: Path, *, progress: Any = None, stop: Callable[[], bool] = lambda: False) -> Budget | None:
+    """Run what is missing in `out` and give the budget (collective); None where it was stopped.
+
+    Raises `InputError` for a scene that is not heated by its end.
+    """
+    rows = run_study(
+        Study(cases_of(scene), [], ["heating_time", "heating_time_error"]), out, progress=progress, stop=stop
+    )
+    if any(row.status == "missing" for row in rows):
+        return None
+    times = {row.case.name: row.values["heating_time"] for row in rows}
+    reasons = {row.case.name: row.reason or "not heated" for row in rows}
+    here = times["as given"]
+    if here is None:
+        raise InputError("SCENE", scene.source, f"has no heating time: {reasons['as given']}")
+    found, shift = [], 0.0
+    for name in inputs_of(scene):
+        up, down = times[f"{name},up"], times[f"{name},down"]
+        told = str(getattr(scene.tolerance, name))
+        missing = reasons[f"{name},up"] if up is None else reasons[f"{name},down"]
+        if up is None or down is None:
+            found.append(Contribution(name, told, None, missing))
+        else:
+            found.append(Contribution(name, told, 0.5 * math.log(up / down)))
+    for name, law in alternatives_of(scene).items():
+        time = times[f"{name},{law}"]
+        half = None if time is None else 0.5 * math.log(time / here)
+        shift += half or 0.0
+        found.append(Contribution(name, f"or {law}", half, "" if half is not None else reasons[f"{name},{law}"]))
+    if "finer" in times:
+        finer = times["finer"]
+        cells = None if finer is None else abs(math.log(finer / here))
+        found.append(
+            Contribution(
+                "discretisation", "finer cells, smaller steps", cells, "" if cells is not None else reasons["finer"]
+            )
+        )
+    else:
+        error = rows[0].values["heating_time_error"]
+        found.append(Contribution("discretisation", f"solver.accuracy {scene.solver.accuracy:g}", error))
+    deviation = math.sqrt(sum(c.deviation**2 for c in found if c.deviation is not None))
+    middle, reach = here * math.exp(shift), math.exp(INSIDE_95 * deviation)
+    ordered = tuple(sorted(found, key=lambda c: -abs(c.deviation or 0.0)))
+    return Budget(here, middle, middle / reach, middle * reach, deviation, ordered)
+
+
+def sample_cases(scene: Scene, count: int, seed: int) -> list[Case]:
+    """A Latin hypercube of so many cases."""
+    inputs, others = inputs_of(scene), alternatives_of(scene)
+    points = qmc.LatinHypercube(len(inputs) + len(others), seed=seed).random(count)
+    cases = []
+    for number, point in enumerate(points):
+        settings: dict[str, Any] = {
+            name: _kept(name, value + deviation * float(norm.ppf(place)))
+            for (name, (value, deviation)), place in zip(inputs.items(), point, strict=False)
+        }
+        tosses = point[len(inputs) :]
+        settings |= {name: law for (name, law), toss in zip(others.items(), tosses, strict=True) if toss < 0.5}
+        cases.append(_case(scene, f"sample-{number:04d}", settings))
+    return cases
+
+
+def _kept(name: str, value: float) -> float:
+    return min(value, LARGEST_POROSITY) if name == "bed.bulk_porosity" else value
+
+
+def sampled(
+    scene: Scene, out: Path, count: int, seed: int, *, progress: Any = None, stop: Callable[[], bool] = lambda: False
+) -> Sample | None:
+    """Run what is missing of a Latin hypercube in `out` and give its statistics (collective); None where it was stopped."""
+    rows = run_study(Study(sample_cases(scene, count, seed), [], ["heating_time"]), out, progress=progress, stop=stop)
+    if any(row.status == "missing" for row in rows):
+        return None
+    times: NDArray[Any] = np.array([t for row in rows if (t := row.values["heating_time"]) is not None], float)
+    if len(times) < 2:
+        raise InputError("SCENE", scene.source, "has no heating time in any of the sampled cases")
+    low, median, high = np.quantile(times, (0.025, 0.5, 0.975))
+    return Sample(count, len(times), float(np.std(np.log(times), ddof=1)), float(low), float(median), float(high))
+
+
+def summary_text(found: Budget, sample: Sample | None) -> str:
+    """The answer in a sentence, the budget as lines, and the sample beside it."""
+    shares = found.shares
+    leading = ", ".join(f"{name} {share:.0%}" for name, share in list(shares.items())[:4])
+    lines = [
+        f"{found.heating_time:.0f} s, 95 % within {found.low:.0f} to {found.high:.0f} s; {leading} of the variance",
+        f"standard deviation {found.deviation:.1%}, middle {found.middle:.0f} s",
+    ]
+    for entry in found.contributions:
+        told = (
+            f"{entry.deviation:+.2%}  {shares[entry.name]:4.0%}"
+            if entry.deviation is not None
+            else f"none: {entry.reason}"
+        )
+        lines.append(f"  {entry.name:28s} {entry.tolerance:28s} {told}")
+    if sample is not None:
+        lines += [
+            f"{sample.answered} of {sample.cases} sampled cases: 95 % within {sample.low:.0f} to {sample.high:.0f} s, median "
+            f"{sample.median:.0f} s",
+            f"  standard deviation {sample.deviation:.1%} against {found.deviation:.1%} of the budget "
+            f"({sample.deviation / max(found.deviation, 1e-300) - 1.0:+.0%})",
+        ]
+    return "\n".join(lines)
+
+
+def write(found: Budget, sample: Sample | None, out: Path) -> list[Path]:
+    """uncertainty.json, budget.csv and the picture budget.png; gives their paths."""
+    content = asdict(found) | {"shares": found.shares, "sample": None if sample is None else asdict(sample)}
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["of", "tolerance", "standard deviation of ln t [1]", "share of the variance [1]", "reason"])
+    for entry in found.contributions:
+        writer.writerow([entry.name, entry.tolerance, entry.deviation, found.shares.get(entry.name), entry.reason])
+    paths = [out / "uncertainty.json", out / "budget.csv"]
+    for path, written in zip(paths, (json.dumps(content, indent=2) + "\n", text.getvalue()), strict=True):
+        with output_file(path) as temporary:
+            temporary.write_text(written, encoding="utf-8")
+    return [*paths, _draw(found, sample, out / "budget.png")]
+
+
+def _draw(found: Budget, sample: Sample | None, path: Path) -> Path:
+    from ..output.figures import STYLE, plt, save
+
+    shown: Sequence[Contribution] = [
+        c for c in found.contributions if c.deviation is not None and abs(c.deviation) > 5e-4
+    ][::-1]
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(figsize=(8.0, 1.5 + 0.34 * len(shown)), layout="constrained")
+        sizes = [1e2 * (c.deviation or 0.0) for c in shown]
+        axes.barh([f"{c.name} ({c.tolerance})" for c in shown], sizes,
+                  color=["tab:red" if size > 0.0 else "tab:green" for size in sizes])  # fmt: skip
+        axes.axvline(0.0, color="k", linewidth=0.8)
+        axes.set_xlabel("standard deviation of the heating time in per cent (red: more makes it longer)")
+        told = f"{found.heating_time:.0f} s, 95 % within {found.low:.0f} to {found.high:.0f} s"
+        if sample is not None:
+            told += f"\n{sample.answered} sampled cases: {sample.low:.0f} to {sample.high:.0f} s"
+        axes.set_title(told)
+        axes.grid(axis="y", visible=False)
+        return Path(save(figure, path))
