@@ -151,6 +151,26 @@ def _unit(table: Any, name: str) -> Any:
     return KEYS[table][name].unit if name in KEYS.get(table, {}) else ""
 
 
+def _uncertainty(folder: Path) -> str:
+    """What `porousmold uncertainty` left in the folder."""
+    try:
+        found = json.loads((folder / "uncertainty.json").read_text(encoding="utf-8"))
+        rows = [
+            [entry["name"], entry["tolerance"], f"{entry['deviation']:+.2%}", f"{found['shares'][entry['name']]:.0%}"]
+            if entry["deviation"] is not None
+            else [entry["name"], entry["tolerance"], "-", entry["reason"]]
+            for entry in found["contributions"]
+        ]
+        told = f"Heating time {found['heating_time']:.0f} s, 95 % within {found['low']:.0f} to {found['high']:.0f} s"
+        sample = found["sample"]
+        if sample is not None:
+            told += f"; {sample['answered']} sampled cases: {sample['low']:.0f} to {sample['high']:.0f} s"
+    except (OSError, ValueError, LookupError, TypeError) as error:
+        raise InputError("RUN", str(folder), f"has a damaged uncertainty.json: {error}") from error
+    head = ["of", "tolerance", "standard deviation of the heating time", "share of the variance"]
+    return f'<p class="large">{_text(told)}</p>' + _table(head, rows)
+
+
 def _of_study(folder: Path) -> tuple[Any, ...]:
     try:
         entries = json.loads((folder / "table.json").read_text(encoding="utf-8"))
@@ -163,6 +183,7 @@ def _of_study(folder: Path) -> tuple[Any, ...]:
     except (OSError, ValueError, KeyError, TypeError, AttributeError, StopIteration) as error:
         raise InputError("RUN", str(folder), f"has a damaged table: {error}") from error
     counts = ", ".join(f"{statuses.count(status)} {status}" for status in dict.fromkeys(statuses))
-    body = f"<p>{len(entries)} cases: {_text(counts)}.</p>" + _table(head, rows)
+    body = _uncertainty(folder) if (folder / "uncertainty.json").is_file() else ""
+    body += f"<p>{len(entries)} cases: {_text(counts)}.</p>" + _table(head, rows)
     body += "".join(_picture(path) for path in sorted(folder.glob("*.png")))
     return f"Study: {folder.name}", body

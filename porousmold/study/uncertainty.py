@@ -283,12 +283,12 @@ def _draw(found: Budget, sample: Sample | None, path: Path) -> Path:
         c for c in found.contributions if c.deviation is not None and abs(c.deviation) > 5e-4
     ][::-1]
     with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(figsize=(8.0, 1.5 + 0.34 * len(shown)), layout="constrained")
+        figure, axes = plt.subplots(figsize=(9.0, 1.5 + 0.3 * len(shown)), layout="constrained")
         sizes = [1e2 * (c.deviation or 0.0) for c in shown]
         axes.barh([f"{c.name} ({c.tolerance})" for c in shown], sizes,
                   color=["tab:red" if size > 0.0 else "tab:green" for size in sizes])  # fmt: skip
         axes.axvline(0.0, color="k", linewidth=0.8)
-        axes.set_xlabel("standard deviation of the heating time in per cent (red: more makes it longer)")
+        axes.set_xlabel("standard deviation of the heating time in %; red: more of it makes it longer")
         told = f"{found.heating_time:.0f} s, 95 % within {found.low:.0f} to {found.high:.0f} s"
         if sample is not None:
             told += f"\n{sample.answered} sampled cases: {sample.low:.0f} to {sample.high:.0f} s"
