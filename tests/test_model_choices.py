@@ -5,10 +5,11 @@ import pytest
 from mpi4py import MPI
 
 from porousmold import InputError, run
+from porousmold.mesh import fenicsx
 from porousmold.scene.scene import Scene
 from porousmold.solvers import transport
 
-from .support import ALUMINIUM, FRP, PIPE, coarse_scene, simulation_of
+from .support import ALUMINIUM, FRP, PIPE, coarse_scene, problem_of, simulation_of
 
 
 def marched(*given):
@@ -69,6 +70,26 @@ def test_one_temperature_halves_the_unknowns(full):
     assert abs(one.problem.heat.balance.imbalance) < 1e-4
     # beads that lag behind the fluid smear the front that the wall waits for
     assert 0.80 < one.recorder.heating_time / full.recorder.heating_time < 0.96
+
+
+def test_a_core_below_the_threshold_is_the_same_in_full_and_developed_flow():
+    """Of the cold pipe, Re_s = 600 in the core: with sources that are damped alone its eddies are those of its history."""
+    ratios = {}
+    for turbulence in ("damped-nakayama-kuwahara", "decaying-nakayama-kuwahara"):
+        for flow in ("developed", "full"):
+            problem = problem_of(Scene.load(PIPE, {"model.flow": flow, "model.turbulence": turbulence}))
+            problem.flow.start()
+            space = problem.medium.flow_temperature.function_space
+            momentum = problem.medium.equations.momentum(problem.flow.state, problem.medium.flow_temperature)
+            values = fenicsx.nodal_values(momentum.turbulence.eddy_viscosity / momentum.viscosity, space)
+            place = space.tabulate_dof_coordinates()
+            axis = np.isclose(place[:, 1], 0.0) & (place[:, 0] > 0.3) & (place[:, 0] < 0.6)
+            in_bed = place[:, 1] < problem.medium.size.half_height
+            ratios[turbulence, flow] = float(np.max(values[axis])), float(np.max(values[in_bed & (place[:, 0] > 0.3)]))
+    assert ratios["damped-nakayama-kuwahara", "developed"][0] > 10.0 > ratios["damped-nakayama-kuwahara", "full"][0]
+    developed, full = (ratios["decaying-nakayama-kuwahara", flow] for flow in ("developed", "full"))
+    assert developed[0] < 0.05 and full[0] < 0.05
+    assert full[1] == pytest.approx(developed[1], rel=0.03)
 
 
 def test_fast_exchange_is_one_temperature():

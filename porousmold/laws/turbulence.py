@@ -108,6 +108,11 @@ def bead_dissipation_squared_over_energy(porosity: Value, speed: Value, bead_dia
     return (39.0**2 / 3.7) * porosity**2.5 * (1.0 - porosity) ** 4 * speed**4 / bead_diameter**2
 
 
+def bead_decay_rate(porosity: Value, speed: Value, bead_diameter: Value) -> Value:
+    """eps_inf/k_inf = (39/3.7) phi^0.5 (1 - phi)^1.5 |u|/d in 1/s: how fast the beads renew the turbulence between them."""
+    return (39.0 / 3.7) * sqrt(porosity) * (1.0 - porosity) ** 1.5 * speed / bead_diameter
+
+
 def damping(bead_reynolds_number: Value) -> Value:
     """f_d of eq. 7.33: 0 below Re_s = 800, 1 above 900, cubic between."""
     return smooth_step(bead_reynolds_number, DAMPING_START, DAMPING_END)

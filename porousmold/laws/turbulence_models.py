@@ -172,6 +172,14 @@ class TwoLayerState:
 class KEpsilon(TurbulenceModel):
     """Two-layer k-epsilon, with the bead sources of Nakayama and Kuwahara and their damping where these are switched on.
 
+    `damped`: the beads feed no turbulence where the flow between them is laminar (eq. 7.33). What has come there from elsewhere
+    is destroyed by the two-equation model alone, over many metres: the core of a bed below that threshold keeps what it was
+    given at the inlet, or, of a developed flow, what came from the wall in an infinite time; its eddies are arbitrary.
+    `decaying` lets the beads take it as fast as they would renew it: with f_d eps_inf as source, (1 - f_d) k eps_inf/k_inf is a
+    sink of k, and C_2 (1 - f_d) epsilon eps_inf/k_inf one of epsilon. Nakayama and Kuwahara's terms tie the turbulence between
+    beads to theirs at the rate eps_inf/k_inf, within d/3; where they make none, none is left within d/3. Both flows then agree,
+    and a core below the threshold is laminar, as experiments on single pores are below Re_d = 300 to 400.
+
     `blend_half_width` is that of `laws.turbulence.outer_fraction`, `longest_eddy` the bound on k^1.5/epsilon over the bead
     diameter; numbers or UFL constants.
 
@@ -182,6 +190,7 @@ class KEpsilon(TurbulenceModel):
 
     bead_sources: bool = False
     damped: bool = False
+    decaying: bool = False
     blend_half_width: Value = 120.0
     longest_eddy: Value = 1.0
 
@@ -228,6 +237,11 @@ class KEpsilon(TurbulenceModel):
             k_sink -= bead_source * closure.bead_dissipation_rate(phi, speed, diameter)
             squared = closure.bead_dissipation_squared_over_energy(phi, speed, diameter)
             epsilon_sink -= closure.C_EPSILON_2 * bead_source * squared
+            if self.decaying:
+                undone = (1.0 - self.source_fraction(flow.reynolds_number)) * density
+                rate = closure.bead_decay_rate(phi, speed, diameter)
+                k_sink += undone * rate * state.kinetic_energy
+                epsilon_sink += closure.C_EPSILON_2 * undone * rate * epsilon
         tie = (
             INNER_RELAXATION
             * density
@@ -277,5 +291,6 @@ for _name, _model in {
     "k-epsilon": KEpsilon(),
     "nakayama-kuwahara": KEpsilon(bead_sources=True),
     "damped-nakayama-kuwahara": KEpsilon(bead_sources=True, damped=True),
+    "decaying-nakayama-kuwahara": KEpsilon(bead_sources=True, damped=True, decaying=True),
 }.items():
     TURBULENCE_MODELS.register(_name, _model)

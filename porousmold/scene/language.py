@@ -97,7 +97,7 @@ KEYS: dict[str, dict[str, Key]] = {
     "model": {
         "flow": _choice("two-dimensional flow, profiles developed at every station, or one uniform mass flux",
                         ("full", "developed", "plug"), "full"),
-        "turbulence": _choice("turbulence and bead sources", TURBULENCE_MODELS, "damped-nakayama-kuwahara"),
+        "turbulence": _choice("turbulence and bead sources", TURBULENCE_MODELS, _THESIS["model.turbulence"]),
         "blend_half_width": Key("", "half-width, in Re_y, of the blend between the wall's layer and k-epsilon around Re_y = 200; "
                                     "published: 20", 120.0, low=1.0, high=200.0, closed=True),
         "longest_eddy": Key("", "largest length k^1.5/epsilon of the turbulence over the bead diameter; published: none, "
@@ -118,7 +118,8 @@ KEYS: dict[str, dict[str, Key]] = {
                                "quasi-steady"),
         "nusselt": _choice("heat exchange between fluid and beads", NUSSELT_CORRELATIONS, "wakao"),
         "closures": _choice("set of closures: the thesis's, or those that measurements support; it gives bead_conduction, "
-                            "dispersion, drag, bed.porosity_model and bed.bulk_porosity where they are left open", CLOSURES,
+                            "dispersion, drag, turbulence, bed.porosity_model and bed.bulk_porosity where they are left "
+                            "open", CLOSURES,
                             THESIS),
         "bead_conduction": _choice("conduction by the beads: side by side with the fluid, or as the bed at rest conducts",
                                    BEAD_CONDUCTION_LAWS, _THESIS["model.bead_conduction"]),

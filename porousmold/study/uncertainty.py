@@ -34,11 +34,15 @@ from ..scene.tolerances import TOLERANCES, tolerance_of
 from .definition import QUIET, Case, Study
 from .running import run_study
 
-ALTERNATIVES: Mapping[str, tuple[str, str]] = {
-    "bed.porosity_model": ("hunt-tien", "hunt-tien-spheres"),
-    "model.turbulence": ("damped-nakayama-kuwahara", "nakayama-kuwahara"),
+ALTERNATIVES: Mapping[str, Mapping[str, str]] = {
+    "bed.porosity_model": {"hunt-tien": "hunt-tien-spheres", "hunt-tien-spheres": "hunt-tien"},
+    "model.turbulence": {
+        "nakayama-kuwahara": "damped-nakayama-kuwahara",
+        "damped-nakayama-kuwahara": "nakayama-kuwahara",
+        "decaying-nakayama-kuwahara": "nakayama-kuwahara",
+    },
 }
-"""Keys with two laws between which the experiments do not decide."""
+"""Laws with the other one between which and it the experiments do not decide."""
 FINER = {"solver.mesh_refinement": 1.5, "solver.step_refinement": 1.5}
 INSIDE_95 = 1.96
 """Standard deviations on each side that hold 95 % of a normal distribution."""
@@ -121,14 +125,14 @@ def _counts(scene: Scene, name: str) -> bool:
 def alternatives_of(scene: Scene) -> dict[str, str]:
     """{key: the other law} where the scene has one of `ALTERNATIVES`."""
     others = {}
-    for name, pair in ALTERNATIVES.items():
+    for name, other in ALTERNATIVES.items():
         table, key = name.split(".")
         chosen = getattr(getattr(scene, table), key)
-        if chosen not in pair or (name == "bed.porosity_model" and scene.bed.porosity_profile is not None):
+        if chosen not in other or (name == "bed.porosity_model" and scene.bed.porosity_profile is not None):
             continue
         if name == "model.turbulence" and scene.model.flow == "plug":
             continue
-        others[name] = pair[1 - pair.index(chosen)]
+        others[name] = other[chosen]
     return others
 
 
