@@ -86,7 +86,7 @@ def test_a_core_below_the_threshold_is_the_same_in_full_and_developed_flow():
             axis = np.isclose(place[:, 1], 0.0) & (place[:, 0] > 0.3) & (place[:, 0] < 0.6)
             in_bed = place[:, 1] < problem.medium.size.half_height
             ratios[turbulence, flow] = float(np.max(values[axis])), float(np.max(values[in_bed & (place[:, 0] > 0.3)]))
-    assert ratios["damped-nakayama-kuwahara", "developed"][0] > 10.0 > ratios["damped-nakayama-kuwahara", "full"][0]
+    assert ratios["damped-nakayama-kuwahara", "developed"][0] > 1.5 * ratios["damped-nakayama-kuwahara", "full"][0]
     developed, full = (ratios["decaying-nakayama-kuwahara", flow] for flow in ("developed", "full"))
     assert developed[0] < 0.05 and full[0] < 0.05
     assert full[1] == pytest.approx(developed[1], rel=0.03)
