@@ -13,9 +13,12 @@ import numpy as np
 import porousmold
 from porousmold import Scene
 from porousmold.experiment.comparison import Deviation, compare
+from porousmold.laws.porosity import benyahia_oneill_mean_porosity, dixon_mean_porosity
 from porousmold.output.figures import plt, save
+from porousmold.scene.closures import CLOSURES
 from studies.page import Page
 
+from . import texts
 from .beds import Bed, Settings, run_along
 from .correlations import AIR as FLUID
 from .correlations import (
@@ -28,6 +31,7 @@ from .correlations import (
     stagnant,
     wall_of,
 )
+from .texts import paragraphs
 
 HERE = Path(__file__).parent.parent
 DOCS = HERE.parent / "docs"
@@ -52,9 +56,6 @@ SHIPPED = {
 }
 DRAWN = {"output.pictures": False, "output.fields": False}
 STEEL = HERE / "beds" / "steel_heated_from_above.toml"
-SOURCES = {
-    "scatter": "the eight sets scatter by 12 % (one sigma) about their median, their extremes by 30 %",
-}
 
 
 def spread(values: list[float]) -> str:
@@ -63,29 +64,43 @@ def spread(values: list[float]) -> str:
 
 
 def verdict(ratios: list[float], allowed: float) -> str:
-    """What ratios to a measurement that scatters by `allowed` say."""
-    worst = max(abs(ratio - 1.0) for ratio in ratios)
-    if worst <= allowed:
-        return "agrees"
-    if all(ratio > 1.0 for ratio in ratios):
-        return f"too high, up to {max(ratios) - 1.0:.0%}"
-    if all(ratio < 1.0 for ratio in ratios):
-        return f"too low, up to {1.0 - min(ratios):.0%}"
-    return f"off by up to {worst:.0%}"
+    """What ratios to correlations say of a set of closures, with the scatter that is allowed."""
+    low, high = min(ratios) - 1.0, max(ratios) - 1.0
+    return ("within" if max(-low, high) <= allowed else "beyond") + f" {allowed:.0%}: {low:+.0%} to {high:+.0%}"
+
+
+def _at_measured_void(beds: list[Bed]) -> list[float]:
+    """Pressure drops over the median of the correlations at Dixon's mean void."""
+    ratios = []
+    for bed in beds:
+        void = dixon_mean_porosity(bed.n)
+        measured = statistics.median(law.factor(bed.re, void, bed.n) for law in PRESSURE_DROP.values()) * _weight(void)
+        ratios.append(bed.drag_factor * _weight(bed.mean_porosity) / measured)
+    return ratios
+
+
+def _weight(void: float) -> float:
+    return (1.0 - void) / void**3
+
+
+def _scatter(medians: Mapping[tuple[int, int], float]) -> dict[str, float]:
+    """How far the eight sets lie from their median."""
+    points = [(n, re) for n in WIDTHS for re in SPEEDS]
+    ratios = np.array([[value / medians[n, re] for value in overall_sets(re, n).values()] for n, re in points])
+    near = ratios[[420 <= re <= 1000 for _, re in points]]
+    rms, close = (float(np.sqrt(np.mean((part - 1.0) ** 2))) for part in (ratios, near))
+    return {"rms": rms, "near": close, "low": float(ratios.min()), "high": float(ratios.max())}
 
 
 def pressure_drop(page: Page, pictures: Path) -> None:
     """Against flow in tubes and slabs, each at its own mean void."""
-    page.add("", "## Pressure drop", "",
-             "Developed flow of air, laminar with the thesis's closures (turbulence adds 1 to 2 %) and as it comes with the "
-             "measured ones; model over correlation at the bed's own mean void fraction. Tubes N = D/d of 10, 20, 30 and slabs "
-             "N = 2 H/d of 20, 30.")  # fmt: skip
+    page.add("", "## Pressure drop", "", *paragraphs(texts.PRESSURE))
     shapes = [(n, False) for n in (10, 20, 30)] + [(n, True) for n in (20, 30)]
     sets: Mapping[str, Settings] = {"thesis": {"model.turbulence": "none"}, "measured": MEASURED}
     beds = {(name, n, slab, re): Bed.of(re, n, settings, slab=slab)
             for name, settings in sets.items() for n, slab in shapes for re in SLOW_TO_FAST}  # fmt: skip
-    page.head("correlation", "valid", "its scatter", *(f"{name}, Re_d {a} to {b}" for name in sets
-                                                       for a, b in ((50, 1000), (2000, 5000))), "measured closures")  # fmt: skip
+    ranges = [f"{name}, Re_d {low} to {high}" for name in sets for low, high in ((50, 1000), (2000, 5000))]
+    page.head("correlation", "valid", "its scatter", *ranges, "measured, Re_d up to 1000")
     for label, law in PRESSURE_DROP.items():
         cells, slow_ratios = [], []
         for name in sets:
@@ -97,18 +112,29 @@ def pressure_drop(page: Page, pictures: Path) -> None:
                 slow_ratios = ratios if high == 1000 else slow_ratios
                 cells.append(spread(ratios))
         page.row(label, law.valid, law.scatter, *cells, verdict(slow_ratios, 0.15))
-    page.add("", "The thesis's inertial constant does not fall with the Reynolds number; those fitted to spheres fall as "
-             "Re^-0.1. "
-             "The lowest ratios of the measured set are those of N = 10, where its porosity leaves the channel at the wall "
-             "too wide.",
-             "", "![Drag factor against Reynolds number](validation/pressure_drop.png)")  # fmt: skip
+    page.add("", *paragraphs(texts.PRESSURE_AT_MEASURED_VOID))
+    page.head("closures", *(f"D/d = {n}" for n in (10, 20, 30)))
+    for name in sets:
+        page.row(
+            name,
+            *(
+                spread(_at_measured_void([beds[name, n, False, re] for re in (100, 200, 420, 1000)]))
+                for n in (10, 20, 30)
+            ),
+        )
+    page.add(
+        "", *paragraphs(texts.PRESSURE_END), "![Drag factor against Reynolds number](validation/pressure_drop.png)"
+    )
     figure, axes = plt.subplots(1, 2, figsize=(10, 4), sharey=True, layout="constrained")
     for axis, n in zip(axes, (10, 30), strict=True):
         re = np.geomspace(50, 5000, 60)
         for name, colour in (("thesis", "C3"), ("measured", "C0")):
             chosen = [(r, bed) for (s, m, slab, r), bed in beds.items() if s == name and m == n and not slab]
             axis.loglog(
-                [r for r, _ in chosen], [bed.drag_factor for _, bed in chosen], f"{colour}o-", label=f"model, {name}"
+                [r for r, _ in chosen],
+                [bed.drag_factor for _, bed in chosen],
+                f"{colour}o-",
+                label=f"model, closures {name}",
             )
         void = beds["measured", n, False, 420].mean_porosity
         for law in PRESSURE_DROP.values():
@@ -127,11 +153,8 @@ def pressure_drop(page: Page, pictures: Path) -> None:
     for place, n in enumerate((10, 20, 30)):
         voids = [f"{beds[name, n, False, 420].mean_porosity:.3f}" for name in sets]
         flows = [f"{shares[name][place]:.1f} %" for name in sets]
-        page.row(n, *voids, f"{0.4 + 0.05 / n + 0.412 / n**2:.3f}", f"{0.390 + 1.740 / (n + 1.140) ** 2:.3f}", *flows)
-    page.add("", "Giese's fit to laser-Doppler measurements gives 32 to 35 % at D/d = 10: the thesis's porosity leaves the "
-             "channel "
-             "a little too narrow, the measured set's a little too wide. Void fractions: Dixon's scatter is not given, that of "
-             "Benyahia and O'Neill is 1.5 %.")  # fmt: skip
+        page.row(n, *voids, f"{dixon_mean_porosity(n):.3f}", f"{benyahia_oneill_mean_porosity(n):.3f}", *flows)
+    page.add("", *paragraphs(texts.VOID_END))
 
 
 def heat_transfer(page: Page, pictures: Path) -> None:
@@ -146,27 +169,29 @@ def heat_transfer(page: Page, pictures: Path) -> None:
                 found[name, n, re] = bed.overall_nusselt_number()
                 cores[name, n, re] = bed.core_conductivity
     groups = {"100 to 200": (100, 200), "420": (420, 420), "700 to 1000": (700, 1000), "1500 to 3000": (1500, 3000)}
-    page.add("", "## Heat transfer from a wall of fixed temperature", "",
-             "Overall coefficient between wall and mixed mean, thermally developed, tubes D/d of 10, 15, 20, 30; model over the "
-             f"median of eight correlation sets; {SOURCES['scatter']}.")  # fmt: skip
+    page.add("", "## Heat transfer from a wall of fixed temperature", "", *paragraphs(texts.HEAT))
+    page.add(*texts.SET_RANGES.split("\n"), *paragraphs(texts.SCATTER, **_scatter(medians)))
     page.head(
-        "closures", *(f"Re_d {group}" for group in groups), "all 32 points", "Li, Finlayson alone (D/d ≤ 20)", "verdict"
+        "closures",
+        *(f"Re_d {group}" for group in groups),
+        "all 32 points",
+        "Li, Finlayson alone (D/d ≤ 20)",
+        "all points",
     )
     for name in MODELS:
         ratios = {group: [found[name, n, re] / medians[n, re] for n in WIDTHS for re in SPEEDS if a <= re <= b]
                   for group, (a, b) in groups.items()}  # fmt: skip
         everything = [ratio for values in ratios.values() for ratio in values]
         alone = [found[name, n, re] / li_finlayson(re, n) for n in WIDTHS if n <= 20 for re in SPEEDS]
-        page.row(name, *map(spread, ratios.values()), spread(everything), spread(alone), verdict(everything, 0.12))
-    page.add("", "Plain k-epsilon has two steady states between Re_d 420 and 2000, laminar and turbulent, and the search decides "
-             "which is found: its row is no prediction.", "",
-             "![Overall heat transfer against Reynolds number](validation/heat_transfer.png)")  # fmt: skip
+        page.row(name, *map(spread, ratios.values()), spread(everything), spread(alone),
+                 "-" if name == "thesis, k-epsilon" else verdict(everything, 0.15))  # fmt: skip
+    page.add(
+        "",
+        *paragraphs(texts.BRANCHES),
+        "![Overall heat transfer against Reynolds number](validation/heat_transfer.png)",
+    )
     _draw_heat_transfer(found, medians, pictures / "heat_transfer.png")
-    page.add("", "### Split into the core and the wall", "",
-             "k_r in the middle of the tube over lambda_f, and the Nu_w that makes up the overall coefficient with it (plug "
-             "flow), "
-             "at D/d = 20. The published wall coefficients at one Reynolds number differ by a factor of 2 to 3 among "
-             "themselves.")  # fmt: skip
+    page.add("", "### Split into the core and the wall", "", *paragraphs(texts.SPLIT))
     page.head("Re_d", "k_r: thesis", "measured", "VDI, Specchia", "Nu_w: thesis", "measured", "four correlations")
     pr, at_rest = FLUID.prandtl_number, stagnant(0.4, 5e-3)
     for re in (100, 420, 1000, 3000):
@@ -176,20 +201,14 @@ def heat_transfer(page: Page, pictures: Path) -> None:
         published = [nu(re, 20, at_rest, pr) for nu in WALL.values()]
         page.row(re, *(f"{k:.0f}" for k in core), "{:.0f} to {:.0f}".format(*radial), *(f"{w:.0f}" for w in wall),
                  f"{min(published):.0f} to {max(published):.0f}")  # fmt: skip
-    page.add("", "**Where the thesis's numbers come from.** At Re_d about 400, that of its mold, the overall coefficient is "
-             "right "
-             "because two errors cancel: beads conduct five times what a bed at rest conducts, and nothing but eddies mixes "
-             "across the flow. Away from there they do not: a laminar flow takes up a fifth of the measured heat at Re_d = 3000, "
-             "and wide tubes at Re_d = 100 half as much again.", "")  # fmt: skip
+
     lengths = (0.6, 1.2)
     checks = {
         name: (found[name, 10, 420], run_along(420, 10, MODELS[name], lengths))
         for name in ("thesis, damped N-K", "measured")
     }
     told = "; ".join(f"{name} {a:.2f} and {b:.2f}" for name, (a, b) in checks.items())
-    page.add("The coefficients are those of a section of the program's own developed flow. Two runs of its energy equation, "
-             "beds of "
-             f"{lengths[0]:g} and {lengths[1]:g} m at Re_d = 420, D/d = 10, give the same Nu: {told}.")  # fmt: skip
+    page.add("", *paragraphs(texts.SPLIT_END, short=lengths[0], long=lengths[1], told=told))
 
 
 def _draw_heat_transfer(
@@ -213,31 +232,28 @@ def _draw_heat_transfer(
 
 def permeability(page: Page) -> None:
     """The thesis's five measured beds."""
-    page.add("", "## Permeability", "",
-             "The thesis measured five beds by falling heads (tables 4.3 to 4.5; global evaluation). Predicted, as it "
-             "prints that with its unrounded porosities, over measured:")  # fmt: skip
+    page.add("", "## Permeability", "", *paragraphs(texts.PERMEABILITY))
     page.head(
-        "bed", "bead diameter, mm", "measured, 1e-8 m²", "Macdonald (180)", "Ergun (150)", "viscous constant measured"
+        "bed", "bead diameter, mm", "measured, 1e-8 m²", "Macdonald (180)", "Ergun (150)", "viscous constant inferred"
     )
     for bed in PUBLISHED:
         ratios = [bed[name] / bed["k_global"] for name in ("macdonald", "ergun")]
         page.row(bed["id"], f"{1e3 * bed['diameter']:.2f}", f"{1e8 * bed['k_global']:.2f}", *(f"{r:.2f}" for r in ratios),
                  f"{180.0 * ratios[0]:.0f}")  # fmt: skip
+    inferred = [180.0 * bed["macdonald"] / bed["k_global"] for bed in PUBLISHED]
     page.add(
-        "", "Macdonald's 180 is confirmed, Ergun's 150 is not. Nothing measured there tests the inertial constant."
+        "", *paragraphs(texts.PERMEABILITY_END, mean=statistics.mean(inferred), deviation=statistics.stdev(inferred))
     )
 
 
 def steel(page: Page, pictures: Path, runs: Path) -> None:
     """The measured bed of steel beads."""
-    page.add("", "## A bed of steel beads heated from above", "",
-             "`studies/beds/steel_heated_from_above.toml`: air at rest, the wall put from 20 to 53 °C; thermocouples 40, 60 and "
-             "73 mm below it (Beaulieu 2020, digitised by the Lethe project; the experiment's own band is about ±2 "
-             "K).")  # fmt: skip
-    page.head("closures", "after 4000 s at 40 / 60 / 73 mm, °C", "rms, K", "rms of all, K", "within 2 K")
+    page.add("", "## A bed of steel beads heated from above", "", *paragraphs(texts.STEEL))
+    page.head("closures of the model", "after 4000 s at 40 / 60 / 73 mm, °C", "rms, K", "rms of all, K", "within 2 K")
     figure, axes = plt.subplots(1, 3, figsize=(11, 3.8), sharey=True, layout="constrained")
     files = sorted((HERE / "beds" / "steel_heated_from_above").glob("measured_*.csv"))
     end: list[str] = []
+    rises = ""
     choices = {
         "measured": {},
         "measured, no radiation": {"bed.emissivity": 0.0},
@@ -250,6 +266,9 @@ def steel(page: Page, pictures: Path, runs: Path) -> None:
         errors = [each.simulated - each.measured for each in deviations]
         end = [f"{each.measured[-1] - 273.15:.1f}" for each in deviations]
         all_errors = np.concatenate(errors)
+        if name == "measured":
+            parts = [(d.simulated[-1] - d.simulated[0]) / (np.mean(d.measured[-5:]) - 293.15) for d in deviations]
+            rises = " / ".join(f"{part:.0%}" for part in parts)
         page.row(name, " / ".join(f"{each.simulated[-1] - 273.15:.1f}" for each in deviations),
                  " / ".join(f"{np.sqrt(np.mean(e**2)):.2f}" for e in errors), f"{np.sqrt(np.mean(all_errors**2)):.2f}",
                  f"{np.mean(np.abs(all_errors) <= 2.0):.0%}")  # fmt: skip
@@ -261,26 +280,19 @@ def steel(page: Page, pictures: Path, runs: Path) -> None:
                 axis.plot(each.time, each.measured - 273.15, "k.", ms=3, label="measured")
                 axis.set_title(f"{each.name} below the wall")
                 axis.set_xlabel("time in s")
-            axis.plot(each.time, each.simulated - 273.15, style, label=f"model, {name}")
+            axis.plot(each.time, each.simulated - 273.15, style, label=f"model, closures {name}")
     page.row("(measurement)", " / ".join(end), "", "", "")
     axes[0].set_ylabel("temperature in °C")
     axes[0].legend(fontsize=8)
     save(figure, pictures / "steel.png")
-    page.add("", "The emissivity of these beads was not measured; 0.3 stands for clean stainless steel. Zehner, Bauer and "
-             "Schluender "
-             "give 0.45 W/m/K without radiation, the curves themselves 0.56; their published scatter is ±30 %. At 40 mm the run "
-             "stays 2 K behind at the end, on the edge of the band. As published the wall heats the beads through the film "
-             "alone.",
-             "", "![Steel beads](validation/steel.png)")  # fmt: skip
+    page.add("", *paragraphs(texts.STEEL_END, rises=rises), "![Steel beads](validation/steel.png)")
 
 
 def heating_times(page: Page) -> None:
     """Both sets, all shipped scenes and turbulence models."""
-    page.add("", "## Heating times of the shipped scenes", "",
-             "Developed flow, s. `lateral`: the measured conduction and dispersion alone, with the thesis's drag and porosity; "
-             "`axial` adds dispersion along the flow (Pe/2), which Wakao's exchange was evaluated with.")  # fmt: skip
+    page.add("", "## Heating times of the shipped scenes", "", *paragraphs(texts.TIMES))
     page.head("scene", "thesis: laminar", "k-epsilon", "N-K", "damped N-K", "lateral", "axial", "measured",
-              "measured over thesis", "seconds of flow and energy, thesis", "lateral")  # fmt: skip
+              "measured over thesis", "solver time, lateral over thesis (median of 5 pairs)")  # fmt: skip
     columns: dict[str, dict[str, Any]] = {
         "laminar": {"model.turbulence": "none"},
         "k-epsilon": {"model.turbulence": "k-epsilon"},
@@ -291,21 +303,14 @@ def heating_times(page: Page) -> None:
         "measured": dict(MEASURED),
     }
     for name, path in SHIPPED.items():
-        times, seconds = {}, {}
-        for column, settings in columns.items():
-            repeated = [_heated(path, settings) for _ in range(5 if column in ("damped", "lateral") else 1)]
-            times[column] = repeated[0][0]
-            seconds[column] = statistics.median(each[1] for each in repeated)
+        times = {column: _heated(path, settings)[0] for column, settings in columns.items()}
+        pairs = [[_heated(path, columns[column])[1] for column in ("damped", "lateral")] for _ in range(5)]
+        cost = statistics.median(lateral / damped for damped, lateral in pairs)
         page.row(name, *(f"{times[column]:.1f}" for column in columns), f"{times['measured'] / times['damped'] - 1.0:+.1%}",
-                 f"{seconds['damped']:.2f}", f"{seconds['lateral']:.2f}")  # fmt: skip
+                 f"{cost:.2f}")  # fmt: skip
     beads = {"bed.bead_material": "aluminium"}
     slow, fast = (_heated(SHIPPED["aluminium mold"], beads | dict(s))[0] for s in (THESIS, MEASURED))
-    page.add("", "The published 1470 s (aluminium) and 1275 s (FRP) are nearer to the measured set; both sides are "
-             "computed, and the "
-             "thesis prints Macdonald's drag: a coincidence, no evidence.", "",
-             f"Aluminium beads in the aluminium mold: thesis {slow:.0f} s, measured {fast:.0f} s. As published, 0.6 x 237 "
-             f"W/m/K smear the "
-             "front along the bed; the run warns.")  # fmt: skip
+    page.add("", *paragraphs(texts.TIMES_END, slow=slow, fast=fast))
 
 
 def _heated(path: Path, settings: Settings) -> tuple[float, float]:
@@ -327,16 +332,12 @@ def main() -> None:
         "",
         "Written by `make validation`; do not edit.",
         "",
-        "**What this page does not show.** No measured heating with a flow through the bed: none exists as numbers that we "
-        "hold. No "
-        "curve of the thesis: its figures are not available. The correlations below were fitted to thousands of measured "
-        "points of "
-        "air through beds of spheres, mostly in heated tubes; they were taken from programs and compilations, not from "
-        "their first "
-        "publications (`studies/validation/correlations.py`), and the model is compared with them, not with the points.",
+        *paragraphs(texts.OPENING),
+        "| key | `thesis`, the default | `measured` |",
+        "|---|---|---|",
+        *(f"| `{key}` | {value} | {CLOSURES['measured'][key]} |" for key, value in CLOSURES["thesis"].items()),
         "",
-        'Two sets of closures are compared: `model.closures = "thesis"`, the default, and `"measured"`. What each holds: '
-        "`porousmold/scene/closures.py`; how heat is conducted and mixed: `porousmold/laws/conductivity.py`.",
+        *paragraphs(texts.SETS),
     )
     sections: list[Callable[[], None]] = [
         lambda: pressure_drop(page, pictures),

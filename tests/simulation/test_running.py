@@ -381,6 +381,13 @@ def test_narrow_bed_is_warned_of_and_a_wide_one_is_not():
         assert any("8.0 beads wide" in text for text in heated(scene)["warnings"]) == warned
 
 
+@pytest.mark.parametrize(("bulk", "warned"), [(0.4, False), (0.45, True), (0.34, True)])
+def test_a_porosity_that_spheres_do_not_pour_to_is_told(bulk, warned):
+    """The mean over the section is more than 0.02 from both correlations of the mean void at this width."""
+    scene = coarse_scene({"bed.bulk_porosity": bulk, "model.flow": "plug", "model.turbulence": "none"})
+    assert any("poured spheres" in text for text in heated(scene)["warnings"]) == warned
+
+
 def test_warnings_name_the_limits_that_a_run_touches():
     summary = heated(
         coarse_scene({"bed.bead_conductivity": 0.2, "operation.pressure_drop": "60 kPa", "model.nusselt": "pen"})

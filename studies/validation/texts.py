@@ -1,0 +1,118 @@
+"""What the page says between its tables; numbers that the study computes stand in braces."""
+
+OPENING = """
+**What this page does not show.** No heating time of this program has been compared with a measured one: no measured heating
+with a flow through the bed exists as numbers that we hold, and the thesis's figures are not available (its printed 1470 s for
+the aluminium mold is a computation). What is compared are correlations, cited at second hand from programs and compilations
+(`studies/validation/correlations.py`), of which we hold no points; five permeabilities; and one bed at rest.
+
+Re_d = rho U d/mu and Nu are on the bead diameter d and the superficial speed U, Re_m = Re_d/(1 - phi), phi is the void
+fraction, D the tube's diameter. Two sets of closures are compared; a key that a scene sets wins:
+"""
+SETS = """
+`measured` takes correlations of experiments where they exist. Not measured are its decaying turbulence (`docs/theory.md`) and
+how heat passes the wall between rest and Re_d = 40 (`porousmold/laws/conductivity.py`).
+"""
+PRESSURE = """
+dp/L = F (1 - phi)/phi^3 rho U^2/d. Developed flow of air, laminar with the closures `thesis` (turbulence adds 1 to 2 %) and
+as it comes with `measured`; F of the model over that of the correlation, both at the model's mean void fraction. Tubes of D/d
+10, 20, 30, and slabs of 2 H/d 20, 30 (that a gap counts as twice its width is an assumption without a source). **`measured`
+takes the KTA law**, which Erdim's and Carman's resemble: these rows test how a law of the bulk works with a porosity that
+varies towards the wall, not the law. KTA states void fractions of 0.36 to 0.42, which the beds of D/d = 10 exceed; Erdim's
+and Dixon's ranges end before the fastest flows and the widest beds.
+"""
+PRESSURE_AT_MEASURED_VOID = """
+An experiment has the mean void that it has. Pressure drop of the model over the median of the six correlations at Dixon's
+mean void, Re_d 100 to 1000:
+"""
+PRESSURE_END = """
+The thesis's inertial constant does not fall with the Reynolds number; laws fitted to spheres fall about as Re^-0.1. At D/d =
+10 the porosity of `measured` leaves the channel at the wall too wide.
+"""
+VOID_END = """
+The fit of Giese, Rottschaefer and Vortmeyer (1998) to their laser-Doppler measurements gives 32 to 35 % within d/2 at D/d =
+10. The mean error of Benyahia and O'Neill's correlation is 1.5 %, that of Dixon's is not given.
+"""
+HEAT = """
+Overall coefficient h between wall and mixed mean, far from the inlet, Nu = h d/lambda_f, of ceramic beads of 5 mm (2.09
+W/m/K) in air at 300 K; tubes of D/d 10, 15, 20, 30. Eight correlation sets:
+"""
+SET_RANGES = """\
+| set | what it gives | valid |
+|---|---|---|
+| Leva 1947 | overall | Re_d 250 to 3000, D/d 3.3 to 20 |
+| Li, Finlayson 1977 | overall | Re_d 20 to 7600, D/d 3.3 to 20 |
+| VDI Heat Atlas M7: Schluender's k_r, Nu_w of Martin and Nilles 1993 | k_r and Nu_w | Re_d 35 to 500 as compiled, D/d 3.3 to 20 |
+| k_r of Specchia 1980, Nu_w of Yagi and Wakao 1959 | k_r and Nu_w | Re_d 20 to 2000, D/d 6 to 47 |
+| the same, Nu_w of Li and Finlayson 1977 | k_r and Nu_w | Re_d 20 to 7600, D/d 3.3 to 20 |
+| the same, Nu_w of Colledge and Paterson 1984 | k_r and Nu_w | not given |
+| the same, Nu_w of Dixon, DiCostanzo and Soucy 1984 | k_r and Nu_w | Re_d 50 to 500, D/d 3 to 12 |
+| Winterberg, Tsotsas 2000 | profile of conductivity, one temperature | Pe up to 1e4, D/d from 4 |
+"""
+SCATTER = """
+They lie {rms:.0%} (rms) from their median over all 32 points, {near:.0%} at Re_d 420 to 1000; extremes {low:.2f} and
+{high:.2f}. Some are used beyond their range.
+
+**`measured` is not independent of these sets.** It takes the dispersion of Winterberg and Tsotsas and the bed at rest that
+six of the eight use, and how both are combined with eddies and ended at the wall was chosen to agree with them. Its row shows
+that one model holds over the whole range. Independent of it are Leva, and Li and Finlayson, who have a column of their own.
+
+Nu of the model over the median of the eight:
+"""
+BRANCHES = """
+Plain k-epsilon has two steady states between Re_d 420 and 2000, laminar and turbulent, and the search decides which is found:
+its row is no prediction. N-K are the bead sources of Nakayama and Kuwahara, damped where they fade out below a bead Reynolds
+number of 800 to 900 on the interstitial speed.
+"""
+SPLIT = """
+k_r/lambda_f in the middle of the tube, and the Nu_w that gives the overall coefficient with it in plug flow: b J1(b) = Bi
+J0(b), Bi = Nu_w D/(2 k_r d), Nu = k_r b^2 d/D with k_r over lambda_f; D/d = 20. Published Nu_w: Yagi and Wakao, Li and
+Finlayson, Colledge and Paterson, Dixon et al., to go with Specchia's k_r.
+"""
+SPLIT_END = """
+**Where the thesis's numbers come from.** At Re_d about 400, that of its mold, the overall coefficient agrees with the
+correlations because two errors compensate: beads conduct five times what a bed at rest conducts, and nothing but eddies mixes
+across the flow. Away from there they do not: a laminar flow takes up a fifth of the correlated heat at Re_d = 3000, wide
+tubes at Re_d = 100 half as much again.
+
+The coefficients are those of a section of the program's own developed flow. Two runs of its energy equation, beds of
+{short:g} and {long:g} m at Re_d = 420, D/d = 10, give the same Nu: {told}.
+"""
+PERMEABILITY = """
+The thesis measured five beds by falling heads (tables 4.3 to 4.5; global evaluation). Predictions, as it prints them with its
+unrounded porosities, over measurements:
+"""
+PERMEABILITY_END = """
+The five beds give {mean:.0f} ± {deviation:.0f} (one sigma, without the error of the porosity: 0.01 moves a permeability by 11
+%): Macdonald's 180 rather than Ergun's 150, and rather than the 160 of KTA that `measured` takes. Nothing measured there
+tests the inertial constant.
+"""
+STEEL = """
+`studies/beds/steel_heated_from_above.toml`: air at rest, the wall put from 20 to 53 °C; thermocouples 40, 60 and 73 mm below
+it (C. Beaulieu, PhD thesis, Polytechnique Montreal 2020, digitised by the Lethe project, whose further curves put the
+experiment's own band at about ±2 K).
+"""
+STEEL_END = """
+The model stays below the curves: `measured` has {rises} of the measured rise at 4000 s. At 73 mm both sets are as far off:
+that depth does not tell them apart. The emissivity of these beads was not measured; 0.3 stands for clean stainless steel.
+Zehner, Bauer and Schluender give 0.45 W/m/K without radiation, the curves themselves 0.56; their published scatter is ±30 %.
+As published heat reaches the beads only by convection.
+"""
+TIMES = """
+Until the wall is within 2 K of the inlet, in s; developed flow. Re_d and D/d are 398 and 20 (2 H/d) in the molds, 259 and 20
+in the pipe. `lateral`: conduction and dispersion of `measured` alone, with drag, turbulence and porosity of `thesis`; `axial`
+adds dispersion along the flow (Pe/2), which Wakao's exchange was evaluated with.
+"""
+TIMES_END = """
+The published 1470 s (aluminium) and 1275 s (FRP) are nearer to `measured`; both sides are computed, and the thesis prints
+Macdonald's drag: a coincidence, no evidence.
+
+Aluminium beads in the aluminium mold: `thesis` {slow:.0f} s, `measured` {fast:.0f} s. As published, conduction along the
+beads (0.6 x 237 W/m/K) spreads the thermal front; the run warns.
+"""
+
+
+def paragraphs(text: str, **numbers: object) -> list[str]:
+    """Lines for a page: each paragraph one line, an empty one after it."""
+    joined = (" ".join(part.split()) for part in text.format(**numbers).split("\n\n"))
+    return [line for paragraph in joined for line in (paragraph, "")]
