@@ -107,9 +107,9 @@ KEYS: dict[str, dict[str, Key]] = {
         "wall": _choice("wall: resolved, of one temperature through its thickness, held at operation.wall_temperature, or none",
                         ("conjugate", "thin", "fixed-temperature", "insulated"), "conjugate"),
         "exchange_factor": Key("", "factor on the heat exchange between fluid and beads", 1.0, low=0.0, high=1e6),
-        "drag_factor": Key("", "factor on the resistance of the beads, for the scatter of its measurements", 1.0, low=0.0,
+        "drag_factor": Key("", "factor on the resistance of the beads, for their experimental scatter", 1.0, low=0.0,
                            high=1e3),
-        "conduction_factor": Key("", "factor on what beads conduct and the flow mixes, for the scatter of its measurements", 1.0,
+        "conduction_factor": Key("", "factor on what beads conduct and the flow mixes, for their experimental scatter", 1.0,
                                  low=0.0, high=1e3),
         "bead_modes": Key("integer", "modes kept of the temperature inside a bead, the others follow at once; without it beads "
                           "are isothermal", low=0, high=16, closed=True),

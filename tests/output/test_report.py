@@ -40,13 +40,13 @@ def test_a_comparison_stands_in_the_page_until_the_next_run(tmp_path):
     )
     out = tmp_path / "run"
     run(scene, out, MPI.COMM_SELF)
-    assert "measurement" not in write_report(out).read_text()
+    assert "Beside the measurement" not in write_report(out).read_text()
     (tmp_path / "measured.csv").write_text("time [s], middle [degC]\n50, 30\n150, 40\n")
     assert main(["compare", str(out), str(tmp_path / "measured.csv")]) == 0
     page = write_report(out).read_text()
     assert "measurement" in page and "middle" in page and page.count("data:image/png;base64,") == 4
     run(scene, out, MPI.COMM_SELF)
-    assert "measurement" not in write_report(out).read_text()
+    assert "Beside the measurement" not in write_report(out).read_text()
 
 
 def test_a_study_s_page_has_a_row_for_every_case(tmp_path):
