@@ -49,8 +49,26 @@ def test_a_rank_may_have_no_part_of_the_bed():
     )
 
 
-def test_gmsh_mesh_on_any_number_of_ranks():
-    scene = Scene.load(STUDIES / "mold" / "curved.toml", {"operation.end_time": 60.0, "model.turbulence": "none"})
+def test_the_walls_contact_on_any_number_of_ranks():
+    """Beads at rest against a wall with cells of its own: the facets between two ranks count once."""
+    changes = {
+        "operation.pressure_drop": 0.0,
+        "operation.outer_coefficient": 50.0,
+        "operation.ambient_temperature": 363.15,
+    }
+    scene = coarse_scene(
+        {"model.closures": "measured", "operation.end_time": 300.0, "model.turbulence": "none", **changes}
+    )
+    alone, together = (simulation_of(scene, communicator).march() for communicator in (MPI.COMM_SELF, MPI.COMM_WORLD))
+    assert together.recorder.history["heat_stored"][-1] == pytest.approx(
+        alone.recorder.history["heat_stored"][-1], rel=1e-6
+    )
+
+
+@pytest.mark.parametrize("closures", ["thesis", "measured"])
+def test_gmsh_mesh_on_any_number_of_ranks(closures):
+    changes = {"operation.end_time": 60.0, "model.turbulence": "none", "model.closures": closures}
+    scene = Scene.load(STUDIES / "mold" / "curved.toml", changes)
     alone, together = (simulation_of(scene, communicator).march() for communicator in (MPI.COMM_SELF, MPI.COMM_WORLD))
     assert together.recorder.history["heat_stored"][-1] == pytest.approx(
         alone.recorder.history["heat_stored"][-1], rel=1e-6

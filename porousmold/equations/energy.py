@@ -32,7 +32,7 @@ import ufl
 
 from ..laws.bead_interior import overall_coefficient
 from ..laws.conductivity import Anisotropic, LocalBed, added, wall_coefficient
-from ..laws.functions import Value
+from ..laws.functions import Value, scaled
 from ..laws.materials import Solid
 from ..laws.nusselt import prandtl_number, specific_surface
 from .bead_interior import BeadInterior
@@ -392,7 +392,7 @@ class EnergyEquations:
             mixed = self._tensor(self.bed.dispersion.mixed(self._local_bed(temperature, temperature)))
             return ufl.dot(b, flux_density(mixed / phi, ufl.grad(temperature))), 0.0 * bead_temperature
         fluid = flux_density(self.fluid_conduction(temperature) / phi, ufl.grad(temperature))
-        conductivity = self.bed.beads.conductivity(bead_temperature)
+        conductivity = scaled(self.bed.beads.conductivity(bead_temperature), self.bed.bead_conduction.factor)
         return ufl.dot(b, fluid), conductivity * ufl.dot(b, ufl.grad(bead_temperature))
 
 

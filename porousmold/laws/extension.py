@@ -79,25 +79,29 @@ def dispersion(name: str, *, source: str) -> Decorator:
 
 def bead_conduction(name: str, *, source: str, whole_bed: bool = False) -> Decorator:
     """Register f(bed) = what the beads conduct (W/m/K per total volume, or `Anisotropic`) of a `LocalBed` as
-    `model.bead_conduction = name`; with `whole_bed` it holds the fluid at rest as well, and reaches the wall."""
+    `model.bead_conduction = name`; with `whole_bed` it is one number that holds the fluid at rest as well, and reaches the
+    wall."""
 
     def register(function: Function) -> Function:
-        _try_conductivity(f"bead conduction {name!r}", function)
+        if isinstance(_try_conductivity(f"bead conduction {name!r}", function), Anisotropic) and whole_bed:
+            raise InputError(f"bead conduction {name!r} law", None, "must give one number with whole_bed")
         BEAD_CONDUCTION_LAWS.register(name, BeadConduction(function, source, whole_bed))
         return function
 
     return register
 
 
-def _try_conductivity(law: str, function: Function) -> None:
-    places = np.array([0.0, 1e-4, 1e-2])
-    found = _called(
-        law, function, LocalBed(0.4, places, 5e-3, 1.2, 1.8e-5, 1007.0, 1.0, 1e-3, 0.026, 2.0, 0.4, 0.4, 300.0)
-    )
+def _try_conductivity(law: str, function: Function) -> Value:
+    """Call a law with arrays and with UFL numbers; its values for the arrays."""
+    places, numbers = np.array([0.0, 1e-4, 1e-2]), (5e-3, 1.2, 1.8e-5, 1007.0, 1.0, 1e-3, 0.026, 2.0, 0.4, 0.4, 300.0)
+    found = _called(law, function, LocalBed(0.4, places, *numbers))
+    symbols = [ufl.variable(ufl.as_ufl(number)) for number in (0.4, 1e-2, *numbers)]
+    _called(f"{law} (with UFL)", function, LocalBed(*symbols))
     for values in found if isinstance(found, Anisotropic) else (found,):
         _check(law, values, 3)
         if np.min(values) < 0.0:
             raise InputError(f"{law} law", float(np.min(values)), "must not be negative")
+    return found
 
 
 def turbulence(name: str) -> Callable[[Model], Model]:

@@ -177,8 +177,8 @@ class KEpsilon(TurbulenceModel):
     given at the inlet, or, of a developed flow, what came from the wall in an infinite time; its eddies are arbitrary.
     `decaying` lets the beads take it as fast as they would renew it: with f_d eps_inf as source, (1 - f_d) k eps_inf/k_inf is a
     sink of k, and C_2 (1 - f_d) epsilon eps_inf/k_inf one of epsilon. Nakayama and Kuwahara's terms tie the turbulence between
-    beads to theirs at the rate eps_inf/k_inf, within d/3; where they make none, none is left within d/3. Both flows then agree,
-    and a core below the threshold is laminar, as experiments on single pores are below Re_d = 300 to 400.
+    beads to theirs at the rate eps_inf/k_inf, within d/3; where they make none, k falls at that rate, and as no eddy is
+    longer than `longest_eddy` mu_t is gone within some four beads. Full and developed flow then agree.
 
     `blend_half_width` is that of `laws.turbulence.outer_fraction`, `longest_eddy` the bound on k^1.5/epsilon over the bead
     diameter; numbers or UFL constants.

@@ -9,6 +9,7 @@ import fcntl
 import functools
 import hashlib
 import importlib
+import inspect
 import logging
 import math
 import os
@@ -387,7 +388,11 @@ def read_gmsh(
         reader = importlib.import_module("dolfinx.io.gmshio")
     except ImportError:  # dolfinx 0.10 on
         reader = importlib.import_module("dolfinx.io.gmsh")
-    domain, cell_tags, facet_tags = tuple(reader.model_to_mesh(gmsh.model, communicator, 0, gdim=2))[:3]
+    # interior facets between bed and wall need the cells on both sides; dolfinx 0.5 has them without being asked
+    sharing = {}
+    if "partitioner" in inspect.signature(reader.model_to_mesh).parameters and hasattr(mesh, "create_cell_partitioner"):
+        sharing["partitioner"] = mesh.create_cell_partitioner(mesh.GhostMode.shared_facet)
+    domain, cell_tags, facet_tags = tuple(reader.model_to_mesh(gmsh.model, communicator, 0, gdim=2, **sharing))[:3]
     if communicator.rank == 0:
         gmsh.finalize()
     _complete(domain)

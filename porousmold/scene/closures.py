@@ -48,7 +48,8 @@ def completed(tables: Mapping[str, Any]) -> dict[str, Any]:
     chosen = tables.get("model", {}).get("closures", THESIS)
     for full_name, value in (CLOSURES.get(chosen, {}) if isinstance(chosen, str) else {}).items():
         table, name = full_name.split(".")
-        result[table] = {name: value, **result.get(table, {})}
+        given = {key: entry for key, entry in result.get(table, {}).items() if entry is not None}
+        result[table] = {name: value, **given}
     return result
 
 
@@ -56,7 +57,7 @@ def departures(scene: Any) -> dict[str, Any]:
     """{"table.key": value} of what a scene has otherwise than its set of closures."""
     values = {name: _value(scene, name) for name in CLOSURES[scene.model.closures]}
     if scene.bed.porosity_profile is not None:
-        values["bed.porosity_model"] = "bed.porosity_profile"
+        values |= {"bed.porosity_model": "bed.porosity_profile", "bed.bulk_porosity": scene.porosity.bulk_porosity}
     return {name: value for name, value in values.items() if value != CLOSURES[scene.model.closures][name]}
 
 

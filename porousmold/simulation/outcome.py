@@ -103,7 +103,8 @@ def warnings_of(scene: Scene, simulation: Simulation, bounds: list[float] | None
 
 def _of_the_outcome(simulation: Simulation) -> list[str]:
     time, found = simulation.specs.time, []
-    if simulation.recorder.heating_time is None and simulation.time >= time.end_time * (1 - 1e-9):
+    waiting = simulation.recorder.heating_time is None and simulation.specs.heat.wall != "fixed-temperature"
+    if waiting and simulation.time >= time.end_time * (1 - 1e-9):
         found.append(f"not heated to within {time.margin:g} K by operation.end_time {time.end_time:g} s")
     undershoot = simulation.problem.flow.largest_undershoot
     if undershoot > LARGEST_UNDERSHOOT:
@@ -135,6 +136,10 @@ def _of_the_scene(scene: Scene, simulation: Simulation) -> list[str]:
             f"the beads conduct {estimates.conduction_ratio:.2g} times as much as measurements give for the whole bed: "
             "heat spreads too far (see model.closures 'measured', or model.bead_conduction)"
         )
+    for name in ("emissivity", "contact_flattening"):
+        if not specs.laws.bead_conduction.whole_bed and getattr(scene.bed, name):
+            law = scene.model.bead_conduction
+            found.append(f"bed.{name} has no effect beside model.bead_conduction {law!r}")
     found += _of_the_porosity(simulation)
     if specs.mesh.is_too_narrow:
         found.append(

@@ -6,9 +6,9 @@ contributes
     s_i = [ln t(p + sigma) - ln t(p - sigma)]/2
 
 to the standard deviation of ln t, by central differences: of the order sigma^2. Two laws between which the experiments do not
-decide (`ALTERNATIVES`) count as equally likely: half their difference in ln t is a standard deviation, and moves the middle. The
-discretisation contributes what a finer mesh with smaller steps changes. All are independent: s^2 = sum s_i^2, and 95 % of all
-cases lie within exp(+-1.96 s) around the middle.
+decide (`ALTERNATIVES`) count as equally likely: half their difference in ln t is a standard deviation, and moves the middle.
+The discretisation contributes the error that follows from what 1.5 times as many cells and steps change. All are independent:
+s^2 = sum s_i^2, and 95 % of all cases lie within exp(+-1.96 s) around the middle.
 
 `sampled` asks the model itself: a Latin hypercube of normally distributed inputs, the alternatives by the toss of a coin.
 """
@@ -28,9 +28,11 @@ from scipy.stats import norm, qmc
 
 from ..errors import InputError
 from ..files.whole_files import output_file
+from ..laws.porosity import POROSITY_MODELS
 from ..scene.chosen_laws import Laws
 from ..scene.scene import Scene
 from ..scene.tolerances import TOLERANCES, tolerance_of
+from ..simulation.accuracy import MESH_ORDER
 from .definition import QUIET, Case, Study
 from .running import run_study
 
@@ -43,7 +45,8 @@ ALTERNATIVES: Mapping[str, Mapping[str, str]] = {
     },
 }
 """Laws with the other one between which and it the experiments do not decide."""
-FINER = {"solver.mesh_refinement": 1.5, "solver.step_refinement": 1.5}
+FINER = 1.5
+"""Factor on cells and steps of the case that tells the discretisation's part."""
 INSIDE_95 = 1.96
 """Standard deviations on each side that hold 95 % of a normal distribution."""
 LARGEST_POROSITY = 0.95
@@ -51,8 +54,9 @@ LARGEST_POROSITY = 0.95
 
 @dataclass(frozen=True)
 class Contribution:
-    """Of an input, a closure or the cells: `deviation` is its standard deviation of ln t, with its sign for an input that grows;
-    None, with the `reason`, where there is none. `tolerance` is as the scene states it."""
+    """Of an input, a closure or the cells: `deviation` is its standard deviation of ln t, with its sign for an input that
+    grows; None, with the `reason`, where there is none; a `reason` beside a number says what it lacks. `tolerance` is as the
+    scene states it."""
 
     name: str
     tolerance: str
@@ -114,7 +118,7 @@ def _counts(scene: Scene, name: str) -> bool:
     """Whether the input is one of this scene."""
     model = scene.model
     if name.startswith("wall."):
-        return model.wall in ("conjugate", "thin") and scene.geometry.kind != "mesh"
+        return model.wall in ("conjugate", "thin") and not (name == "wall.thickness" and scene.geometry.kind == "mesh")
     if name == "bed.bulk_porosity":
         return scene.bed.porosity_profile is None
     if name == "model.exchange_factor":
@@ -152,11 +156,10 @@ def cases_of(scene: Scene) -> list[Case]:
         ]
     cases += [_case(scene, f"{name},{law}", {name: law}) for name, law in alternatives_of(scene).items()]
     if scene.solver.accuracy is None:
-        cases.append(
-            _case(
-                scene, "finer", {key: value * getattr(scene.solver, key.split(".")[1]) for key, value in FINER.items()}
-            )
-        )
+        finer = {"solver.step_refinement": FINER * scene.solver.step_refinement}
+        if scene.geometry.kind != "mesh":
+            finer["solver.mesh_refinement"] = FINER * scene.solver.mesh_refinement
+        cases.append(_case(scene, "finer", finer))
     return cases
 
 
@@ -165,25 +168,29 @@ def budget(scene: Scene, out: Path, *, progress: Any = None, stop: Callable[[], 
 
     Raises `InputError` for a scene that is not heated by its end.
     """
-    rows = run_study(
-        Study(cases_of(scene), [], ["heating_time", "heating_time_error"]), out, progress=progress, stop=stop
-    )
+    if scene.model.wall == "fixed-temperature":
+        raise InputError("model.wall", scene.model.wall, "leaves no heating time to be uncertain", scene.source)
+    cases, record = cases_of(scene), ["heating_time", "heating_time_error"]
+    rows = run_study(Study(cases[:1], [], record), out, progress=progress, stop=stop)
+    here = rows[0].values["heating_time"]
+    if here is None and rows[0].status != "missing":
+        raise InputError("SCENE", scene.source, f"has no heating time: {rows[0].reason or 'not heated'}")
+    rows = run_study(Study(cases, [], record), out, progress=progress, stop=stop)
     if any(row.status == "missing" for row in rows):
         return None
     times = {row.case.name: row.values["heating_time"] for row in rows}
     reasons = {row.case.name: row.reason or "not heated" for row in rows}
-    here = times["as given"]
-    if here is None:
-        raise InputError("SCENE", scene.source, f"has no heating time: {reasons['as given']}")
     found, shift = [], 0.0
     for name in inputs_of(scene):
         up, down = times[f"{name},up"], times[f"{name},down"]
         told = str(getattr(scene.tolerance, name))
-        missing = reasons[f"{name},up"] if up is None else reasons[f"{name},down"]
-        if up is None or down is None:
-            found.append(Contribution(name, told, None, missing))
-        else:
+        if up is not None and down is not None:
             found.append(Contribution(name, told, 0.5 * math.log(up / down)))
+        elif up is None and down is None:
+            found.append(Contribution(name, told, None, reasons[f"{name},up"]))
+        else:
+            side, one = ("down", -math.log(down / here)) if up is None else ("up", math.log(up / here))
+            found.append(Contribution(name, told, one, f"of {name},{side} alone"))
     for name, law in alternatives_of(scene).items():
         time = times[f"{name},{law}"]
         half = None if time is None else 0.5 * math.log(time / here)
@@ -191,7 +198,7 @@ def budget(scene: Scene, out: Path, *, progress: Any = None, stop: Callable[[], 
         found.append(Contribution(name, f"or {law}", half, "" if half is not None else reasons[f"{name},{law}"]))
     if "finer" in times:
         finer = times["finer"]
-        cells = None if finer is None else abs(math.log(finer / here))
+        cells = None if finer is None else abs(math.log(finer / here)) / (1.0 - FINER**-MESH_ORDER)
         found.append(
             Contribution(
                 "discretisation", "finer cells, smaller steps", cells, "" if cells is not None else reasons["finer"]
@@ -213,7 +220,7 @@ def sample_cases(scene: Scene, count: int, seed: int) -> list[Case]:
     cases = []
     for number, point in enumerate(points):
         settings: dict[str, Any] = {
-            name: _kept(name, value + deviation * float(norm.ppf(place)))
+            name: _kept(scene, name, value + deviation * float(norm.ppf(place)))
             for (name, (value, deviation)), place in zip(inputs.items(), point, strict=False)
         }
         tosses = point[len(inputs) :]
@@ -222,8 +229,12 @@ def sample_cases(scene: Scene, count: int, seed: int) -> list[Case]:
     return cases
 
 
-def _kept(name: str, value: float) -> float:
-    return min(value, LARGEST_POROSITY) if name == "bed.bulk_porosity" else value
+def _kept(scene: Scene, name: str, value: float) -> float:
+    """The value, or the largest that the porosity's laws take."""
+    if name != "bed.bulk_porosity":
+        return value
+    laws = {scene.bed.porosity_model, alternatives_of(scene).get("bed.porosity_model", scene.bed.porosity_model)}
+    return min(value, LARGEST_POROSITY, *(POROSITY_MODELS[law].largest_bulk_porosity for law in laws))
 
 
 def sampled(
@@ -235,8 +246,11 @@ def sampled(
         return None
     times: NDArray[Any] = np.array([t for row in rows if (t := row.values["heating_time"]) is not None], float)
     if len(times) < 2:
-        raise InputError("SCENE", scene.source, "has no heating time in any of the sampled cases")
-    low, median, high = np.quantile(times, (0.025, 0.5, 0.975))
+        raise InputError("SCENE", scene.source, f"has a heating time in {len(times)} of the sampled cases")
+    slow = sum(row.status == "done" and row.values["heating_time"] is None for row in rows)
+    low, median, high = np.quantile(
+        [*times, *[np.inf] * slow], (0.025, 0.5, 0.975), method="lower" if slow else "linear"
+    )
     return Sample(count, len(times), float(np.std(np.log(times), ddof=1)), float(low), float(median), float(high))
 
 

@@ -106,6 +106,16 @@ def test_the_wall_is_reached_at_rest_and_its_layer_resists_with_flow():
     assert wall_coefficient(flowing) < 1e-3 * WHOLE.formula(still) / 5e-3
 
 
+def test_radiation_ends_with_the_beads():
+    """None at phi -> 1 with flow, that of the core in the core, monotone between."""
+    flowing = replace(CERAMIC_IN_AIR, core_speed=1.0, emissivity=0.9)
+    dark = replace(flowing, emissivity=0.0)
+    assert WHOLE.formula(replace(flowing, porosity=1.0)) == pytest.approx(0.026, rel=1e-5)
+    assert WHOLE.formula(flowing) == pytest.approx(stagnant_conductivity(flowing, 0.4))
+    more = [WHOLE.formula(replace(bed, porosity=phi)) for phi in (0.4, 0.6, 0.8, 0.99) for bed in (flowing, dark)]
+    assert all(np.diff(np.subtract(more[::2], more[1::2])) < 0.0)
+
+
 def test_dispersion_is_the_larger_of_pe_over_8_and_eddies():
     peclet = CERAMIC_IN_AIR.peclet_number
     assert peclet == pytest.approx(1.2 * 1007.0 * 0.4 * 1.0 * 5e-3 / 0.026)

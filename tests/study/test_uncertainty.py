@@ -20,7 +20,7 @@ from porousmold.study.uncertainty import (
     write,
 )
 
-from ..support import ALUMINIUM, PIPE, under_mpirun
+from ..support import ALUMINIUM, PIPE, STUDIES, under_mpirun
 
 PARTS = {
     "bed.bead_heat_capacity",
@@ -79,6 +79,18 @@ def test_tolerances_are_no_part_of_a_result():
     from porousmold.scene.identity import identity_of
 
     assert identity_of(Scene.load(ALUMINIUM)) == identity_of(Scene.load(ALUMINIUM, {"tolerance.wall.thickness": "1 %"}))
+
+
+def test_a_mesh_of_ones_own_counts_its_wall_and_its_steps():
+    scene = Scene.load(STUDIES / "mold" / "curved.toml")
+    assert {"wall.density", "wall.conductivity"} <= inputs_of(scene).keys() and "wall.thickness" not in inputs_of(scene)
+    assert cases_of(scene)[-1].name == "finer" and cases_of(scene)[-1].scene is not None
+
+
+def test_a_wall_of_given_temperature_is_refused_at_once(tmp_path, capsys):
+    steel = STUDIES / "beds" / "steel_heated_from_above.toml"
+    assert main(["uncertainty", str(steel), "--out", str(tmp_path / "out")]) == 2
+    assert "model.wall" in capsys.readouterr().err and not (tmp_path / "out").exists()
 
 
 def test_alternatives_are_those_of_the_scene():
