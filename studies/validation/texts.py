@@ -99,9 +99,12 @@ Zehner, Bauer and Schluender give 0.45 W/m/K without radiation, the curves thems
 As published heat reaches the beads only by convection.
 """
 TIMES = """
-Until the wall is within 2 K of the inlet, in s; developed flow. Re_d and D/d are 398 and 20 (2 H/d) in the molds, 259 and 20
-in the pipe. `lateral`: conduction and dispersion of `measured` alone, with drag, turbulence and porosity of `thesis`; `axial`
-adds dispersion along the flow (Pe/2), which Wakao's exchange was evaluated with.
+Until the wall is within 2 K of the inlet, in s; developed flow. Re_d and D/d are 398 and 20 (2 H/d) in the molds, 259 and 20 in
+the pipe. The sets' own turbulence is damped N-K (`thesis`) and decaying N-K (`measured`).
+"""
+TIMES_LATERAL = """
+`lateral`: conduction and dispersion of `measured` alone, with drag, turbulence and porosity of `thesis`; `axial` adds dispersion
+along the flow (Pe/2), which Wakao's exchange was evaluated with.
 """
 TIMES_END = """
 The published 1470 s (aluminium) and 1275 s (FRP) are nearer to `measured`; both sides are computed, and the thesis prints
