@@ -58,7 +58,7 @@ class Laws:
                 bed.contact_flattening,
             ),
             _solid(wall.material, wall.density, wall.heat_capacity, wall.conductivity),
-            replace(DRAG_LAWS[model.drag].for_width(_width_ratio(scene)), factor=model.drag_factor),
+            replace(DRAG_LAWS[model.drag].for_width(width_ratio(scene)), factor=model.drag_factor),
             NUSSELT_CORRELATIONS[model.nusselt],
             replace(BEAD_CONDUCTION_LAWS[model.bead_conduction], factor=model.conduction_factor),
             replace(DISPERSION_LAWS[model.dispersion], factor=model.conduction_factor),
@@ -87,7 +87,7 @@ class Laws:
         return sources | {f"{owner} {name}": law.source for owner, name, law in self.properties(has_wall)}
 
 
-def _width_ratio(scene: Scene) -> float:
+def width_ratio(scene: Scene) -> float:
     """Bead diameters across a pipe, twice those across a cavity; infinite where only the mesh knows."""
     size = GEOMETRIES[scene.geometry.kind].size(scene.geometry)
     if size is None:

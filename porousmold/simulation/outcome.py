@@ -11,6 +11,7 @@ from .. import __version__
 from ..errors import SolveError
 from ..laws.porosity import LawPorosity, benyahia_oneill_mean_porosity, dixon_mean_porosity, mean_porosity
 from ..scene.checks import SMALLEST_RATIO
+from ..scene.chosen_laws import width_ratio
 from ..scene.closures import departures
 from ..scene.scene import Scene
 from .energy_use import energy_use
@@ -140,7 +141,7 @@ def _of_the_scene(scene: Scene, simulation: Simulation) -> list[str]:
         if not specs.laws.bead_conduction.whole_bed and getattr(scene.bed, name):
             law = scene.model.bead_conduction
             found.append(f"bed.{name} has no effect beside model.bead_conduction {law!r}")
-    found += _of_the_porosity(simulation)
+    found += _of_the_porosity(scene, simulation)
     if specs.mesh.is_too_narrow:
         found.append(
             f"the bed is {specs.mesh.beads_across:.1f} beads wide, below {SMALLEST_RATIO:g}: "
@@ -149,15 +150,14 @@ def _of_the_scene(scene: Scene, simulation: Simulation) -> list[str]:
     return found
 
 
-def _of_the_porosity(simulation: Simulation) -> list[str]:
+def _of_the_porosity(scene: Scene, simulation: Simulation) -> list[str]:
     """Whether spheres pour like that, of a law in a tube or a gap; a profile from a file is the user's own."""
     specs = simulation.specs
     size, diameter = simulation.problem.medium.size, specs.mesh.bead_diameter
     if not isinstance(specs.porosity, LawPorosity) or specs.mesh.size is None or size.half_width is not None:
         return []
     mean = mean_porosity(specs.porosity, diameter, size.half_height, axisymmetric=size.axisymmetric)
-    ratio = 2.0 * size.half_height * (1.0 if size.axisymmetric else 2.0) / diameter
-    measured = dixon_mean_porosity(ratio), benyahia_oneill_mean_porosity(ratio)
+    measured = [correlation(width_ratio(scene)) for correlation in (dixon_mean_porosity, benyahia_oneill_mean_porosity)]
     if min(abs(mean - other) for other in measured) <= LARGEST_POROSITY_ERROR:
         return []
     return [

@@ -17,6 +17,7 @@ from ..errors import InputError
 from ..scene.chosen_laws import Laws
 from ..scene.scene import Scene
 from .definition import QUIET, Case, Study
+from .parameters import value_of
 from .running import run_study
 
 PARAMETERS = (
@@ -39,18 +40,9 @@ class Elasticity:
 
 def parameters_of(scene: Scene) -> Any:
     """{name: value (SI)} of the parameters that the scene has; properties of materials as constants."""
-    laws = Laws.of(scene)
-    solids = {"bed.bead_": laws.beads, "wall.": laws.wall}
-    middle = 0.5 * (scene.operation.initial_temperature + scene.operation.inlet_temperature.values[-1])
-    found = {}
+    laws, found = Laws.of(scene), {}
     for name in PARAMETERS:
-        table, key = name.split(".")
-        value = getattr(getattr(scene, table), key)
-        if hasattr(value, "values"):
-            value = value.values[0] if len(value.values) == 1 else None
-        for prefix, solid in solids.items():
-            if value is None and name.startswith(prefix) and hasattr(solid, name.removeprefix(prefix)):
-                value = getattr(solid, name.removeprefix(prefix))(middle)
+        table, value = name.split(".")[0], value_of(scene, laws, name)
         without_wall = scene.model.wall in ("insulated", "fixed-temperature") or scene.geometry.kind == "mesh"
         if value is not None and value > 0.0 and not (table == "wall" and without_wall):
             found[name] = value

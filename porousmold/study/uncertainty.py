@@ -34,6 +34,7 @@ from ..scene.scene import Scene
 from ..scene.tolerances import TOLERANCES, tolerance_of
 from ..simulation.accuracy import MESH_ORDER
 from .definition import QUIET, Case, Study
+from .parameters import value_of
 from .running import run_study
 
 ALTERNATIVES: Mapping[str, Mapping[str, str]] = {
@@ -97,20 +98,13 @@ class Sample:
 def inputs_of(scene: Scene) -> dict[str, tuple[float, float]]:
     """{name: (value, standard deviation)} in SI of what the scene has of [tolerance]; properties of materials as constants."""
     laws, found = Laws.of(scene), {}
-    middle = 0.5 * (scene.operation.initial_temperature + scene.operation.inlet_temperature.values[-1])
     for name in TOLERANCES:
-        table, key = name.split(".")
-        value = getattr(getattr(scene, table), key)
-        if hasattr(value, "values"):
-            value = value.values[0] if len(value.values) == 1 else None
-        for prefix, solid in (("bed.bead_", laws.beads), ("wall.", laws.wall)):
-            if value is None and name.startswith(prefix) and hasattr(solid, name.removeprefix(prefix)):
-                value = getattr(solid, name.removeprefix(prefix))(middle)
+        value = value_of(scene, laws, name)
         if value is None or not _counts(scene, name):
             continue
         size = tolerance_of(name, getattr(scene.tolerance, name), scene.source).of(value)
         if size > 0.0:
-            found[name] = (float(value), 0.5 * size)
+            found[name] = (value, 0.5 * size)
     return found
 
 
