@@ -2,10 +2,10 @@ r"""Conduction and dispersion of heat in a bed, per total volume.
 
 The fluid conducts what its molecules conduct and what dispersion and eddies carry; the beads conduct by a law of their own.
 
-| `model.bead_conduction`   | beads                      | fluid at rest | at the wall     |
-|---------------------------|----------------------------|---------------|-----------------|
-| `bulk`                    | (1 - phi) lambda_s         | phi lambda_f  | beads insulated |
-| `zehner-bauer-schluender` | lambda_0 less the fluid's  | phi lambda_f  | T_s = T_w       |
+| `model.bead_conduction`   | beads                     | fluid at rest | beads at the wall              |
+|---------------------------|---------------------------|---------------|--------------------------------|
+| `bulk`                    | (1 - phi) lambda_s        | phi lambda_f  | insulated                      |
+| `zehner-bauer-schluender` | lambda_0 less the fluid's | phi lambda_f  | at rest T_s = T_w, insulated with flow |
 
 `bulk` is the thesis's (eq. 7.11): beads and fluid side by side, as if each ran through the bed. Beads touch at points, and most
 of the heat between them crosses the fluid in the gaps: a measured bed of steel beads conducts 21 times as much as its air, where
@@ -13,12 +13,12 @@ of the heat between them crosses the fluid in the gaps: a measured bed of steel 
 conductivity of the whole bed at rest. With kappa = lambda_s/lambda_f, the flattened share c of a bead's section and
 r = 4 sigma T^3 d/((2/e - 1) lambda_f) for the emissivity e,
 
-    lambda_0/lambda_f = (1 - w)(1 + phi r) + w [c kappa + (1 - c) k_c],   w = sqrt(1 - phi),
+    lambda_0/lambda_f = (1 - s)(1 + phi r) + s [c kappa + (1 - c) k_c],   s = sqrt(1 - phi),
     k_c = 2/N [B (kappa + r - 1)/(N^2 kappa) ln((kappa + r)/B) + (B + 1)/(2 B) (r - B) - (B - 1)/N],
     B = 1.25 ((1 - phi)/phi)^(10/9),   N = 1 + (r - B)/kappa.
 
-k_c is regular at N = 0; written with x = N kappa/B it has no small divisor (`_core_conductivity`). Published scatter +-30 % for
-kappa < 1000.
+k_c is regular at N = 0; written with x = N kappa/B it has no small divisor (`_core_conductivity`). With radiation it does not end
+as phi -> 1: what radiation adds is taken from the core, in proportion to the solids. Published scatter +-30 % for kappa < 1000.
 
 **The wall.** How heat comes through the layer next to the wall depends on the flow. At rest it crosses the thin gaps around the
 points at which beads touch the wall: Schluender's contact coefficient gives 0.6 d/lambda_0 from the wall to the middle of the
