@@ -88,12 +88,9 @@ class Laws:
 
 
 def width_ratio(scene: Scene) -> float:
-    """Bead diameters across a pipe, twice those across a cavity; infinite where only the mesh knows."""
+    """Hydraulic diameter over that of the beads: D/d of a pipe, 2 H/d of a cavity; infinite where only the mesh knows."""
     size = GEOMETRIES[scene.geometry.kind].size(scene.geometry)
-    if size is None:
-        return float("inf")
-    width = 2.0 * size.half_height * (1.0 if size.axisymmetric else 2.0)
-    return float(width / scene.bed.bead_diameter)
+    return float("inf") if size is None else 4.0 * size.area / size.walled_perimeter / float(scene.bed.bead_diameter)
 
 
 def _turbulence(model: Table) -> TurbulenceModel | None:

@@ -3,11 +3,11 @@
 import pytest
 
 from porousmold.errors import InputError
-from porousmold.scene.chosen_laws import Laws
+from porousmold.scene.chosen_laws import Laws, width_ratio
 from porousmold.scene.closures import CLOSURES, departures
 from porousmold.scene.scene import Scene
 
-from ..support import ALUMINIUM
+from ..support import ALUMINIUM, PIPE
 
 
 @pytest.mark.parametrize("name", CLOSURES)
@@ -49,3 +49,11 @@ def test_flattening_is_the_materials_unless_given():
     assert Laws.of(Scene.load(ALUMINIUM, {"bed.bead_material": "steel"})).beads.contact_flattening == 0.0013
     given = Scene.load(ALUMINIUM, {"bed.bead_material": "steel", "bed.contact_flattening": 0.01})
     assert Laws.of(given).beads.contact_flattening == 0.01
+
+
+def test_beads_are_counted_across_the_hydraulic_diameter():
+    """D/d of a pipe, 2 H/d of a gap, 2 H W/[(H + W) d] between four walls."""
+    assert width_ratio(Scene.load(PIPE)) == pytest.approx(0.1016 / 5e-3)
+    assert width_ratio(Scene.load(ALUMINIUM)) == pytest.approx(20.0)
+    four = Scene.load(ALUMINIUM, {"geometry.cavity_height": 0.1, "geometry.width": 0.2})
+    assert width_ratio(four) == pytest.approx(2 * 0.1 * 0.2 / 0.3 / 5e-3)
