@@ -1,7 +1,12 @@
-"""What a scene has of a parameter that a study changes."""
+"""What a scene has of a parameter that a study changes, and the cases around it."""
 
+from collections.abc import Mapping
+from typing import Any
+
+from ..errors import InputError
 from ..scene.chosen_laws import Laws
 from ..scene.scene import Scene
+from .definition import QUIET, Case
 
 
 def value_of(scene: Scene, laws: Laws, name: str) -> float | None:
@@ -18,3 +23,11 @@ def value_of(scene: Scene, laws: Laws, name: str) -> float | None:
         if value is None and name.startswith(prefix) and hasattr(solid, name.removeprefix(prefix)):
             value = getattr(solid, name.removeprefix(prefix))(middle)
     return None if value is None else float(value)
+
+
+def case_around(scene: Scene, name: str, settings: Mapping[str, Any]) -> Case:
+    """The case of a scene with other settings {"table.key": value}; with the reason where no scene can have them."""
+    try:
+        return Case(name, dict(settings), scene.changed({"bed.allow_small_ratio": True, **QUIET, **settings}))
+    except InputError as error:
+        return Case(name, dict(settings), None, str(error))

@@ -13,11 +13,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError
 from ..scene.chosen_laws import Laws
 from ..scene.scene import Scene
-from .definition import QUIET, Case, Study
-from .parameters import value_of
+from .definition import Study
+from .parameters import case_around, value_of
 from .running import run_study
 
 PARAMETERS = (
@@ -60,14 +59,7 @@ def cases_around(scene: Scene, step: float = STEP) -> Any:
             changed = value * factor
             if name == "operation.inlet_temperature":
                 changed = initial + (value - initial) * factor
-            settings = {name: float(changed)}
-            label = f"{name},{side}"
-            try:
-                given = {"bed.allow_small_ratio": True, **QUIET, **settings}
-                scene_there = scene.changed(given)
-                cases.append(Case(label, settings, scene_there))
-            except InputError as error:
-                cases.append(Case(label, settings, None, str(error)))
+            cases.append(case_around(scene, f"{name},{side}", {name: float(changed)}))
     return cases
 
 

@@ -33,8 +33,8 @@ from ..scene.chosen_laws import Laws
 from ..scene.scene import Scene
 from ..scene.tolerances import TOLERANCES, tolerance_of
 from ..simulation.accuracy import MESH_ORDER
-from .definition import QUIET, Case, Study
-from .parameters import value_of
+from .definition import Case, Study
+from .parameters import case_around, value_of
 from .running import run_study
 
 ALTERNATIVES: Mapping[str, Mapping[str, str]] = {
@@ -134,26 +134,20 @@ def alternatives_of(scene: Scene) -> dict[str, str]:
     return others
 
 
-def _case(scene: Scene, name: str, settings: Mapping[str, Any]) -> Case:
-    try:
-        return Case(name, dict(settings), scene.changed({"bed.allow_small_ratio": True, **QUIET, **settings}))
-    except InputError as error:
-        return Case(name, dict(settings), None, str(error))
-
-
 def cases_of(scene: Scene) -> list[Case]:
     """The scene itself, both sides of every input, the other laws, and a finer mesh with smaller steps."""
-    cases = [_case(scene, "as given", {})]
+    cases = [case_around(scene, "as given", {})]
     for name, (value, deviation) in inputs_of(scene).items():
         cases += [
-            _case(scene, f"{name},{side}", {name: value + sign * deviation}) for side, sign in (("up", 1), ("down", -1))
+            case_around(scene, f"{name},{side}", {name: value + sign * deviation})
+            for side, sign in (("up", 1), ("down", -1))
         ]
-    cases += [_case(scene, f"{name},{law}", {name: law}) for name, law in alternatives_of(scene).items()]
+    cases += [case_around(scene, f"{name},{law}", {name: law}) for name, law in alternatives_of(scene).items()]
     if scene.solver.accuracy is None:
         finer = {"solver.step_refinement": FINER * scene.solver.step_refinement}
         if scene.geometry.kind != "mesh":
             finer["solver.mesh_refinement"] = FINER * scene.solver.mesh_refinement
-        cases.append(_case(scene, "finer", finer))
+        cases.append(case_around(scene, "finer", finer))
     return cases
 
 
@@ -219,7 +213,7 @@ def sample_cases(scene: Scene, count: int, seed: int) -> list[Case]:
         }
         tosses = point[len(inputs) :]
         settings |= {name: law for (name, law), toss in zip(others.items(), tosses, strict=True) if toss < 0.5}
-        cases.append(_case(scene, f"sample-{number:04d}", settings))
+        cases.append(case_around(scene, f"sample-{number:04d}", settings))
     return cases
 
 
@@ -300,7 +294,7 @@ def _draw(found: Budget, sample: Sample | None, path: Path) -> Path:
         axes.barh([f"{c.name} ({c.tolerance})" for c in shown], sizes,
                   color=["tab:red" if size > 0.0 else "tab:green" for size in sizes])  # fmt: skip
         axes.axvline(0.0, color="k", linewidth=0.8)
-        axes.set_xlabel("standard deviation of the heating time in %; red: more of it makes it longer")
+        axes.set_xlabel("standard deviation of the heating time in % (red: longer)")
         told = f"{found.heating_time:.0f} s, 95 % within {found.low:.0f} to {found.high:.0f} s"
         if sample is not None:
             told += f"\n{sample.answered} sampled cases: {sample.low:.0f} to {sample.high:.0f} s"
