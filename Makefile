@@ -5,10 +5,10 @@ export OMP_NUM_THREADS := 1
 MPIRUN := mpirun --oversubscribe $(if $(filter 0,$(shell id -u)),--allow-run-as-root)
 PARTS := 3
 
-.PHONY: heat test test-quick test-fast test-heavy test-mpi check install tables packing speed-against-error hard-cases random-scenes accuracy regression regression-store sweep growth figures chapter-6 bead-interior permeability validation kill-test fuzz-test test-debian13 clean
+.PHONY: heat test test-quick test-fast test-heavy test-mpi check install tables packing speed-against-error hard-cases random-scenes accuracy regression regression-store sweep growth figures chapter-6 bead-interior permeability workshop fluid-properties validation kill-test fuzz-test test-debian13 clean
 
 heat: .venv/installed  ## heat the aluminium mold: summary and pictures in runs/aluminium
-	$(PYTHON) -m porousmold run studies/mold/aluminium.toml --out runs/aluminium
+	$(PYTHON) -m porousmold run studies/mold/aluminium.toml --out runs/aluminium --force
 
 test-quick: .venv/installed  ## unit tests: no whole runs, within a minute once forms are compiled
 	$(PYTHON) -m pytest -q -n $(PARTS) --timeout=120 -m "not slow" tests
@@ -20,7 +20,7 @@ test-fast: .venv/installed  ## the tests on one rank
 	$(PYTHON) -m pytest -q -n $(PARTS) --timeout=600 -m "not heavy" tests
 
 test-heavy: .venv/installed  ## the few tests that take half a minute or more each
-	$(PYTHON) -m pytest -q -n $(PARTS) --timeout=600 -m heavy tests
+	$(PYTHON) -m pytest -q -n 2 --timeout=600 -m heavy tests
 
 test-mpi: .venv/installed  ## the parallel tests on 2 and 3 ranks
 	timeout 600 $(MPIRUN) -n 2 $(PYTHON) -m pytest -q -x --timeout=500 -m mpi tests
@@ -70,6 +70,12 @@ bead-interior: .venv/installed  ## beads that are not isothermal: docs/bead-inte
 
 validation: .venv/installed  ## the closures against measurements: docs/validation.md (minutes)
 	$(PYTHON) -m studies.validation
+
+workshop: .venv/installed  ## seconds of the workshop's mold beside a plain one (docs/shop-floor.md)
+	$(PYTHON) -m studies.workshop
+
+fluid-properties: .venv/installed  ## the library's fluids fitted anew; wants CoolProp in the environment
+	$(PYTHON) -m studies.fluid_properties
 
 permeability: .venv/installed  ## falling-head tests of known permeability: docs/permeability.md
 	$(PYTHON) -m studies.permeability_tests

@@ -16,7 +16,17 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 from .errors import InputError, SolveError
 from .laws.conductivity import Anisotropic, LocalBed
 from .laws.extension import bead_conduction, dispersion, drag, nusselt, porosity, register, turbulence
-from .laws.materials import ConstantDensity, Fluid, IdealGasDensity, Polynomial, Solid, SutherlandViscosity
+from .laws.materials import (
+    ConstantDensity,
+    Fluid,
+    IdealGasDensity,
+    LiquidDensity,
+    LogPolynomial,
+    PiecewiseLinear,
+    Polynomial,
+    Solid,
+    SutherlandViscosity,
+)
 from .laws.turbulence_models import LocalFlow, TransportTerms, TurbulenceModel, TurbulentUnknown
 from .scene.scene import Scene
 
@@ -34,8 +44,11 @@ __all__ = [
     "Fluid",
     "IdealGasDensity",
     "InputError",
+    "LiquidDensity",
     "LocalBed",
     "LocalFlow",
+    "LogPolynomial",
+    "PiecewiseLinear",
     "Polynomial",
     "Scene",
     "Solid",

@@ -90,8 +90,21 @@ def _parser() -> Any:
     add_extension_option(run)
     add_verbosity_option(run)
     run.add_argument("--resume", action="store_true", help="go on from the checkpoint in DIR, if there is one")
+    run.add_argument("--force", action="store_true", help="take the place of another run in DIR")
     run.add_argument("--quiet", action="store_true", help="no progress bar, no summary")
     run.set_defaults(command=_run)
+    check = commands.add_parser(
+        "check", help="what a scene asks for, before anything is computed: mesh, groups, seconds, doubts"
+    )
+    check.add_argument("scene", metavar="SCENE.toml")
+    add_settings_option(check)
+    add_extension_option(check)
+    check.set_defaults(command=_check)
+    materials = commands.add_parser("materials", help="the materials that a scene may name, with ranges and sources")
+    materials.add_argument(
+        "file", nargs="?", metavar="FILE.toml", help="materials of your own instead of the library's"
+    )
+    materials.set_defaults(serial=_materials)
     add_packing_commands(commands)
     add_permeability_commands(commands)
     add_experiment_commands(commands)
@@ -139,7 +152,13 @@ def _run(options: argparse.Namespace) -> Any:
     progress = MarchProgress(bar, scene.operation.heating_margin, scene.operation.end_time)
     try:
         result = run(
-            scene, out, progress=progress, stop=signals.__bool__, resume=options.resume, observe=progress.phase
+            scene,
+            out,
+            progress=progress,
+            stop=signals.__bool__,
+            resume=options.resume,
+            force=options.force,
+            observe=progress.phase,
         )
     except RunInterrupted as error:
         return _end(INTERRUPTED, f"{error}; what was computed is in {out}, --resume goes on")
@@ -155,9 +174,34 @@ def _run(options: argparse.Namespace) -> Any:
             from .output.pictures import draw
 
             pictures = draw(out)
+        if result.recalled:
+            lacking = scene.output.fields and not (out / "fields.xdmf").is_file()
+            told = ", without the fields, which it did not write: --force computes it anew" if lacking else ""
+            print(f"done already: this is the run of the same scene in the folder{told}")
         if not options.quiet:
             print(summary_text(scene, result.summary, out, pictures))
     return DONE
+
+
+def _check(options: argparse.Namespace) -> Any:
+    from .scene.scene import Scene
+
+    scene = Scene.load(options.scene, settings_of(options), allow_extensions=options.allow_extensions)
+    from mpi4py import MPI
+
+    from .simulation.checking import check
+
+    found = check(scene, MPI.COMM_WORLD)
+    if _rank() == 0:
+        print("\n".join([*found.facts, *(f"doubtful: {text}" for text in found.doubts)]))
+        print("the scene can be run" + (", but see what is doubtful" if found.doubts else ""))
+    return DONE
+
+
+def _materials(options: argparse.Namespace) -> str:
+    from .laws.material_table import table
+
+    return table(None if options.file is None else Path(options.file))
 
 
 def _keys(options: argparse.Namespace) -> Any:

@@ -14,7 +14,7 @@ import numpy as np
 
 from porousmold import Scene, run
 from porousmold.errors import SolveError
-from porousmold.laws.materials import SOLIDS
+from porousmold.laws.material_library import SOLIDS
 from porousmold.laws.nusselt import NUSSELT_CORRELATIONS
 from porousmold.laws.turbulence import PRANDTL_TURBULENT
 from porousmold.output.folder import read_table

@@ -17,7 +17,7 @@ import numpy as np
 from mpi4py import MPI
 from scipy.optimize import curve_fit
 
-from porousmold.laws.materials import AIR
+from porousmold.laws.material_library import AIR
 from porousmold.output.figures import STYLE, plt, save
 from porousmold.study.definition import QUIET, Study
 from porousmold.study.running import run_study

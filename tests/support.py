@@ -19,7 +19,8 @@ from porousmold.equations.flow import FlowEquations, FlowScales
 from porousmold.equations.medium import Bed, FluidState
 from porousmold.equations.openings import Opening
 from porousmold.laws.drag import DRAG_LAWS
-from porousmold.laws.materials import AIR, CERAMIC, ConstantDensity, constant
+from porousmold.laws.material_library import AIR, CERAMIC
+from porousmold.laws.materials import ConstantDensity, constant
 from porousmold.laws.nusselt import NUSSELT_CORRELATIONS
 from porousmold.mesh import domain as geometry
 from porousmold.mesh import fenicsx
@@ -88,8 +89,8 @@ def solid(density=1.0, heat_capacity=1.0, conductivity=1.0):
 
 def box(cells, *, axisymmetric=False, length=1.0, width=1.0, wall=0.0, wall_cells=1, communicator=MPI.COMM_SELF):
     """Uniform mesh of `cells` = (along, across) over a bed, with a wall of thickness `wall` outside it if > 0."""
-    wall_nodes = np.linspace(0.0, wall, wall_cells + 1) if wall else []
-    across = geometry.Across.to_wall(np.linspace(0.0, width, cells[1] + 1), wall_nodes)
+    layers = [np.linspace(0.0, wall, wall_cells + 1)] if wall else []
+    across = geometry.Across.to_wall(np.linspace(0.0, width, cells[1] + 1), layers)
     axial_nodes = np.linspace(0.0, length, cells[0] + 1)
     return geometry.straight_bed(communicator, axial_nodes, [across], axisymmetric=axisymmetric)
 

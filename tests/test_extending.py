@@ -41,7 +41,7 @@ def test_every_example_runs_in_its_scene(title, code, settings, tmp_path):
     plain = {key: value for key, value in settings.items() if value == "none"}
     theirs = run(Scene.load(ALUMINIUM, SMALL | plain)).summary
     assert abs(ours["energy_imbalance"]) < 1e-3
-    assert ours["sources"] != theirs["sources"]
+    assert [ours[name] for name in ("sources", "materials")] != [theirs[name] for name in ("sources", "materials")]
     assert ours["heat_by_fluid"] != pytest.approx(theirs["heat_by_fluid"], rel=1e-4)
 
 

@@ -2,7 +2,7 @@ r"""Weak form of the two-temperature energy equations with a conjugate wall.
 
     fluid: phi rho C_f (dT_f/dt + u.grad T_f) = div(K_f grad T_f) + b.(K_f/phi grad T_f) - a_v h_sf (T_f - T_s)
     beads: (1-phi) rho_s C_s dT_s/dt = div(K_s grad T_s) - b.(lambda_s grad T_s) - a_v h_sf (T_s - T_f)
-    wall:  rho_w C_w dT_w/dt = div(lambda_w grad T_w)
+    wall:  rho_w C_w dT_w/dt = div(lambda_w grad T_w) + rho_w H d alpha/dt + q
 
 The conductivities K_f, K_s per total volume are those of `laws.conductivity`; as published K_f = phi (lambda_f + C_f mu_t/Pr_t)
 and K_s = (1-phi) lambda_s. One continuous field T is T_f in the bed and T_w in the wall, which gives T_f = T_w and the balance
@@ -14,6 +14,9 @@ The fluid's heat comes in with the flow (Danckwerts): - int (rho phi u.n)(h(T) -
 enthalpy. Fixing the inlet's nodes instead would heat a conducting wall through their common corner (4 % of the
 heating time with an aluminium skin). The outlet has no diffusive flux. With b the sum of the fluid's and the beads'
 equations keeps b.(lambda_fe grad T_f - lambda_s grad T_s), which is no divergence: `rev_heat` is that amount.
+
+The wall may have layers, each with its own rho_w, C_w, lambda_w (along the layer another one than through it), heat of cure H
+of its degree of cure alpha (`laws.cure`) and source q. As -rho_w H alpha is part of the stored heat, the balance closes with it.
 
 With one temperature T_f = T_s the two equations are summed and the exchange is gone. A thin wall (`ThinWall`) has no
 cells: its storage and its conduction along the surface are terms on the interface.
@@ -75,6 +78,25 @@ class ThinWall:
 
 
 @dataclass(frozen=True)
+class WallLayer:
+    """A layer of the wall: its `solid` over the cell measures `dx` and `nodes` (with quadrature at the nodes), a heat `source`
+    (W/m3) and the `degree` of cure of a material that cures, None without."""
+
+    solid: Solid
+    dx: ufl.Measure
+    nodes: ufl.Measure
+    source: Any = None
+    degree: Any = None
+
+    def stored_heat(self, temperature: Value) -> Value:
+        """Heat per volume, that of the reaction to come included, J/m3."""
+        heat = volumetric_heat(self.solid, temperature)
+        if self.degree is None or self.solid.cure is None:
+            return heat
+        return heat - self.solid.density(temperature) * self.solid.cure.heat * self.degree
+
+
+@dataclass(frozen=True)
 class Interface:
     """The facets between bed and wall: `measure` is over the interior facets where the wall has cells (then `in_bed` is 1 in the
     bed's cells and 0 in the wall's), else over the bed's boundary."""
@@ -108,8 +130,8 @@ class EnergyEquations:
     """Forms of the energy balance for given flow fields.
 
     `flow` with `flow_state` (velocity, pressure, k, epsilon with units) and `flow_temperature`, the temperature (K) that the
-    flow was solved for; `entrance` is 1 in the cells that touch the inlet, else 0; `wall` is None where the scene has none;
-    `inlet` and `outlet` are facet measures, `dx_bed` and `dx_wall` cell measures, `nodes_bed` and `nodes_wall` those with
+    flow was solved for; `entrance` is 1 in the cells that touch the inlet, else 0; `layers` are those of the wall outwards, none
+    where the scene has no wall; `inlet` and `outlet` are facet measures, `dx_bed` is a cell measure, `nodes_bed` that with
     quadrature at the nodes; `straight` tells that the flow runs along x[0], so that the cells lie along it; `opening` is the
     flow's inlet; `interface` is where beads touch the wall; `interior` is what the beads have inside, None where they are
     isothermal.
@@ -119,15 +141,13 @@ class EnergyEquations:
     flow_state: Any
     flow_temperature: Any
     entrance: Any
-    wall: Solid | None
+    layers: Sequence[WallLayer]
     inlet_temperature: Any
     inlet: ufl.Measure
     outlet: ufl.Measure
     outer: OuterWall | None
     dx_bed: ufl.Measure
     nodes_bed: ufl.Measure
-    dx_wall: ufl.Measure
-    nodes_wall: ufl.Measure
     thin_wall: ThinWall | None = None
     two_temperatures: bool = True
     exchange_factor: Any = 1.0
@@ -254,26 +274,28 @@ class EnergyEquations:
             bead += w * lumped(capacity * f, capacity * streamline.along(f), v)
         bead *= 1.0 - self.bed.porosity
         form += weight * bead * self.dx_bed
-        if self.thin_wall is not None and self.wall is not None:
-            form += weight * self.thin_wall.volume * volumetric_heat(self.wall, temperature) * test * self.thin_wall.ds
-        elif self.wall is not None:
-            form += self._in_wall(volumetric_heat(self.wall, temperature) * test, transport)
+        if self.thin_wall is not None:
+            heat = self.layers[0].stored_heat(temperature)
+            return form + weight * self.thin_wall.volume * heat * test * self.thin_wall.ds
+        for layer in self.layers:
+            form += self._in_layer(layer, layer.stored_heat(temperature) * test, transport)
         return form
 
     def heating_rate(
         self, temperature: Value, bead_temperature: Value, rates: Sequence[Value], test: Value, bead_test: Value
     ) -> Value:
         """Form of what `stored_heat` gains for dT/dt and dT_s/dt (K/s), `rates`."""
-        weight, beads, wall = self.coordinates.weight, self.bed.beads, self.wall
+        weight, beads = self.coordinates.weight, self.bed.beads
         form = self.coordinates.nodal_weight * self._fluid_storage() * rates[0] * test * self.nodes_bed
         capacity = beads.density(bead_temperature) * beads.heat_capacity(bead_temperature)
         form += weight * (1.0 - self.bed.porosity) * capacity * rates[1] * bead_test * self.dx_bed
-        if wall is None:
-            return form
-        heating = wall.density(temperature) * wall.heat_capacity(temperature) * rates[0] * test
-        if self.thin_wall is not None:
-            return form + weight * self.thin_wall.volume * heating * self.thin_wall.ds
-        return form + weight * heating * self.dx_wall
+        for layer in self.layers:
+            wall = layer.solid
+            heating = wall.density(temperature) * wall.heat_capacity(temperature) * rates[0] * test
+            if self.thin_wall is not None:
+                return form + weight * self.thin_wall.volume * heating * self.thin_wall.ds
+            form += weight * heating * layer.dx
+        return form
 
     def transport(self, temperature: Value, monotone: Value) -> Value:
         """`Transport` at a temperature (K), with cells that are to be monotone marked by 1 (`Streamline`)."""
@@ -298,7 +320,7 @@ class EnergyEquations:
         `transport` is what `transport()` gives, or its values held for a step. Upwinded along its `Streamline`; the
         fluid's storage, a thousandth of the beads', is left out of that.
         """
-        bed, weight, wall, streamline = self.bed, self.coordinates.weight, self.wall, transport.streamline
+        bed, weight, streamline = self.bed, self.coordinates.weight, transport.streamline
         fluid = ufl.dot(transport.advection, ufl.grad(temperature)) * streamline.downstream(test)
         for w, (f, v) in streamline.changes_across(temperature, test):
             fluid += w * ufl.dot(transport.advection, ufl.grad(f)) * streamline.downstream(v)
@@ -322,13 +344,16 @@ class EnergyEquations:
         form -= weight * self.enthalpy_entering(temperature) * test * self.inlet
         for w, (f, v) in streamline.changes_across(temperature, test):
             form += weight * w * self._laws.heat_capacity(temperature) * self.inward_mass_flux * f * v * self.inlet
-        if self.thin_wall is not None and wall is not None:
+        if self.thin_wall is not None:
             along, test_along = (self._along_the_wall(ufl.grad(f)) for f in (temperature, test))
-            conducted = self.thin_wall.volume * wall.conductivity(temperature) * ufl.dot(along, test_along)
-            form += weight * conducted * self.thin_wall.ds
-        elif wall is not None:
-            conducted = wall.conductivity(temperature) * ufl.dot(ufl.grad(temperature), ufl.grad(test))
-            form += self._in_wall(conducted, transport)
+            wall = self.layers[0].solid
+            conductivity = (wall.conductivity_in_plane or wall.conductivity)(temperature)
+            form += weight * self.thin_wall.volume * conductivity * ufl.dot(along, test_along) * self.thin_wall.ds
+        else:
+            for layer in self.layers:
+                form += self._in_layer(layer, self._conducted_in(layer.solid, temperature, test), transport)
+                if layer.source is not None:
+                    form -= weight * layer.source * test * layer.dx
         if self.outer is not None:
             form -= self._outer_weight * self.outer.into_wall(temperature) * test * self.outer.ds
         return form
@@ -339,11 +364,20 @@ class EnergyEquations:
             return None
         return self.interface.in_bed * wall_coefficient(self._local_bed(temperature, temperature))
 
-    def _in_wall(self, integrand: Value, transport: Transport) -> Value:
-        """Integral over the wall, in monotone cells with quadrature at the nodes."""
+    def _in_layer(self, layer: WallLayer, integrand: Value, transport: Transport) -> Value:
+        """Integral over a layer of the wall, in monotone cells with quadrature at the nodes."""
         monotone, weight = transport.streamline.monotone, self.coordinates.weight
-        form = weight * (1.0 - monotone) * integrand * self.dx_wall
-        return form + weight * monotone * integrand * self.nodes_wall
+        form = weight * (1.0 - monotone) * integrand * layer.dx
+        return form + weight * monotone * integrand * layer.nodes
+
+    def _conducted_in(self, solid: Solid, temperature: Value, test: Value) -> Value:
+        """Conduction in a layer, W/m3 against the test: through it with one conductivity, along it with another if it has one."""
+        gradient, test_gradient, through = ufl.grad(temperature), ufl.grad(test), solid.conductivity(temperature)
+        if solid.conductivity_in_plane is None:
+            return through * ufl.dot(gradient, test_gradient)
+        along, outwards = solid.conductivity_in_plane(temperature), ufl.grad(self.bed.wall_distance)
+        crossing = ufl.dot(gradient, outwards) * ufl.dot(test_gradient, outwards) / ufl.dot(outwards, outwards)
+        return along * ufl.dot(gradient, test_gradient) + (through - along) * crossing
 
     def _along_the_wall(self, vector: Value) -> Value:
         normal = ufl.FacetNormal(self.coordinates.mesh)
@@ -360,11 +394,41 @@ class EnergyEquations:
         lost = enthalpy(self.inlet_temperature) - enthalpy(temperature)
         return self.coordinates.weight * self.outward_mass_flux * lost * self.outlet
 
+    def heat_kept(self, temperature: Value, bead_temperature: Value, initial: Value) -> dict[str, Value]:
+        """Forms (scalar, J) of the heat that "beads" and "wall" have gained since the `initial` temperature, and of what was set
+        free by "cure"."""
+        weight, beads = self.coordinates.weight, self.bed.beads
+        gained = volumetric_heat(beads, bead_temperature) - volumetric_heat(beads, initial)
+        kept = {"beads": [weight * (1.0 - self.bed.porosity) * gained * self.dx_bed], "wall": [], "cure": []}
+        for layer in self.layers:
+            gained = weight * (volumetric_heat(layer.solid, temperature) - volumetric_heat(layer.solid, initial))
+            thin = self.thin_wall
+            kept["wall"].append(gained * layer.dx if thin is None else gained * thin.volume * thin.ds)
+            if layer.degree is not None and layer.solid.cure is not None:
+                cure = layer.solid.cure
+                released = layer.solid.density(temperature) * cure.heat * (layer.degree - cure.initial)
+                kept["cure"].append(weight * released * layer.dx)
+        return {name: sum(forms) for name, forms in kept.items() if forms}
+
+    def enthalpy_leaving(self, temperature: Value) -> Value:
+        """Form (scalar, W) of the enthalpy that leaves through the outlet."""
+        enthalpy = self._laws.heat_capacity.integral
+        return self.coordinates.weight * self.outward_mass_flux * enthalpy(temperature) * self.outlet
+
+    def mass_leaving(self) -> Value:
+        """Form (scalar, kg/s) of the mass that leaves through the outlet."""
+        return self.coordinates.weight * self.outward_mass_flux * self.outlet
+
     def heat_through_outer_wall(self, temperature: Value) -> Value:
         """Form (scalar, W) of the heat that enters through the outer wall; None where it is insulated."""
         if self.outer is None:
             return None
         return self._outer_weight * self.outer.into_wall(temperature) * self.outer.ds
+
+    def heat_by_sources(self) -> Value:
+        """Form (scalar, W) of what the sources in the wall's layers give; None without them."""
+        given = [self.coordinates.weight * layer.source * layer.dx for layer in self.layers if layer.source is not None]
+        return sum(given) if given else None
 
     @property
     def _outer_weight(self) -> Value:

@@ -27,14 +27,16 @@ def add_commands(commands: Any) -> None:
     rotameter.add_argument(
         "--interval", default="10 s", metavar="TIME", help="readings are averaged over it (default 10 s)"
     )
-    rotameter.add_argument("--out", default=".", metavar="DIR", help="for inlet_velocity.csv and inlet_temperature.csv")
+    rotameter.add_argument("--out", metavar="DIR",
+                           help="for inlet_velocity.csv and inlet_temperature.csv (default: runs/NAME OF LOG)")  # fmt: skip
     rotameter.set_defaults(serial=_rotameter)
-    compare = commands.add_parser("compare", help="a run beside a measurement at its sensors")
+    compare = commands.add_parser("compare", help="a run beside a measurement at its sensors, or beside another run")
     compare.add_argument("run", metavar="RUN", help="folder of a run of a scene with geometry.sensors")
-    compare.add_argument("measured", nargs="+", metavar="MEASURED.csv",
-                         help="'time [s], NAME [degC], ...' with the sensors' names, in one file or several")  # fmt: skip
+    compare.add_argument("measured", nargs="+", metavar="MEASURED.csv|RUN",
+                         help="'time [s], NAME [degC], ...' with the sensors' names, in one file or more; or a run")  # fmt: skip
     compare.add_argument("--bounds", nargs="+", default=[], metavar="RUN", help="runs with what was given at the ends of its "
                          "error, such as operation.outer_heat_flux_factor 0.95 and 1.05")  # fmt: skip
+    compare.add_argument("--out", metavar="DIR", help="of two runs: folder to write (default: runs/RUN-beside-RUN)")
     compare.set_defaults(serial=_compare)
 
 
@@ -50,9 +52,11 @@ def _rotameter(options: argparse.Namespace) -> str:
     velocity = inlet_velocity(**log, area=0.25 * np.pi * diameter**2, reference_temperature=reference)
     if not np.all(np.isfinite(velocity)):
         raise InputError("--diameter", options.diameter, "gives no finite velocity")
-    folder = Path(options.out)
-    if not folder.is_dir():
-        raise InputError("--out", str(folder), "must be an existing folder")
+    folder = Path(options.out) if options.out else Path("runs") / Path(options.log).stem
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError("--out", str(folder), f"cannot be written: {error.strerror}") from error
     for name, unit, values in (("velocity", "m/s", velocity), ("temperature", "K", log["inlet_temperature"])):
         rows = "".join(f"{t:.15g}, {v:.8g}\n" for t, v in zip(*averaged(time, values, interval), strict=True))
         with output_file(folder / f"inlet_{name}.csv") as temporary:
@@ -69,6 +73,8 @@ def _compare(options: argparse.Namespace) -> str:
     from .pictures import draw_comparison
 
     folder = Path(options.run)
+    if Path(options.measured[0]).is_dir():
+        return _beside(options)
     bounds = [Path(other) for other in options.bounds]
     found = [deviation for path in options.measured for deviation in compare(folder, Path(path), bounds)]
     names = [deviation.name for deviation in found]
@@ -102,3 +108,13 @@ def _compare(options: argparse.Namespace) -> str:
         for d in found
     ]
     return "\n".join([*lines, f"written to {folder}: comparison.json, {picture.name}"])
+
+
+def _beside(options: argparse.Namespace) -> str:
+    from ..output.side_by_side import beside
+
+    if len(options.measured) > 1 or options.bounds:
+        raise InputError("RUN", ", ".join(options.measured), "two runs are compared, without --bounds")
+    first, second = Path(options.run), Path(options.measured[0])
+    out = Path(options.out) if options.out else Path("runs") / f"{first.name}-beside-{second.name}"
+    return beside(first, second, out)

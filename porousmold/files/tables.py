@@ -13,6 +13,20 @@ from ..errors import InputError
 from .units import to_si
 
 SEPARATORS = ";\t,"
+NOT_UTF_8 = "must be text in UTF-8: save it so in the editor"
+
+
+def _line_of(path: Path, error: UnicodeDecodeError) -> int:
+    """Line of the first character that is no UTF-8."""
+    return path.read_bytes()[: error.start].count(b"\n") + 1
+
+
+def existing_file(key: str, name: Any, base: Path, where: str | None) -> Path:
+    """Path of a file that is named relative to the folder `base`. Raises `InputError` where there is none."""
+    path = (base / name).resolve() if isinstance(name, str) and "\0" not in name else None
+    if path is None or not path.is_file():
+        raise InputError(key, str(name), "must name an existing file", where)
+    return path
 
 
 def read_rows(key: str, path: Path) -> list[Any]:
@@ -20,6 +34,8 @@ def read_rows(key: str, path: Path) -> list[Any]:
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
             return [row for row in csv.reader(file) if row and not row[0].lstrip().startswith("#")]
+    except UnicodeDecodeError as error:
+        raise InputError(key, str(path), NOT_UTF_8) from error
     except (OSError, ValueError, csv.Error) as error:
         raise InputError(key, str(path), f"must be a readable CSV file: {error}") from error
 
@@ -27,7 +43,9 @@ def read_rows(key: str, path: Path) -> list[Any]:
 def read_toml(key: str, path: Path) -> Any:
     """Tables of a TOML file; `InputError` naming `key` if it is not there, not readable or not valid."""
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except UnicodeDecodeError as error:
+        raise InputError(key, str(path), f"{NOT_UTF_8} (line {_line_of(path, error)})") from error
     except FileNotFoundError as error:
         raise InputError(key, str(path), "no such file") from error
     except tomllib.TOMLDecodeError as error:
@@ -73,6 +91,8 @@ def read_columns(key: str, path: Path) -> Any:
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
             text = [(n, line) for n, line in enumerate(file, 1) if line.strip() and not line.lstrip().startswith("#")]
+    except UnicodeDecodeError as error:
+        raise InputError(key, str(path), NOT_UTF_8) from error
     except (OSError, ValueError) as error:  # a path with a null byte, too
         raise InputError(key, str(path), f"must be a readable CSV file: {error}") from error
     if len(text) < 2:

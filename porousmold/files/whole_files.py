@@ -1,10 +1,11 @@
 """Files that are written whole or not at all, and files that only one process holds."""
 
 import fcntl
+import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from ..errors import InputError
 
@@ -36,13 +37,36 @@ class InUseError(OSError):
     """Another process holds the file."""
 
 
-def locked(path: Path, *, wait: bool = False) -> Any:
-    """An open file that no other process holds until it is closed, or the process ends; `InUseError` if one does, or with
-    `wait` when it has ended."""
-    lock = path.open("w")
-    try:
-        fcntl.flock(lock, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
-    except BlockingIOError as error:
-        lock.close()
-        raise InUseError("another process is at work there") from error
-    return lock
+class Lock:
+    """A file that this process alone holds; `close()` takes it away."""
+
+    def __init__(self, path: Path, file: IO[str]) -> None:
+        self._path, self._file = path, file
+
+    def close(self) -> None:
+        """Let others have it; the file is gone."""
+        if not self._file.closed:
+            self._path.unlink(missing_ok=True)
+            self._file.close()
+
+    def __enter__(self) -> "Lock":
+        return self
+
+    def __exit__(self, *problem: object) -> None:
+        self.close()
+
+
+def locked(path: Path, *, wait: bool = False) -> Lock:
+    """A `Lock` on a file until it is closed, or the process ends; `InUseError` if another process holds it, or with `wait` when
+    that has let it go."""
+    while True:
+        file = path.open("w")
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
+        except BlockingIOError as error:
+            file.close()
+            raise InUseError("another process is at work there") from error
+        with suppress(FileNotFoundError):
+            if os.fstat(file.fileno()).st_ino == path.stat().st_ino:
+                return Lock(path, file)
+        file.close()  # the one that held it took the file away in between

@@ -16,7 +16,8 @@ from ..errors import InputError
 from .conductivity import BEAD_CONDUCTION_LAWS, DISPERSION_LAWS, Anisotropic, BeadConduction, Dispersion, LocalBed
 from .drag import DRAG_LAWS, DragLaw
 from .functions import Value
-from .materials import FLUIDS, SOLIDS, Fluid, Solid
+from .material_library import FLUIDS, SOLIDS
+from .materials import Fluid, Solid
 from .nusselt import NUSSELT_CORRELATIONS, REST, NusseltCorrelation
 from .porosity import POROSITY_MODELS, PorosityModel
 from .turbulence_models import TURBULENCE_MODELS, LocalFlow, TurbulenceModel

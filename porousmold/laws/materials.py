@@ -1,18 +1,14 @@
 r"""Property laws of fluids, beads and walls, each with its unit, its source and the temperatures it holds for.
 
-A law is a `Polynomial` in the temperature T (K) or Sutherland's viscosity. Laws accept floats, numpy arrays and UFL.
-Sources are those of the thesis's tables 6.1, 7.1 and 8.1; the viscosity of table 6.1 is printed without the factor
-383.55 that tables 7.1 and 8.1 (and Sutherland's law) have.
+A law is a `Polynomial` in the temperature T (K), the exponential of one, straight lines between points, or Sutherland's
+viscosity. Laws accept floats, numpy arrays and UFL. The materials themselves are in `material_library`.
 """
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-from .functions import Value
-from .registry import Registry
-
-GAS_CONSTANT_AIR = 287.055
-"""Specific gas constant of air in J/(kg K) (thesis section 6.5.2)."""
+from .cure import Cure
+from .functions import Value, exp, maximum, minimum
 
 
 @dataclass(frozen=True)
@@ -49,6 +45,58 @@ class Polynomial:
 def constant(value: Value, unit: str, source: str) -> Polynomial:
     """A property that does not depend on temperature."""
     return Polynomial((value,), unit, source)
+
+
+@dataclass(frozen=True)
+class LogPolynomial:
+    """exp(c0 + c1 T + c2 T^2 + ...) of the temperature in K: for what changes by orders of magnitude, as a liquid's viscosity."""
+
+    coefficients: tuple[Value, ...]
+    unit: str
+    source: str
+    temperature_range: tuple[float, float] = (0.0, float("inf"))
+
+    def __call__(self, temperature: Value) -> Value:
+        """Value at the temperature (K)."""
+        return exp(Polynomial(self.coefficients, "", "")(temperature))
+
+    def with_coefficients(self, coefficients: Iterable[Value]) -> "LogPolynomial":
+        """The same law with other numbers, for example UFL constants in place of floats."""
+        return replace(self, coefficients=tuple(coefficients))
+
+
+@dataclass(frozen=True)
+class PiecewiseLinear:
+    """Straight lines between points (T_i, v_i) of increasing temperature (K), constant beyond them.
+
+    `coefficients` are T_1, v_1, T_2, v_2, ...
+    """
+
+    coefficients: tuple[Value, ...]
+    unit: str
+    source: str
+    temperature_range: tuple[float, float] = (0.0, float("inf"))
+
+    def _pieces(self, temperature: Value) -> Iterable[tuple[Value, Value, Value]]:
+        """Of every interval: its slope, how far the temperature has gone into it, and how far beyond it (K)."""
+        places, values = self.coefficients[::2], self.coefficients[1::2]
+        for first, last, low, high in zip(places[:-1], places[1:], values[:-1], values[1:], strict=True):
+            inside = minimum(maximum(temperature - first, 0.0), last - first)
+            yield (high - low) / (last - first), inside, maximum(temperature - last, 0.0)
+
+    def __call__(self, temperature: Value) -> Value:
+        """Value at the temperature (K)."""
+        rise = sum(slope * inside for slope, inside, _ in self._pieces(temperature))
+        return self.coefficients[1] + 0.0 * temperature + rise
+
+    def integral(self, temperature: Value) -> Value:
+        """Antiderivative, that of the first value at 0 K: the enthalpy, if the law is a heat capacity."""
+        rises = (slope * inside * (0.5 * inside + beyond) for slope, inside, beyond in self._pieces(temperature))
+        return self.coefficients[1] * temperature + sum(rises)
+
+    def with_coefficients(self, coefficients: Iterable[Value]) -> "PiecewiseLinear":
+        """The same law with other numbers, for example UFL constants in place of floats."""
+        return replace(self, coefficients=tuple(coefficients))
 
 
 @dataclass(frozen=True)
@@ -100,8 +148,56 @@ class ConstantDensity:
     def compressible(self) -> bool:
         return False
 
+    @property
+    def coefficients(self) -> tuple[Value, ...]:
+        """The value."""
+        return (self.value,)
 
-UNITS = {"density": "kg/m^3", "heat_capacity": "J/(kg K)", "conductivity": "W/(m K)", "viscosity": "Pa s"}
+    def with_coefficients(self, coefficients: Iterable[Value]) -> "ConstantDensity":
+        """The same with another number, for example a UFL constant in place of a float."""
+        (value,) = coefficients
+        return replace(self, value=value)
+
+
+@dataclass(frozen=True)
+class LiquidDensity:
+    """A liquid's density in kg/m3 as a law of the temperature, whatever the pressure."""
+
+    law: Polynomial | PiecewiseLinear
+    unit: str = "kg/m^3"
+
+    def __call__(self, absolute_pressure: Value, temperature: Value) -> Value:
+        return self.law(temperature)
+
+    @property
+    def compressible(self) -> bool:
+        return False
+
+    @property
+    def source(self) -> str:
+        return self.law.source
+
+    @property
+    def temperature_range(self) -> tuple[float, float]:
+        return self.law.temperature_range
+
+    @property
+    def coefficients(self) -> tuple[Value, ...]:
+        """Those of the law."""
+        return self.law.coefficients
+
+    def with_coefficients(self, coefficients: Iterable[Value]) -> "LiquidDensity":
+        """The same with other numbers, for example UFL constants in place of floats."""
+        return replace(self, law=self.law.with_coefficients(coefficients))
+
+
+UNITS = {
+    "density": "kg/m^3",
+    "heat_capacity": "J/(kg K)",
+    "conductivity": "W/(m K)",
+    "conductivity_in_plane": "W/(m K)",
+    "viscosity": "Pa s",
+}
 
 
 def _law_of(value: Value, name: str, source: str) -> Value:
@@ -111,12 +207,12 @@ def _law_of(value: Value, name: str, source: str) -> Value:
 
 @dataclass(frozen=True)
 class Fluid:
-    """Laws of a fluid: `density` of absolute pressure and temperature (`IdealGasDensity`, `ConstantDensity`), `viscosity`,
-    `heat_capacity` and `conductivity` of the temperature. SI units; a number in place of a law is a constant property, whose
-    source is `source`. The heat capacity is a `Polynomial`, as its integral is the enthalpy."""
+    """Laws of a fluid: `density` of absolute pressure and temperature (`IdealGasDensity`, `ConstantDensity`, `LiquidDensity`),
+    `viscosity`, `heat_capacity` and `conductivity` of the temperature. SI units; a number in place of a law is a constant
+    property, whose source is `source`. The heat capacity has an `integral`, the enthalpy (`Polynomial`, `PiecewiseLinear`)."""
 
     name: str
-    density: IdealGasDensity | ConstantDensity
+    density: IdealGasDensity | ConstantDensity | LiquidDensity
     viscosity: Value
     heat_capacity: Value
     conductivity: Value
@@ -135,9 +231,10 @@ class Fluid:
 
 @dataclass(frozen=True)
 class Solid:
-    """Laws of a solid: constant `density` (kg/m3), `heat_capacity` (J/(kg K)) and `conductivity` (W/(m K)) of T, as
-    `Polynomial`s. A number in place of a law is a constant property, whose source is `source`.
+    """Laws of a solid: constant `density` (kg/m3), `heat_capacity` (J/(kg K), with an `integral`) and `conductivity` (W/(m K))
+    of T. A number in place of a law is a constant property, whose source is `source`.
 
+    `conductivity_in_plane` is that along a layer of it, where it is not that through it, `cure` how it cures.
     `contact_flattening` is the share of a bead's section that is flattened where beads of it touch (`laws.conductivity`): of
     ceramic where nothing else is known."""
 
@@ -147,39 +244,17 @@ class Solid:
     conductivity: Value
     source: str = ""
     contact_flattening: Value = 0.0077
+    conductivity_in_plane: Value = None
+    cure: Cure | None = None
 
     def __post_init__(self) -> None:
-        for name in ("density", "heat_capacity", "conductivity"):
+        for name in self._given():
             object.__setattr__(self, name, _law_of(getattr(self, name), name, self.source))
 
+    def _given(self) -> list[str]:
+        names = ["density", "heat_capacity", "conductivity"]
+        return names if self.conductivity_in_plane is None else [*names, "conductivity_in_plane"]
+
     def laws(self) -> dict[str, Value]:
-        """The three laws by name."""
-        return {name: getattr(self, name) for name in ("density", "heat_capacity", "conductivity")}
-
-
-FLUIDS: Registry[Fluid] = Registry("fluid")
-SOLIDS: Registry[Solid] = Registry("solid")
-
-_RASMUSSEN = "Rasmussen (1997), properties of air for the calibration of microphones"
-AIR = Fluid(
-    "air",
-    IdealGasDensity(GAS_CONSTANT_AIR, "ideal gas, thesis section 6.5.2"),
-    SutherlandViscosity(1.716e-5, 273.15, 110.4, "Sutherland, Phil. Mag. 36 (1893) 507-531"),
-    Polynomial((1.0535e3, -3.8738e-1, 8.9321e-4, -4.2048e-7), "J/(kg K)", _RASMUSSEN, (200.0, 600.0)),
-    Polynomial((2.5143e-3, 7.7288e-5, 8.6248e-11), "W/(m K)", _RASMUSSEN, (200.0, 600.0)),
-)
-FLUIDS.register(AIR.name, AIR)
-
-CERAMIC = Solid("ceramic", 2580.0, 846.7, 2.09, "thesis table 6.1: measured (ASTM D792, DSC), Kingery")
-# flattening: VDI Heat Atlas D6.3 for ceramic 0.0077, steel 0.0013, copper 0.0253, which stands for aluminium as well
-ALUMINIUM = Solid("aluminium", 2702.0, 903.0, 237.0, "thesis table 8.1 [178]", 0.0253)
-STEEL = Solid("steel", 7747.0, 464.0, 42.0, "beads of Beaulieu (PhD thesis, Polytechnique Montreal, 2020)", 0.0013)
-FRP = Solid("frp", 1600.0, 1075.0, 0.64, "thesis table 8.1 [179], isotropic, through-thickness value")
-ACRYLIC = Solid(
-    "acrylic",
-    constant(1170.0, "kg/m^3", "thesis table 6.1: measured (ASTM D792)"),
-    Polynomial((166.95, 4.0289), "J/(kg K)", "Gaur et al., thesis table 6.1 [150]", (230.0, 375.0)),
-    Polynomial((1.7149e-1, 8.3338e-5), "W/(m K)", "Eiermann, Hellwege, J. Polym. Sci. 57 (1962) 99-106", (93.0, 363.0)),
-)
-for _solid in (CERAMIC, ALUMINIUM, STEEL, FRP, ACRYLIC):
-    SOLIDS.register(_solid.name, _solid)
+        """The laws by name."""
+        return {name: getattr(self, name) for name in self._given()}

@@ -2,11 +2,14 @@
 
 x[0] runs along the flow, x[1] across it: from the symmetry plane (mold) or the axis (pipe) through the bed to the
 wall; in three dimensions x[2] runs from a second symmetry plane (`SIDE`) to the wall beside, or to a third plane of
-symmetry (`SIDE` too). The bed's cells have the tag `BED`, those of the wall `WALL`; the boundary's parts have the tags
-`INLET` ... below. One mesh carries both, so that one temperature is continuous across the interface.
+symmetry (`SIDE` too). The bed's cells have the tag `BED`, those of the wall `WALL`, or of its layers outwards `WALL`, `WALL` +
+1, ...; the boundary's parts have the tags `INLET` ... below. One mesh carries both, so that one temperature is continuous across
+the interface.
 """
 
+import functools
 import math
+import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,9 +27,12 @@ from .aliases import Communicator, Constant
 
 BED, WALL = 1, 2
 INLET, OUTLET, INTERFACE, OUTER, SYMMETRY, SIDE = 1, 2, 3, 4, 5, 6
-REGION_NAMES = {"bed": BED, "wall": WALL}
 BOUNDARY_NAMES = {"inlet": INLET, "outlet": OUTLET, "interface": INTERFACE, "outer": OUTER, "symmetry": SYMMETRY}
 
+REQUIRED = ("inlet", "outlet", "interface")
+"""Boundaries that every mesh must have."""
+PLAIN_WALL = ("wall",)
+"""Group of a wall without layers, which a mesh may lack."""
 
 Marked: TypeAlias = Sequence[tuple[int, Callable[[NDArray[Any]], NDArray[Any]]]]
 """Tags, each with a function that tells which of the points (coordinates, points) it belongs to."""
@@ -35,8 +41,8 @@ Marked: TypeAlias = Sequence[tuple[int, Callable[[NDArray[Any]], NDArray[Any]]]]
 @dataclass
 class Domain:
     """A tagged mesh. `wall_distance` is a UFL expression (m); `stations(fraction)` gives named points (m) at that
-    fraction of the length. A `straight` one has its cells along x[0]; `columns` are the nodes along and across the bed (m)
-    of a straight one in two dimensions, else None."""
+    fraction of the length. A `straight` one has its cells along x[0]; `layers` is the number of those of its wall; `columns` are
+    the nodes along and across the bed (m) of a straight one in two dimensions, else None."""
 
     mesh: mesh.Mesh
     cell_tags: Any
@@ -46,6 +52,7 @@ class Domain:
     length: float
     stations: Callable[[float], dict[str, tuple[float, ...]]]
     straight: bool = False
+    layers: int = 1
     columns: tuple[NDArray[Any], NDArray[Any]] | None = None
 
     @property
@@ -55,7 +62,22 @@ class Domain:
     @property
     def has_wall(self) -> bool:
         """Whether any cell of any rank lies in the wall."""
-        return self.communicator.allreduce(len(self.cell_tags.find(WALL)) > 0, op=max)
+        return self.communicator.allreduce(len(self.wall_cells) > 0, op=max)
+
+    @property
+    def wall_tags(self) -> range:
+        """Tags of the wall's layers, outwards."""
+        return range(WALL, WALL + self.layers)
+
+    @property
+    def wall_cells(self) -> Any:
+        """Local cells of the wall, sorted."""
+        return self.cells(*self.wall_tags)
+
+    def wall_measure(self, quadrature_degree: int) -> Any:
+        """dx over the whole wall."""
+        dx = self.cell_measure(quadrature_degree)
+        return functools.reduce(operator.add, (dx(tag) for tag in self.wall_tags))
 
     @property
     def has_outer_wall(self) -> bool:
@@ -148,17 +170,26 @@ def graded_coordinates(
 @dataclass(frozen=True)
 class Across:
     """One direction across a straight bed, from its middle outwards: `nodes` (m) from 0, the first `bed_cells` cells of them
-    in the bed, the others in the wall. Not `walled`, it ends at another plane of symmetry."""
+    in the bed, the others in the wall, whose layers have `layer_cells` outwards. Not `walled`, it ends at another plane of
+    symmetry."""
 
     nodes: NDArray[Any]
     bed_cells: int
     walled: bool = True
+    layer_cells: tuple[int, ...] = ()
 
     @classmethod
-    def to_wall(cls, bed_nodes: NDArray[Any], wall_nodes: NDArray[Any]) -> Any:
-        """`bed_nodes` are distances from the wall, 0 to the bed's width; `wall_nodes` depths into the wall (empty: none)."""
-        width = bed_nodes[-1]
-        return cls(np.concatenate([width - bed_nodes[::-1], width + np.asarray(wall_nodes)[1:]]), len(bed_nodes) - 1)
+    def to_wall(cls, bed_nodes: NDArray[Any], layers: Sequence[NDArray[Any]] = ()) -> Any:
+        """`bed_nodes` are distances from the wall, 0 to the bed's width; `layers` depths into each of the wall's, from 0."""
+        places = [bed_nodes[-1] - bed_nodes[::-1]]
+        for depths in layers:
+            places.append(places[-1][-1] + depths[1:])
+        return cls(np.concatenate(places), len(bed_nodes) - 1, True, tuple(len(depths) - 1 for depths in layers))
+
+    def layer_of(self, cells: NDArray[Any]) -> NDArray[Any]:
+        """Number of the wall's layer that each of the cells, counted from the middle, is in; 0 in the bed, 1, 2, ... outwards."""
+        ends = self.bed_cells + np.cumsum([0, *self.layer_cells[:-1]])
+        return np.searchsorted(ends, cells, side="right") if self.layer_cells else np.zeros(len(cells), int)
 
     @property
     def cells(self) -> Any:
@@ -207,7 +238,7 @@ def straight_bed(
         if direction.cells > direction.bed_cells:
             exterior.append((OUTER, at(axis, 1.0)))
         interior.append((INTERFACE, in_bed_at(axis, direction.bed_cells / direction.cells)))
-    tags = _tag_regions(domain, in_bed)
+    tags = _tag_regions(domain, across)
     facets = _tag_boundary(domain, exterior, interior)
     points = domain.geometry.x
     for axis, nodes in enumerate((axial_nodes, *(direction.nodes for direction in across))):
@@ -231,15 +262,17 @@ def straight_bed(
         wall_distance = ufl.conditional(ufl.lt(beside, wall_distance), beside, wall_distance)
     columns = (np.asarray(axial_nodes), across[0].nodes[: across[0].bed_cells + 1]) if len(across) == 1 else None
     length = float(axial_nodes[-1])
-    return Domain(domain, tags, facets, axisymmetric, wall_distance, length, stations, straight=True, columns=columns)
+    layers = max(len(across[0].layer_cells), 1)
+    return Domain(domain, tags, facets, axisymmetric, wall_distance, length, stations, True, layers, columns)
 
 
-def _tag_regions(domain: Any, in_bed: Callable[[NDArray[Any]], NDArray[Any]]) -> Any:
+def _tag_regions(domain: Any, across: Sequence[Across]) -> Any:
     dimension = domain.topology.dim
     count = domain.topology.index_map(dimension).size_local + domain.topology.index_map(dimension).num_ghosts
     cells = np.arange(count, dtype=np.int32)
     middle = domain.geometry.x[fenicsx.cell_vertices(domain)].mean(axis=1)
-    values = np.where(in_bed(middle.T), BED, WALL).astype(np.int32)
+    layers = [d.layer_of(np.floor(middle[:, axis] * d.cells).astype(int)) for axis, d in enumerate(across, start=1)]
+    values = (BED + np.max(layers, axis=0)).astype(np.int32)
     return mesh.meshtags(domain, dimension, cells, values)
 
 
@@ -253,22 +286,20 @@ def _tag_boundary(domain: Any, exterior: Marked, interior: Marked) -> Any:
     return mesh.meshtags(domain, dimension, facets.astype(np.int32), values[first])
 
 
-def from_file(communicator: Communicator, path: Path, *, axisymmetric: bool) -> Any:
-    """Mesh of a gmsh file (.geo or .msh) whose physical groups have the names of `REGION_NAMES` and `BOUNDARY_NAMES`.
+def from_file(communicator: Communicator, path: Path, layers: Sequence[str] = PLAIN_WALL, *, axisymmetric: bool) -> Any:
+    """Mesh of a gmsh file (.geo or .msh) whose physical groups are named bed, as the wall's `layers`, and by `BOUNDARY_NAMES`.
 
-    Bed and wall are physical surfaces, the boundary's parts physical curves; the symmetry line, if any, lies along
+    Bed and layers are physical surfaces, the boundary's parts physical curves; the symmetry line, if any, lies along
     x[1] = constant, and the interface is a curve over x[0]. The distance to the wall is that to the nearest interface
     segment, at the nodes. Raises
     `InputError` where the file cannot be read or lacks a group.
     """
     try:
-        domain, cell_tags, facet_tags = fenicsx.read_gmsh(path, communicator, REGION_NAMES, BOUNDARY_NAMES)
+        regions = {"bed": BED, **{name: WALL + number for number, name in enumerate(layers)}}
+        required = {2: ["bed", *(layers if tuple(layers) != PLAIN_WALL else ())], 1: REQUIRED}
+        domain, cell_tags, facet_tags = fenicsx.read_gmsh(path, communicator, regions, BOUNDARY_NAMES, required)
     except OSError as error:
-        raise InputError("geometry.mesh", str(path), f"must be a mesh that gmsh can read: {error}") from error
-    present = {int(value) for value in np.concatenate(communicator.allgather(np.unique(facet_tags.values)))}
-    missing = [name for name in ("inlet", "outlet", "interface") if BOUNDARY_NAMES[name] not in present]
-    if missing:
-        raise InputError("geometry.mesh", str(path), f"a mesh with a physical curve named {missing[0]!r}")
+        raise InputError("geometry.mesh", str(path), f"is no mesh that can be used: {error}") from error
     segments = _gathered_segments(domain, facet_tags, INTERFACE)
     space = fenicsx.lagrange_space(domain)
     distance = fem.Function(space)
@@ -288,7 +319,8 @@ def from_file(communicator: Communicator, path: Path, *, axisymmetric: bool) -> 
                 named[name] = tuple(ends[np.argmin(np.linalg.norm(ends - bed_side, axis=1))])
         return named
 
-    return Domain(domain, cell_tags, facet_tags, axisymmetric, distance, float(along[-1]), stations)
+    length = float(along[-1])
+    return Domain(domain, cell_tags, facet_tags, axisymmetric, distance, length, stations, layers=len(layers))
 
 
 def _gathered_segments(domain: Any, facet_tags: Any, tag: int) -> NDArray[Any]:

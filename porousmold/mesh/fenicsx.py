@@ -360,12 +360,17 @@ def _complete(domain: Any) -> None:
 
 
 def read_gmsh(
-    path: Path, communicator: Communicator, regions: Mapping[str, int], boundaries: Mapping[str, int]
+    path: Path,
+    communicator: Communicator,
+    regions: Mapping[str, int],
+    boundaries: Mapping[str, int],
+    required: Mapping[int, Sequence[str]],
 ) -> tuple[Any, ...]:
     """Mesh, cell tags and facet tags of a gmsh file with 2-D cells (a collective call).
 
     Physical surfaces and curves get the numbers that `regions` and `boundaries` give to their names. Raises `OSError`
-    on every rank if gmsh cannot read the file, cannot mesh it, or it holds no physical surface of such a name.
+    on every rank if gmsh cannot read the file, cannot mesh it, or it lacks one of the `required` names (by
+    dimension: 2 of surfaces, 1 of curves).
     """
     import gmsh
 
@@ -377,6 +382,7 @@ def read_gmsh(
             gmsh.open(str(path))
             if len(gmsh.model.mesh.getNodes()[0]) == 0:
                 gmsh.model.mesh.generate(2)
+            _require_physical_groups(gmsh.model, required)
             _renumber_physical_groups(gmsh.model, regions, boundaries)
         except Exception as error:  # gmsh raises plain Exception for everything
             problem = str(error)
@@ -399,6 +405,19 @@ def read_gmsh(
     return domain, cell_tags, facet_tags
 
 
+def _require_physical_groups(model: Any, required: Mapping[int, Sequence[str]]) -> None:
+    """Raises `ValueError` that names what is missing and what there is."""
+    names: dict[int, list[str]] = {dimension: [] for dimension in required}
+    for dimension, tag in model.getPhysicalGroups():
+        names.setdefault(dimension, []).append(model.getPhysicalName(dimension, tag) or f"number {tag}, without a name")
+    kinds = {1: "physical curve", 2: "physical surface"}
+    missing = [(kinds[d], name) for d, wanted in required.items() for name in wanted if name not in names[d]]
+    if missing:
+        told = " and ".join(f"no {kind} named {name!r}" for kind, name in missing)
+        there = "; ".join(f"{kinds[d]}s: {', '.join(names[d]) or 'none'}" for d in sorted(required, reverse=True))
+        raise ValueError(f"it has {told} ({there})")
+
+
 def _renumber_physical_groups(model: Any, regions: Mapping[str, int], boundaries: Mapping[str, int]) -> None:
     numbers = {2: regions, 1: boundaries}
     groups = [
@@ -406,8 +425,6 @@ def _renumber_physical_groups(model: Any, regions: Mapping[str, int], boundaries
         for dimension, tag in model.getPhysicalGroups()
         if dimension in numbers and (name := model.getPhysicalName(dimension, tag)) in numbers[dimension]
     ]
-    if not any((dimension, number) == (2, regions["bed"]) for dimension, number, _ in groups):
-        raise ValueError("no physical surface is named 'bed'")
     model.removePhysicalGroups()
     for dimension, number, entities in groups:
         model.addPhysicalGroup(dimension, entities, number)

@@ -9,6 +9,7 @@ from typing import Any
 
 from ..errors import InputError
 from ..scene.scene import Scene
+from .quantities import ENERGY_GIVEN, ENERGY_NAMES, JOULES_A_KWH
 
 STARTING = "{desc}, {elapsed} elapsed"
 CASES = "{desc} |{bar}| {n:.0f}/{total:.0f}, {elapsed} elapsed, {remaining} left"
@@ -126,6 +127,15 @@ def closures_text(closures: Mapping[str, Any]) -> str:
     return closures["set"] + (f", but {departing}" if departing else "")
 
 
+def energy_text(energy: Mapping[str, Any]) -> str:
+    """What heater and blower gave, at most at once, and where it went."""
+    given, gone = ENERGY_GIVEN, [name for name in ENERGY_NAMES if name not in ENERGY_GIVEN and energy[name]]
+    parts = ", ".join(f"{energy[name] / JOULES_A_KWH:.3g} kWh {ENERGY_NAMES[name]}" for name in given if energy[name])
+    uses = ", ".join(f"{energy[name] / JOULES_A_KWH:.3g} {ENERGY_NAMES[name]}" for name in gone)
+    cost = f", cost {energy['cost']:.2f}" if energy["cost"] is not None else ""
+    return f"{parts}; at most {energy['peak_power'] / 1e3:.3g} kW{cost}; to {uses} kWh"
+
+
 def summary_text(scene: Scene, summary: Mapping[str, Any], out: Path, pictures: Sequence[Path]) -> str:
     """The short readable end of a run."""
     margin = scene.operation.heating_margin
@@ -136,16 +146,24 @@ def summary_text(scene: Scene, summary: Mapping[str, Any], out: Path, pictures: 
     def shown(seconds: float | None) -> str:
         return f"{seconds:.1f} s ({seconds / 60:.1f} min)" if seconds is not None else "not reached"
 
+    energy = summary["energy"]
+    if energy is None:
+        spent = (
+            f"spent: {summary['fluid_heat'] / 1e6:.4g} MJ to bring the fluid to the inlet temperature, "
+            f"{summary['pumping_work'] / 1e6:.4g} MJ to drive it through the bed"
+        )
+    else:
+        spent = f"spent by the whole tool: {energy_text(energy)}"
     seconds, low_high = summary["wall_seconds"], summary["temperature_bounds"]
     lines = [
         f"heating time (wall within {margin:g} K of the inlet): {shown(summary['heating_time'])}",
         f"  the wall's bed side alone:                  {shown(summary['heating_time_bed_side'])}",
+        *(f"{name}: {shown(time)} ({summary['target_meanings'][name]})" for name, time in summary["targets"].items()),
         f"mass flow: {summary['mass_flow_initial']:.5g} at the start, {summary['mass_flow_final']:.5g} at the end, {unit}",
         f"heat balance: {summary['heat_by_fluid'] / 1e6:.4g} MJ from the fluid, "
         f"{summary['energy_imbalance']:.1e} of it unaccounted for; "
         f"temperatures {low_high[0] - 273.15:.2f} to {low_high[1] - 273.15:.2f} °C",
-        f"spent: {summary['fluid_heat'] / 1e6:.4g} MJ to bring the fluid to the inlet temperature, "
-        f"{summary['pumping_work'] / 1e6:.4g} MJ to drive it through the bed",
+        spent,
         f"{summary['unknowns']['flow']} + {summary['unknowns']['energy']} unknowns (flow + energy), "
         f"{summary['time_steps']} steps, {seconds['total']:.1f} s "
         f"(flow {seconds['flow']:.1f}, energy {seconds['energy']:.1f}, compiling {seconds['compile']:.1f})",

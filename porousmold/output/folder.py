@@ -6,13 +6,13 @@ import shutil
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import tomli_w
 from dolfinx import io
 
 from ..errors import InputError
-from ..files.whole_files import locked, whole_file
+from ..files.whole_files import Lock, locked, whole_file
 from ..mesh import fenicsx
 from ..mesh.aliases import Communicator
 from ..scene.scene import Scene
@@ -23,7 +23,7 @@ from .quantities import Columns
 COMPARISON = ("comparison.json", "comparison.png")
 OUTPUTS = [
     *("result.json", "history.csv", "near_wall.csv", "fields.h5", "fields.xdmf", "scene.toml"),
-    *("temperatures.png", "near_wall.png", "fields.png", *COMPARISON, "report.html", NAME),
+    *("temperatures.png", "near_wall.png", "fields.png", "skin.png", "supply.png", *COMPARISON, "report.html", NAME),
 ]
 LOCK = ".lock"
 """File that a process which writes the folder holds."""
@@ -31,7 +31,7 @@ FIELDS_PART = ".fields.part"
 """Folder in which the two files of the fields are written, to take their places together."""
 
 
-def locked_folder(folder: Path, purpose: str) -> IO[str]:
+def locked_folder(folder: Path, purpose: str) -> Lock:
     """The lock of a run's folder, held until it is closed; `InputError` where it cannot be had, so that nothing can be
     `purpose` ("drawn", ...)."""
     try:
@@ -50,15 +50,18 @@ class RunFolder:
     def __init__(self, path: str | Path, communicator: Communicator, *, kept: bool = False) -> None:
         self.path, self._communicator = Path(path), communicator
         self._orders: Any = None
-        self._lock: IO[str] | None = None
+        self._lock: Lock | None = None
         with self._on_first_rank() as first:
             if first:
+                if self.path.is_file():
+                    raise OSError("it is a file")
                 self.path.mkdir(parents=True, exist_ok=True)
                 self._lock = locked(self.path / LOCK)
         if not kept:
-            self._clear()
+            self.clear()
 
-    def _clear(self) -> None:
+    def clear(self) -> None:
+        """Take away the files of a run."""
         with self._on_first_rank() as first:
             if first:
                 shutil.rmtree(self.path / FIELDS_PART, ignore_errors=True)
@@ -90,6 +93,25 @@ class RunFolder:
             if first and shutil.disk_usage(self.path).free < size:
                 raise OSError(f"the disk has less than {size / 2**20:.0f} MiB left")
 
+    def refuse_to_replace(self) -> None:
+        """Refuse (`InputError`) to take the place of a run that is done or was interrupted here (collective)."""
+        found = None
+        if self._communicator.rank == 0:
+            with suppress(OSError, ValueError):
+                summary = json.loads((self.path / "result.json").read_text(encoding="utf-8"))
+                whole = isinstance(summary, dict) and (self.path / "history.csv").is_file()
+                found = summary.get("status") if whole else None
+            if (self.path / NAME).is_file() and found != "failed":
+                found = "interrupted"
+        found = self._communicator.bcast(found)
+        told = {
+            "done": "holds the finished run of another scene, or of other program code: --force replaces it",
+            "interrupted": "holds an interrupted run: --resume goes on with it, --force replaces it",
+        }
+        if found in told:
+            self.close()
+            raise InputError("--out", str(self.path), told[found])
+
     def finished(self, identity: str) -> tuple[dict[str, Any], Columns] | None:
         """Summary and history of the run of this identity that was done here, else None (collective)."""
         found = None
@@ -102,11 +124,8 @@ class RunFolder:
         return self._communicator.bcast(found)
 
     def saved(self) -> Checkpoint | None:
-        """The checkpoint here (collective); None where there is none: the folder is then emptied."""
-        found = read(self.path / NAME, self._communicator)
-        if found is None:
-            self._clear()
-        return found
+        """The checkpoint here (collective); None where there is none."""
+        return read(self.path / NAME, self._communicator)
 
     def save(self, part: Stateful, outcomes: list[Any], identity: str) -> None:
         """Write the checkpoint, whole or not at all (collective)."""

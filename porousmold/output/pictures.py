@@ -2,6 +2,7 @@
 
 import json
 import xml.etree.ElementTree as ElementTree
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from ..errors import InputError
 from .figures import STYLE, plt, save
 from .folder import locked_folder, read_table
-from .quantities import quantity
+from .quantities import ENERGY_GIVEN, ENERGY_NAMES, JOULES_A_KWH, Columns, quantity
 
 PLACES = {"centre": ("bed centre", "-"), "bed_side": ("wall, bed side", "--"), "outer": ("wall, outside", ":")}
 # Margins are given, not found: letting matplotlib measure them doubles the time of every picture.
@@ -29,11 +30,18 @@ def draw(folder: Path) -> Any:
         raise InputError("RUN", str(folder), "is not the folder of a run (no result.json and history.csv)")
     try:
         summary = json.loads((folder / "result.json").read_text(encoding="utf-8"))
-        heating_time = summary["heating_time"]
+        marks = {f"heated, {summary['heating_time']:.0f} s": summary["heating_time"]} if summary["heating_time"] else {}
+        targets, energy = summary["targets"], summary["energy"]
+        marks |= {f"{name}, {time:.0f} s": time for name, time in targets.items() if time is not None}
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputError("RUN", str(folder), f"has a damaged result.json: {error}") from error
     with locked_folder(folder, "drawn"), plt.rc_context(STYLE):
-        drawn = [_temperatures(folder, heating_time)]
+        history = read_table(folder / "history.csv")
+        drawn = [_temperatures(folder, history, marks)]
+        if targets:
+            drawn.append(_skin(folder, history, marks))
+        if energy is not None:
+            drawn.append(_supply(folder, history, energy))
         if (folder / "near_wall.csv").is_file():
             drawn.append(_near_wall(folder))
         if (folder / "fields.xdmf").is_file():
@@ -41,8 +49,7 @@ def draw(folder: Path) -> Any:
     return drawn
 
 
-def _temperatures(folder: Path, heating_time: float | None) -> Path:
-    history = read_table(folder / "history.csv")
+def _temperatures(folder: Path, history: Columns, marks: Mapping[str, float]) -> Path:
     minutes = np.array(history["time"]) / 60.0
     figure, axes = plt.subplots(figsize=(8.0, 5.0))
     figure.subplots_adjust(left=0.09, right=0.98, bottom=0.11, top=0.97)
@@ -60,12 +67,69 @@ def _temperatures(folder: Path, heating_time: float | None) -> Path:
     shown = [p for p in PLACES if any(name.startswith(f"temperature_{p}") for name in history)]
     entries += [plt.Line2D([], [], color="k", linestyle=PLACES[p][1], label=PLACES[p][0]) for p in shown]
     entries.append(plt.Line2D([], [], color="0.4", linewidth=1.0, label="inlet"))
-    if heating_time is not None:
-        axes.axvline(heating_time / 60.0, color="tab:red", linewidth=1.2)
-        entries.append(plt.Line2D([], [], color="tab:red", label=f"heating time {heating_time:.0f} s"))
+    if history["set_point"] != history["inlet_temperature"]:
+        axes.plot(minutes, np.array(history["set_point"]) - 273.15, "--", color="0.6", linewidth=1.0)
+        entries.append(plt.Line2D([], [], color="0.6", linestyle="--", linewidth=1.0, label="set-point"))
+    entries += _mark(axes, marks)
     axes.set(xlabel="time in min", ylabel="temperature in °C", xlim=(0, minutes[-1] or 1))
     axes.legend(handles=entries, fontsize=9, loc="lower right")
     return save(figure, folder / "temperatures.png")
+
+
+def _mark(axes: Any, marks: Mapping[str, float]) -> list[Any]:
+    """Vertical lines at times (s), and their entries of the legend."""
+    colours = ["tab:red", "tab:green", "tab:purple", "tab:orange", "tab:brown"]
+    entries = []
+    for number, (label, time) in enumerate(marks.items()):
+        colour = colours[number % len(colours)]
+        axes.axvline(time / 60.0, color=colour, linewidth=1.2)
+        entries.append(plt.Line2D([], [], color=colour, label=label))
+    return entries
+
+
+def _skin(folder: Path, history: Columns, marks: Mapping[str, float]) -> Path:
+    """How even the wall's bed side is, where it is coldest and hottest, and how far layers have cured."""
+    minutes = np.array(history["time"]) / 60.0
+    cured = [name for name in history if name.startswith("cure_")]
+    figure, axes = plt.subplots(2 + bool(cured), 1, figsize=(8.0, 2.2 * (2 + bool(cured)) + 0.6), sharex=True)
+    height = figure.get_size_inches()[1]
+    figure.subplots_adjust(left=0.1, right=0.97, bottom=0.55 / height, top=1.0 - 0.15 / height, hspace=0.12)
+    low, high = (np.array(history[f"{end}_bed_side"]) for end in ("lowest", "highest"))
+    axes[0].plot(minutes, high - low, color="tab:blue")
+    axes[0].set_ylabel("bed side: hottest\nminus coldest in K", fontsize=9)
+    axes[0].set_ylim(0, None)
+    axes[0].legend(handles=_mark(axes[0], marks), fontsize=8, loc="upper center")
+    for end, colour in (("coldest", "tab:blue"), ("hottest", "tab:red")):
+        axes[1].plot(minutes, history[f"{end}_place"], color=colour, label=end)
+    axes[1].set_ylabel("along the flow\nin m", fontsize=9)
+    axes[1].legend(fontsize=8, loc="center right")
+    for name in cured:
+        axes[2].plot(minutes, history[name], label=name.removeprefix("cure_"))
+        axes[2].set_ylabel("least degree\nof cure", fontsize=9)
+        axes[2].set_ylim(0, 1)
+        axes[2].legend(fontsize=8, loc="lower right")
+    axes[-1].set(xlabel="time in min", xlim=(0, minutes[-1] or 1))
+    return save(figure, folder / "skin.png")
+
+
+def _supply(folder: Path, history: Columns, energy: Mapping[str, float]) -> Path:
+    """Powers of heater and blower against time, and where their energy went."""
+    minutes = np.array(history["time"]) / 60.0
+    figure, (powers, uses) = plt.subplots(1, 2, figsize=(11.0, 3.8), width_ratios=(1.3, 1.0))
+    figure.subplots_adjust(left=0.07, right=0.98, bottom=0.15, top=0.9, wspace=0.32)
+    for name, colour in (("heater_power", "tab:red"), ("blower_power", "tab:blue")):
+        powers.plot(minutes, np.array(history[name]) / 1e3, color=colour, label=name.removesuffix("_power"))
+    powers.set(xlabel="time in min", ylabel="power in kW", xlim=(0, minutes[-1] or 1), ylim=(0, None))
+    powers.set_title("whole tool", fontsize=10)
+    powers.legend(fontsize=9)
+    shown = {name: energy[name] for name in ENERGY_NAMES if abs(energy[name]) > 0.0}
+    colours = ["tab:red" if name in ENERGY_GIVEN else "tab:gray" for name in shown]
+    uses.barh([ENERGY_NAMES[name] for name in shown], [value / JOULES_A_KWH for value in shown.values()], color=colours)
+    uses.invert_yaxis()
+    uses.set_xlabel("energy in kWh")
+    uses.set_title("given (red) and where it went (grey)", fontsize=10)
+    uses.grid(axis="y", visible=False)
+    return save(figure, folder / "supply.png")
 
 
 def _near_wall(folder: Path) -> Path:

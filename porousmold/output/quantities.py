@@ -26,6 +26,7 @@ QUANTITIES: Mapping[str, Quantity] = {
     "time": Quantity("t", "time", "s"),
     "step": Quantity(r"\Delta t", "time step", "s"),
     "inlet_temperature": Quantity(r"T_\mathrm{in}", "inlet temperature", "K"),
+    "set_point": Quantity(r"T_\mathrm{set}", "set-point of the inlet temperature", "K"),
     "outlet_temperature": Quantity(r"T_\mathrm{out}", "mean outlet temperature", "K"),
     "deficit_wall": Quantity(r"\Delta T_w", "inlet temperature over that of the wall's worst point", "K"),
     "deficit_bed_side": Quantity(
@@ -39,6 +40,10 @@ QUANTITIES: Mapping[str, Quantity] = {
     "heat_by_rev_terms": Quantity("Q_b", "heat created by REV terms", "J"),
     "lowest_temperature": Quantity(r"T_\min", "lowest temperature", "K"),
     "highest_temperature": Quantity(r"T_\max", "highest temperature", "K"),
+    "heater_power": Quantity("P_h", "heater's power for the whole tool", "W"),
+    "blower_power": Quantity("P_b", "blower's power for the whole tool", "W"),
+    "coldest_place": Quantity("x", "place of the coldest point of the wall's bed side along the flow", "m"),
+    "hottest_place": Quantity("x", "place of the hottest point of the wall's bed side along the flow", "m"),
     "largest_bead_difference": Quantity(r"\Delta T_s", "largest distance of a bead's surface from its mean", "K"),
     "wall_distance": Quantity("y", "wall distance", "m"),
     "porosity": Quantity(r"\phi_V", "porosity", "1"),
@@ -55,9 +60,28 @@ QUANTITIES: Mapping[str, Quantity] = {
 FAMILIES: Mapping[str, Quantity] = {
     "temperature": Quantity("T", "temperature of fluid or wall", "K"),
     "sensor": Quantity("T", "temperature at a sensor", "K"),
+    "lowest": Quantity(r"T_\min", "lowest temperature of a place", "K"),
+    "highest": Quantity(r"T_\max", "highest temperature of a place", "K"),
+    "cure": Quantity(r"\alpha", "least degree of cure of a layer", "1"),
     "gradient": Quantity(r"|\nabla T|", "steepness of the temperature at a sensor", "K/m"),
 }
 """Quantities at named places: `temperature_outer_L` is the temperature at `outer_L`."""
+
+
+JOULES_A_KWH = 3.6e6
+ENERGY_NAMES = {
+    "heater": "heater",
+    "blower": "blower",
+    "cure": "cure",
+    "sources": "sources in the wall",
+    "wall": "wall",
+    "beads": "beads",
+    "exhaust": "exhaust",
+    "return_duct": "return duct",
+    "outer_wall": "outer wall",
+}
+"""What gives energy to a tool, and where it goes, in words."""
+ENERGY_GIVEN = ("heater", "blower", "cure", "sources")
 
 
 def quantity(name: str) -> Quantity:

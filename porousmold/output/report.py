@@ -13,15 +13,21 @@ from xml.etree.ElementTree import ParseError
 from .. import __version__
 from ..errors import InputError
 from ..files.whole_files import output_file
+from ..scene.keys import flat, key_of
 from ..scene.language import KEYS
 from .console import closures_text
 from .pictures import draw
+from .quantities import ENERGY_GIVEN, ENERGY_NAMES, JOULES_A_KWH
+from .study_pictures import draw_study
 
 _STYLE = """
 body { font: 15px/1.5 sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; color: #222; }
 table { border-collapse: collapse; margin: 1em 0; }
 th, td { padding: .2em .8em; text-align: left; border-bottom: 1px solid #ddd; }
 td.number { text-align: right; font-variant-numeric: tabular-nums; } img { max-width: 100%; }
+td { overflow-wrap: anywhere; } td:first-child { white-space: nowrap; }
+@media print { body { font-size: 10px; margin: 0; max-width: none; } th, td { padding: .1em .4em; }
+  img { page-break-inside: avoid; max-height: 16cm; } h2 { page-break-after: avoid; } tr { page-break-inside: avoid; } }
 .warning { background: #fff3d6; padding: .5em 1em; margin: .5em 0; } .large { font-size: 1.6em; }
 """
 
@@ -84,10 +90,16 @@ def _of_run(folder: Path) -> tuple[Any, ...]:
     reached = f"{time:.0f} s ({time / 60:.1f} min)" if time is not None else "not reached"
     estimated = summary["heating_time_error"]
     known = f", numerical error about {estimated:.1%}" if estimated is not None else ""
-    parts.append(f'<p class="large">Heating time: {reached}{known}</p>')
+    met = summary["targets"].values()
+    if met:
+        last = f"all met at {max(met) / 60.0:.1f} min" if None not in met else "not all met"
+        parts.append(f'<p class="large">Targets: {last}</p>')
+    if time is not None or not met:
+        parts.append(f'<p class="large">Heating time: {reached}{known}</p>')
     parts += [f'<p class="warning">{_text(text)}</p>' for text in summary["warnings"]]
+    parts += _targets(summary) + _uncertainty_of(folder)
     bounds = summary["temperature_bounds"] or [float("nan")] * 2
-    parts.append("<h2>Result</h2>")
+    parts.append(f"<h2>Result</h2><p>Flows and heats are those of what is computed: {_text(basis(scene))}.</p>")
     parts.append(_table(["quantity", "value", "unit"], [
         ["heating time of the wall's bed side", *_or_dash(summary["heating_time_bed_side"], "s")],
         ["mass flow at the start", *_or_dash(summary["mass_flow_initial"], "kg/s")],
@@ -100,21 +112,26 @@ def _of_run(folder: Path) -> tuple[Any, ...]:
         ["time steps", str(summary["time_steps"]), ""],
         ["unknowns (flow, energy)", f"{summary['unknowns']['flow']}, {summary['unknowns']['energy']}", ""],
     ]))  # fmt: skip
+    parts += _energy(summary)
     pictures = draw(folder) if (folder / "history.csv").is_file() else []  # it failed at the start
     parts.append("<h2>Pictures</h2>" + "".join(map(_picture, pictures)))
     if (folder / "comparison.json").is_file():
         parts += _compared(folder)
     parts.append("<h2>Scene</h2>")
+    given = summary["given"]
     rows = [
-        [f"{table}.{name}", float(value) if isinstance(value, int | float) and not isinstance(value, bool) else value,
-         _unit(table, name), KEYS[table][name].meaning if name in KEYS.get(table, {}) else ""]
-        for table, content in scene.items() for name, value in content.items()
-    ]  # fmt: skip
-    parts.append(_table(["key", "value (SI)", "unit", "meaning"], rows))
-    parts.append("<h2>Sources of the closures and properties</h2>")
+        [name, given.get(name, "-"), _value(value), *_unit_and_meaning(name)]
+        for name, value in flat(scene).items()
+        if not name.startswith("materials.") and (name in given or not name.startswith("tolerance."))
+    ]
+    parts.append("<p>As it was given, and in SI with what was left to the program.</p>")
+    parts.append(_table(["key", "as given", "value (SI)", "unit", "meaning"], rows))
+    parts.append("<h2>Materials</h2>" + _materials(summary))
+    parts.append("<h2>Sources of the closures</h2>")
     parts.append(f"<p>Set of closures: {_text(closures_text(summary['closures']))}</p>")
     parts.append(_table(["of", "source"], [[name, source] for name, source in summary["sources"].items()]))
-    parts.append("<h2>Versions</h2>" + _table(["of", "version"], list(summary["versions"].items())))
+    versions = {"computed": summary["date"], **summary["versions"]}
+    parts.append("<h2>Date and versions</h2>" + _table(["of", "version"], list(versions.items())))
     return f"Heating of a {kind}: {folder.name}", "".join(parts)
 
 
@@ -147,8 +164,66 @@ def _or_dash(value: Any, unit: str) -> Any:
     return (float(value), unit) if value is not None else ("-", unit)
 
 
-def _unit(table: Any, name: str) -> Any:
-    return KEYS[table][name].unit if name in KEYS.get(table, {}) else ""
+def _value(value: Any) -> Any:
+    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else value
+
+
+def _unit_and_meaning(name: str) -> tuple[str, str]:
+    try:
+        key = key_of(KEYS, name)
+    except KeyError:  # one of a material
+        return "", ""
+    return key.unit, key.meaning
+
+
+def basis(scene: Any) -> str:
+    """What part of a tool is computed, of a scene's tables."""
+    geometry = scene["geometry"]
+    if geometry["kind"] == "pipe":
+        return "the whole pipe"
+    if geometry["kind"] == "mesh":
+        return "what the mesh shows" + (", per metre width" if geometry.get("symmetry") != "axisymmetric" else "")
+    return "a quarter of the cavity" if "width" in geometry else "half of the cavity, per metre width"
+
+
+def _targets(summary: Any) -> list[str]:
+    rows = [
+        [name, summary["target_meanings"][name], *((time / 60.0, "min") if time is not None else ("not met", ""))]
+        for name, time in summary["targets"].items()
+    ]
+    return ["<h2>Targets</h2>", _table(["name", "asks for", "met at", ""], rows)] if rows else []
+
+
+def _energy(summary: Any) -> list[str]:
+    energy = summary["energy"]
+    if energy is None:
+        return []
+    rows = [
+        [words, energy[name] / JOULES_A_KWH, "kWh", "given" if name in ENERGY_GIVEN else "taken"]
+        for name, words in ENERGY_NAMES.items()
+        if energy[name]
+    ]
+    rows += [["largest power of heater and blower", energy["peak_power"] / 1e3, "kW", ""]]
+    rows += [["cost of heater and blower", float(energy["cost"]), "", ""]] if energy["cost"] is not None else []
+    told = f"<p>Of the whole tool, {energy['share']:g} times what is computed, up to the end of the run.</p>"
+    return ["<h2>Energy</h2>", told, _table(["of", "energy", "unit", ""], rows)]
+
+
+def _materials(summary: Any) -> str:
+    rows = [
+        [owner, entry["material"], name.replace("_", " "), float(law["value"]), law["unit"], law["source"]]
+        for owner, entry in summary["materials"].items()
+        for name, law in entry["properties"].items()
+    ]
+    mean = next(iter(summary["materials"].values()))["temperature"] - 273.15
+    head = ["of", "material", "property", f"value at {mean:.0f} °C", "unit", "source"]
+    return _table(head, rows)
+
+
+def _uncertainty_of(folder: Path) -> list[str]:
+    """That of the run's scene, where it was computed beside it."""
+    beside = folder.with_name(f"{folder.name}-uncertainty")
+    return ["<h2>Uncertainty</h2>", _uncertainty(beside)] if (beside / "uncertainty.json").is_file() else []
 
 
 def _uncertainty(folder: Path) -> str:
@@ -171,6 +246,23 @@ def _uncertainty(folder: Path) -> str:
     return f'<p class="large">{_text(told)}</p>' + _table(head, rows)
 
 
+def _optimum(folder: Path) -> str:
+    """What `porousmold optimum` left in the folder: the answer."""
+    try:
+        found = json.loads((folder / "optimum.json").read_text(encoding="utf-8"))
+        best, limits = (
+            found["optimum"],
+            ", ".join(f"{name} below {limit:.6g}" for name, limit in found["below"].items()),
+        )
+        rows = [] if best is None else [[name, _value(value)] for name, value in best.items()]
+    except (OSError, ValueError, LookupError, TypeError, AttributeError) as error:
+        raise InputError("RUN", str(folder), f"has a damaged optimum.json: {error}") from error
+    under = f" with {limits}" if limits else ""
+    answer = "" if best is None else f": {best[found['minimise']]:.6g}"
+    told = f"Least {found['minimise']}{under}{answer or ': no case keeps the limits'}"
+    return f'<p class="large">{_text(told)}</p>' + (_table(["of", "value (SI)"], rows) if rows else "")
+
+
 def _of_study(folder: Path) -> tuple[Any, ...]:
     try:
         entries = json.loads((folder / "table.json").read_text(encoding="utf-8"))
@@ -183,7 +275,9 @@ def _of_study(folder: Path) -> tuple[Any, ...]:
     except (OSError, ValueError, KeyError, TypeError, AttributeError, StopIteration) as error:
         raise InputError("RUN", str(folder), f"has a damaged table: {error}") from error
     counts = ", ".join(f"{statuses.count(status)} {status}" for status in dict.fromkeys(statuses))
-    body = _uncertainty(folder) if (folder / "uncertainty.json").is_file() else ""
-    body += f"<p>{len(entries)} cases: {_text(counts)}.</p>" + _table(head, rows)
-    body += "".join(_picture(path) for path in sorted(folder.glob("*.png")))
+    body = _optimum(folder) if (folder / "optimum.json").is_file() else ""
+    body += _uncertainty(folder) if (folder / "uncertainty.json").is_file() else ""
+    draw_study(folder, entries, head)
+    body += f"<p>{len(entries)} cases: {_text(counts)}.</p>"
+    body += "".join(_picture(path) for path in sorted(folder.glob("*.png"))) + _table(head, rows)
     return f"Study: {folder.name}", body

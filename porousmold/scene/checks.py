@@ -1,13 +1,27 @@
 """What the keys of a scene must be together: each rule refuses with one line (`InputError`) that names a key."""
 
-from typing import Any
+from typing import Any, Literal
 
 from ..errors import InputError
+from ..laws.material_library import SOLIDS
 from ..laws.porosity import POROSITY_MODELS
+from .air_loop import has_air_loop, is_round, read_curve
 from .geometries import GEOMETRIES
 from .language import KEYS
+from .sensors import sensor_names
 from .tolerances import tolerance_of
 
+ASKED: tuple[Literal["within", "above", "below", "spread", "cured"], ...] = (
+    "within",
+    "above",
+    "below",
+    "spread",
+    "cured",
+)
+"""What a target may ask for."""
+RESERVED_PLACES = ("wall", "bed_side", "bed")
+RESERVED_NAMES = (*RESERVED_PLACES, "fluid", "beads", "temperature")
+"""Places that every scene has, whose names no layer can have."""
 DRIVES = ("pressure_drop", "inlet_velocity", "mass_flow")
 SMALLEST_RATIO = 10.0
 """Bead diameters that a bed is wide at least."""
@@ -18,13 +32,17 @@ def check_together(scene: Any) -> None:
     for rule in (
         _geometry,
         _drive,
+        _air_loop,
         _flow_and_mesh,
         _wall,
+        _layers,
+        _cure,
         _bed,
         _temperatures,
         _outer_wall,
         _solver,
         _liquid,
+        _targets,
         _tolerances,
     ):
         rule(scene)
@@ -51,13 +69,20 @@ def _geometry(scene: Any) -> None:
     _need(scene, "bed", "bead_diameter")
     if scene.geometry.width is None and scene.geometry.sides != "wall":
         _refuse(scene, "geometry.sides", "has no meaning without geometry.width")
-    for name in ("initial_temperature", "inlet_temperature"):
-        _need(scene, "operation", name)
+    _need(scene, "operation", "initial_temperature")
+    if scene.operation.programme is None:
+        _need(scene, "operation", "inlet_temperature")
+    elif scene.is_given("operation.inlet_temperature"):
+        allowed = "has no place beside [[operation.programme]]"
+        raise InputError("operation.inlet_temperature", None, allowed, scene.source)
 
 
 def _drive(scene: Any) -> None:
     operation = scene.operation
     drives = [name for name in DRIVES if getattr(operation, name) is not None]
+    if operation.blower is not None or operation.blower_pressure is not None:
+        _blower(scene, drives)
+        return
     if len(drives) != 1:
         given = " and ".join(f"operation.{name}" for name in drives) or "operation.pressure_drop"
         names = ", ".join(f"operation.{name}" for name in DRIVES)
@@ -68,6 +93,40 @@ def _drive(scene: Any) -> None:
     if operation.pressure_drop is not None and operation.pressure_drop.range[1] > limit:
         allowed = f"must be <= 10 x operation.outlet_pressure ({limit:g} Pa)"
         raise InputError("operation.pressure_drop", operation.pressure_drop.range[1], allowed, scene.source)
+
+
+def _blower(scene: Any, drives: list[str]) -> None:
+    operation, model = scene.operation, scene.model
+    if drives:
+        raise InputError(f"operation.{drives[0]}", None, "has no place beside a blower", scene.source)
+    if operation.blower is not None:
+        for name in ("blower_pressure", "blower_flow"):
+            if getattr(operation, name) is not None:
+                _refuse(scene, f"operation.{name}", "has no place beside operation.blower, the file of a curve")
+        read_curve(operation.blower)
+    elif operation.blower_flow is None:
+        _need(scene, "operation", "blower_flow")
+    if model.flow_update == "transient":
+        _refuse(scene, "model.flow_update", "must be 'quasi-steady' or 'frozen' with a blower")
+
+
+def _air_loop(scene: Any) -> None:
+    operation = scene.operation
+    if operation.blower_flow is not None and operation.blower_pressure is None:
+        _need(scene, "operation", "blower_pressure")
+    if operation.duct_resistance and operation.blower is None and operation.blower_pressure is None:
+        _refuse(scene, "operation.duct_resistance", "has no meaning without a blower")
+    if operation.mold_width is not None and is_round(scene):
+        _refuse(scene, "operation.mold_width", "has no place in a pipe")
+    if not has_air_loop(scene):
+        for name in ("fresh_temperature", "mold_width"):
+            if getattr(operation, name):
+                _refuse(scene, f"operation.{name}", "has no meaning without a blower, a heater or recirculation")
+        return
+    if scene.model.flow_update == "transient":
+        _refuse(scene, "model.flow_update", "must not be 'transient' with a heater or recirculation")
+    if scene.geometry.kind != "pipe" and scene.geometry.width is not None and operation.mold_width is not None:
+        _refuse(scene, "operation.mold_width", "has no place beside geometry.width")
 
 
 def _flow_and_mesh(scene: Any) -> None:
@@ -91,11 +150,55 @@ def _wall(scene: Any) -> None:
             _refuse(scene, "model.wall", "must be 'conjugate' for a mesh, which has its own wall")
         if scene.wall.thickness is not None:
             _refuse(scene, "wall.thickness", "has no place in a mesh, which has its own wall")
-    elif model.wall in ("conjugate", "thin"):
+    elif model.wall in ("conjugate", "thin") and scene.wall.layer is None:
         _need(scene, "wall", "thickness")
     if (model.wall == "fixed-temperature") != (operation.wall_temperature is not None):
         allowed = "must be given with model.wall 'fixed-temperature', and only then"
         raise InputError("operation.wall_temperature", None, allowed, scene.source)
+
+
+def _layers(scene: Any) -> None:
+    wall, model, is_mesh = scene.wall, scene.model, scene.geometry.kind == "mesh"
+    if wall.layer is None:
+        return
+    if model.wall != "conjugate":
+        _refuse(scene, "model.wall", "must be 'conjugate' with [[wall.layer]]")
+    for name in ("material", "thickness", "density", "heat_capacity", "conductivity"):
+        if scene.is_given(f"wall.{name}"):
+            _refuse(scene, f"wall.{name}", "has no place beside [[wall.layer]], whose tables have it")
+    if scene.is_given("solver.wall_cells"):
+        _refuse(scene, "solver.wall_cells", "has no place beside [[wall.layer]]: give the layers' cells")
+    names: list[str] = []
+    for number, layer in enumerate(wall.layer, start=1):
+        place = f"wall.layer[{number}]"
+        for name in ("material",) if is_mesh else ("material", "thickness"):
+            if getattr(layer, name) is None:
+                raise InputError(f"{place}.{name}", None, "is missing", scene.source)
+        for name in ("thickness", "cells"):
+            if is_mesh and getattr(layer, name) is not None:
+                raise InputError(f"{place}.{name}", getattr(layer, name), "is the mesh's", scene.source)
+        if layer.contact_resistance and (is_mesh or number == len(wall.layer)):
+            allowed = "needs a layer behind it" if not is_mesh else "has no place in a mesh: draw a thin layer"
+            raise InputError(f"{place}.contact_resistance", layer.contact_resistance, allowed, scene.source)
+        name = layer.name or layer.material
+        if name in (*names, *RESERVED_NAMES):
+            raise InputError(f"{place}.name", name, "must be a name of its own", scene.source)
+        names.append(name)
+
+
+def _cures(scene: Any, material: str | None) -> bool:
+    return getattr(scene.materials.get(material, SOLIDS.get(material or "")), "cure", None) is not None
+
+
+def _cure(scene: Any) -> None:
+    layers = [layer.material for layer in scene.wall.layer or ()]
+    if _cures(scene, scene.bed.bead_material):
+        _refuse(scene, "bed.bead_material", "must not cure: only the wall and its layers do")
+    plain = not layers and _cures(scene, scene.wall.material)
+    if plain and scene.model.wall != "conjugate":
+        _refuse(scene, "model.wall", "must be 'conjugate' with a material that cures")
+    if (plain or any(_cures(scene, name) for name in layers)) and scene.model.flow_update == "transient":
+        _refuse(scene, "model.flow_update", "must not be 'transient' with a material that cures")
 
 
 def _bed(scene: Any) -> None:
@@ -121,6 +224,9 @@ def _bed(scene: Any) -> None:
 def _temperatures(scene: Any) -> None:
     operation = scene.operation
     difference = max(abs(value - operation.initial_temperature) for value in operation.inlet_temperature.values)
+    if difference == 0.0:
+        allowed = "is operation.initial_temperature: there is nothing to heat or to cool"
+        raise InputError("operation.inlet_temperature", operation.initial_temperature, allowed, scene.source)
     if operation.heating_margin >= difference:
         allowed = f"must be < {difference:g} K, the difference of inlet and initial temperature"
         _refuse(scene, "operation.heating_margin", allowed)
@@ -150,6 +256,36 @@ def _liquid(scene: Any) -> None:
     for name in ("viscosity", "heat_capacity", "conductivity"):
         if not scene.is_given(f"fluid.{name}"):
             raise InputError(f"fluid.{name}", None, "is missing: a liquid needs all four properties", scene.source)
+
+
+def _targets(scene: Any) -> None:
+    layers = {layer.name or layer.material: layer for layer in scene.wall.layer or ()}
+    names: list[str] = []
+    for number, target in enumerate(scene.target.list or (), start=1):
+        key = f"target[{number}]"
+        asked = [name for name in ASKED if getattr(target, name) is not None]
+        if len(asked) != 1:
+            raise InputError(key, None, f"needs exactly one of {', '.join(ASKED)}", scene.source)
+        known = [*RESERVED_PLACES, *layers, *sensor_names(scene.geometry.sensors)]
+        if target.place not in known:
+            raise InputError(f"{key}.place", target.place, f"must be one of {', '.join(known)}", scene.source)
+        if scene.model.wall in ("insulated", "fixed-temperature") and target.place == "wall":
+            raise InputError(f"{key}.place", "wall", f"has no place with model.wall {scene.model.wall!r}", scene.source)
+        if asked == ["cured"]:
+            is_plain = target.place == "wall" and not layers
+            material = scene.wall.material if is_plain else getattr(layers.get(target.place), "material", None)
+            if not _cures(scene, material):
+                allowed = "must be the name of a layer whose material cures"
+                raise InputError(f"{key}.place", target.place, allowed, scene.source)
+        name = target_name(target)
+        if name in names:
+            raise InputError(f"{key}.name", name, "must be a name of its own", scene.source)
+        names.append(name)
+
+
+def target_name(target: Any) -> str:
+    """The name of a target, by default of its place and what it asks for."""
+    return target.name or f"{target.place} {next(name for name in ASKED if getattr(target, name) is not None)}"
 
 
 def _tolerances(scene: Any) -> None:

@@ -2,18 +2,20 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeVar
 
 from ..laws import bead_interior
 from ..laws.conductivity import BEAD_CONDUCTION_LAWS, DISPERSION_LAWS, BeadConduction, Dispersion
 from ..laws.drag import DRAG_LAWS, DragLaw
-from ..laws.materials import FLUIDS, SOLIDS, ConstantDensity, Fluid, Solid, constant
+from ..laws.material_library import FLUIDS, SOLIDS
+from ..laws.materials import UNITS, ConstantDensity, Fluid, Solid, constant
 from ..laws.nusselt import NUSSELT_CORRELATIONS, NusseltCorrelation
 from ..laws.porosity import POROSITY_MODELS, Porosity
 from ..laws.registry import Registry
 from ..laws.turbulence_models import TURBULENCE_MODELS, TurbulenceModel
 from .geometries import GEOMETRIES
-from .scene import Scene, Table
+from .keys import Table
+from .scene import Scene
 
 CHOICES: Mapping[str, Registry[Any]] = {
     "model.drag": DRAG_LAWS,
@@ -27,16 +29,17 @@ CHOICES: Mapping[str, Registry[Any]] = {
     "fluid.material": FLUIDS,
 }
 """The keys of a scene that name a law, with the registry that holds it."""
+Material = TypeVar("Material", Fluid, Solid)
 
 
 @dataclass(frozen=True)
 class Laws:
-    """Of one scene: materials, correlations and the porosity; `turbulence` is None where there is none, `wall` the wall's
-    material whether the scene has a wall or not."""
+    """Of one scene: materials, correlations and the porosity; `turbulence` is None where there is none, `walls` the
+    materials of the wall's layers by their names, of a plain one as "wall", whether the scene has a wall or not."""
 
     fluid: Fluid
     beads: Solid
-    wall: Solid
+    walls: Mapping[str, Solid]
     drag: DragLaw
     nusselt: NusseltCorrelation
     bead_conduction: BeadConduction
@@ -47,17 +50,17 @@ class Laws:
     @classmethod
     def of(cls, scene: Scene) -> "Laws":
         """Those of a scene: the library's, with constant properties in place of those given."""
-        bed, wall, model = scene.bed, scene.wall, scene.model
+        bed, model = scene.bed, scene.model
         return cls(
-            _fluid(scene.fluid),
-            _solid(
-                bed.bead_material,
-                bed.bead_density,
-                bed.bead_heat_capacity,
-                bed.bead_conductivity,
-                bed.contact_flattening,
+            _fluid(scene),
+            _with_constants(
+                _solid(scene, bed.bead_material),
+                density=bed.bead_density,
+                heat_capacity=bed.bead_heat_capacity,
+                conductivity=bed.bead_conductivity,
+                contact_flattening=bed.contact_flattening,
             ),
-            _solid(wall.material, wall.density, wall.heat_capacity, wall.conductivity),
+            _walls(scene),
             replace(DRAG_LAWS[model.drag].for_width(width_ratio(scene)), factor=model.drag_factor),
             NUSSELT_CORRELATIONS[model.nusselt],
             replace(BEAD_CONDUCTION_LAWS[model.bead_conduction], factor=model.conduction_factor),
@@ -71,20 +74,19 @@ class Laws:
         """Porosity far from the wall."""
         return self.porosity.bulk_porosity
 
-    def properties(self, has_wall: bool) -> list[tuple[str, str, Any]]:
-        """All property laws in use: (owner, name of the property, law)."""
-        owners: list[Fluid | Solid] = [self.fluid, self.beads, *([self.wall] if has_wall else [])]
-        return [(owner.name, name, law) for owner in owners for name, law in owner.laws().items()]
+    def materials(self, has_wall: bool) -> dict[str, Fluid | Solid]:
+        """The materials in use, by what they are the material of."""
+        return {"fluid": self.fluid, "beads": self.beads, **(self.walls if has_wall else {})}
 
-    def sources(self, has_wall: bool, bead_modes: bool) -> dict[str, str]:
-        """Where the laws and properties in use come from, by what they are used for."""
+    def sources(self, bead_modes: bool) -> dict[str, str]:
+        """Where the laws in use come from, by what they are used for."""
         sources = {"drag": self.drag.source, "nusselt": self.nusselt.source, "porosity": self.porosity.source}
         sources |= {"bead conduction": self.bead_conduction.source, "dispersion": self.dispersion.source}
         if self.turbulence is not None:
             sources["turbulence"] = self.turbulence.source
         if bead_modes:
             sources["bead interior"] = bead_interior.SOURCE
-        return sources | {f"{owner} {name}": law.source for owner, name, law in self.properties(has_wall)}
+        return sources
 
 
 def width_ratio(scene: Scene) -> float:
@@ -102,26 +104,45 @@ def _turbulence(model: Table) -> TurbulenceModel | None:
     return replace(chosen, **given)
 
 
-def _fluid(given: Table) -> Fluid:
-    changes: dict[str, Any] = {
-        name: constant(value, "", "scene")
-        for name in ("viscosity", "heat_capacity", "conductivity")
-        if (value := getattr(given, name)) is not None
+def _fluid(scene: Scene) -> Fluid:
+    given = scene.fluid
+    fluid = scene.materials.get(given.material, FLUIDS.get(given.material))
+    assert isinstance(fluid, Fluid), "checked with the scene"
+    changed = _with_constants(
+        fluid, viscosity=given.viscosity, heat_capacity=given.heat_capacity, conductivity=given.conductivity
+    )
+    if given.density is None:
+        return changed
+    return replace(changed, density=ConstantDensity(given.density, "scene"), name="liquid of the scene")
+
+
+def _walls(scene: Scene) -> dict[str, Solid]:
+    wall = scene.wall
+    if wall.layer is not None:
+        return {layer.name or layer.material: _solid(scene, layer.material) for layer in wall.layer}
+    plain = _with_constants(
+        _solid(scene, wall.material),
+        density=wall.density,
+        heat_capacity=wall.heat_capacity,
+        conductivity=wall.conductivity,
+    )
+    return {"wall": plain}
+
+
+def _solid(scene: Scene, name: str) -> Solid:
+    solid = scene.materials.get(name, SOLIDS.get(name))
+    assert isinstance(solid, Solid), "checked with the scene"
+    return solid
+
+
+def _with_constants(material: Material, **given: float | None) -> Material:
+    """The material with constant properties in place of those given; its name tells which."""
+    changes: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    if not changes:
+        return material
+    laws: dict[str, Any] = {
+        name: constant(value, UNITS[name], "scene") for name, value in changes.items() if name in UNITS
     }
-    if given.density is not None:
-        changes |= {"density": ConstantDensity(given.density, "scene"), "name": "liquid"}
-    return replace(FLUIDS[given.material], **changes)
-
-
-def _solid(
-    material: str,
-    density: float | None,
-    heat_capacity: float | None,
-    conductivity: float | None,
-    contact_flattening: float | None = None,
-) -> Solid:
-    given = {"density": density, "heat_capacity": heat_capacity, "conductivity": conductivity}
-    changes: dict[str, Any] = {name: constant(value, "", "scene") for name, value in given.items() if value is not None}
-    if contact_flattening is not None:
-        changes["contact_flattening"] = contact_flattening
-    return replace(SOLIDS[material], **changes)
+    whole = material.laws().keys() <= changes.keys()
+    told = "constants of the scene" if whole else f"{material.name}, but {' and '.join(changes)} of the scene"
+    return replace(material, **(changes | laws | {"name": told}))

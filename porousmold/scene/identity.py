@@ -11,6 +11,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+from ..laws.material_library import SOLIDS
 from ..laws.registry import source_text
 from .chosen_laws import CHOICES
 from .language import KEYS
@@ -31,7 +32,7 @@ FREE_TO_CHANGE = {
 def code_digest() -> str:
     """Digest of the sources of everything that computes, read once a process."""
     package = Path(__file__).parent.parent
-    files = sorted(path for room in COMPUTING for path in (package / room).rglob("*.py"))
+    files = sorted(p for room in COMPUTING for p in (package / room).rglob("*") if p.suffix in (".py", ".toml", ".csv"))
     digest = hashlib.sha256()
     for path in [*files, *(package / name for name in READING)]:
         digest.update(str(path.relative_to(package)).encode() + path.read_bytes())
@@ -50,14 +51,23 @@ def identity_of(scene: Scene, *, going_on: bool = False) -> str:
             if table in ("output", "extensions", "tolerance") or (going_on and full_name in FREE_TO_CHANGE):
                 continue
             value = getattr(getattr(scene, table), name)
-            if isinstance(value, TimeSeries):
-                value = value.content
-            elif isinstance(value, Path):
-                value = scene.file_digests[full_name]
-            values[full_name] = value
+            values[full_name] = scene.file_digests[full_name] if isinstance(value, Path) else _content(value)
     laws = {
         full_name: source_text(registry[values[full_name]])
         for full_name, registry in CHOICES.items()
-        if not registry.is_own(values[full_name])
+        if values[full_name] in registry and not registry.is_own(values[full_name])
     }
+    for layer in scene.wall.layer or ():
+        if layer.material in SOLIDS and not SOLIDS.is_own(layer.material):
+            laws[f"solid {layer.material}"] = source_text(SOLIDS[layer.material])
+    laws |= {f"materials.{name}": source_text(material) for name, material in scene.materials.items()}
     return hashlib.sha256(json.dumps([code_digest(), laws, values], sort_keys=True).encode()).hexdigest()
+
+
+def _content(value: Any) -> Any:
+    """A value without the name of a file that it came from."""
+    if isinstance(value, TimeSeries):
+        return value.content
+    if isinstance(value, tuple):
+        return [{name: _content(part) for name, part in entry} for entry in value]
+    return value

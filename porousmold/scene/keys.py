@@ -6,24 +6,27 @@ or out of bounds is refused by one line that names it.
 
 import copy
 import difflib
-from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+import re
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeAlias
 
 from ..errors import InputError
+from ..files.tables import existing_file
 from ..files.units import to_si
 from .series import TimeSeries, read_series
 
 INFINITY = float("inf")
+WITHOUT_UNIT = ("choice", "flag", "file", "text", "list", "tolerance", "integer")
 LONGEST_SPAN = 1e5
 """Time (s) up to which a given function of the time is sampled."""
 
 
 @dataclass(frozen=True)
 class Key:
-    """One key: `kind` is a unit of `units.to_si`, or 'choice', 'integer', 'flag', 'file', 'tolerance' (of a key whose unit is
-    `tolerated`; such a value stays as it is written).
+    """One key: `kind` is a unit of `units.to_si`, or 'choice', 'integer', 'flag', 'file', 'text', 'list' (of tables, whose keys
+    are `entries`), 'tolerance' (of a key whose unit is `tolerated`; such a value stays as it is written).
 
     Numbers lie strictly between `low` and `high` (or at them, if `closed`). `choices` are looked up when a value is checked.
     `series` keys also take a CSV file, with `along` one of columns along the flow, a function of the time (s), or a pair
@@ -40,13 +43,12 @@ class Key:
     series: bool = False
     along: bool = False
     tolerated: str = ""
+    entries: Mapping[str, "Key"] = field(default_factory=dict)
 
     @property
     def unit(self) -> str:
         """Unit of the SI value; empty where it has none."""
-        return {"delta_degC": "K", "choice": "", "integer": "", "flag": "", "file": "", "tolerance": ""}.get(
-            self.kind, self.kind
-        )
+        return {"delta_degC": "K"}.get(self.kind, "" if self.kind in WITHOUT_UNIT else self.kind)
 
     def allowed(self) -> str:
         """The bounds in words."""
@@ -62,9 +64,53 @@ class Key:
 Language: TypeAlias = Mapping[str, Mapping[str, Key]]
 
 
+class Table:
+    """The values of one table of a file as attributes, SI; they cannot be assigned."""
+
+    def __init__(self, name: str, values: Mapping[str, Any]) -> None:
+        object.__setattr__(self, "_name", name)
+        self.__dict__.update(values)
+
+    def __getattr__(self, key: str) -> Any:
+        raise AttributeError(f"a scene has no key {self.__dict__.get('_name')}.{key}")
+
+    def __setattr__(self, key: str, value: Any) -> None:
+        raise AttributeError(f"a scene is frozen: use scene.changed({{'{self._name}.{key}': ...}})")
+
+    def __iter__(self) -> Iterator[tuple[str, Any]]:
+        return ((name, value) for name, value in vars(self).items() if not name.startswith("_"))
+
+
 def full_names(language: Language) -> list[str]:
     """table.name of every key."""
     return [f"{table}.{name}" for table, keys in language.items() for name in keys]
+
+
+LISTED = re.compile(r"(?P<list>\w+(\.\w+)?)\[(?P<number>\d+)\]\.(?P<key>\w+)")
+"""The name of a value in a list of tables, such as wall.layer[2].thickness or target[1].within."""
+
+
+def key_of(language: Language, full_name: str) -> Key:
+    """The key of a name, one in a list of tables included. Raises `KeyError` for a name that is none."""
+    listed = LISTED.fullmatch(full_name)
+    table, _, name = (listed["list"] if listed else full_name).partition(".")
+    key = language[table][name or "list"]
+    return key.entries[listed["key"]] if listed else key
+
+
+def flat(tables: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """{"table.key": value} of nested tables; of tables in a list "table[1].key"."""
+    found: dict[str, Any] = {}
+    for name, value in tables.items():
+        full_name = prefix.removesuffix(".") if name == "list" else f"{prefix}{name}"
+        if isinstance(value, Mapping):
+            found |= flat(value, f"{full_name}.")
+        elif isinstance(value, list) and value and all(isinstance(entry, Mapping) for entry in value):
+            for number, entry in enumerate(value, start=1):
+                found |= flat(entry, f"{full_name}[{number}].")
+        else:
+            found[full_name] = value
+    return found
 
 
 def unknown(name: str, known: Collection[str]) -> str:
@@ -99,9 +145,9 @@ def checked_names(tables: Mapping[str, Any], language: Language, where: str | No
             raise InputError(table, content, "must be a table", where)
         for name in content:
             if name not in language[table]:
-                raise InputError(
-                    f"{table}.{name}", content[name], unknown(f"{table}.{name}", full_names(language)), where
-                )
+                full_name, given = f"{table}.{name}", content[name]
+                shown = given if isinstance(given, int | float | str) else str(given)
+                raise InputError(full_name, shown, unknown(full_name, full_names(language)), where)
     return copy.deepcopy(dict(tables))
 
 
@@ -117,6 +163,12 @@ def _checked_value(name: str, key: Key, value: Any, base: Path, where: str | Non
         return value
     if key.kind == "tolerance":
         return value
+    if key.kind == "text":
+        if not isinstance(value, str) or not value.strip() or set(value) & set('[].,"\n'):
+            raise InputError(name, str(value), "must be a text without brackets, dots, commas and quotes", where)
+        return value
+    if key.kind == "list":
+        return _checked_list(name, key, value, base, where)
     if key.kind == "flag":
         flags = {"true": True, "false": False}
         value = flags.get(value, value) if isinstance(value, str) else value
@@ -124,10 +176,7 @@ def _checked_value(name: str, key: Key, value: Any, base: Path, where: str | Non
             raise InputError(name, value, "must be true or false", where)
         return value
     if key.kind == "file":
-        path = (base / value).resolve() if isinstance(value, str) and value and "\0" not in value else None
-        if path is None or not path.is_file():
-            raise InputError(name, value, "must name an existing file", where)
-        return path
+        return existing_file(name, value, base, where)
     if key.kind == "integer":
         if isinstance(value, str) and value.strip().isdecimal():
             value = int(value)
@@ -139,6 +188,18 @@ def _checked_value(name: str, key: Key, value: Any, base: Path, where: str | Non
     number = to_si(name, value, key.kind, where)
     _check_bounds(name, number, key, where)
     return number
+
+
+def _checked_list(name: str, key: Key, value: Any, base: Path, where: str | None) -> tuple[Table, ...]:
+    if not isinstance(value, list | tuple) or not value or not all(isinstance(entry, dict) for entry in value):
+        raise InputError(name, str(value), f"must be tables [[{name.removesuffix('.list')}]]", where)
+    name = name.removesuffix(".list")
+    entries = []
+    for number, entry in enumerate(value, start=1):
+        place = f"{name}[{number}]"
+        values = checked_values({place: entry}, {place: key.entries}, base, where)[place]
+        entries.append(Table(place, values))
+    return tuple(entries)
 
 
 def _checked_series(name: str, key: Key, value: Any, base: Path, where: str | None) -> TimeSeries:

@@ -1,15 +1,15 @@
 """The language of a scene: every key with its kind, default, bounds and meaning (`docs/scene.md` lists it)."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 
 from ..laws.conductivity import BEAD_CONDUCTION_LAWS, DISPERSION_LAWS
 from ..laws.drag import DRAG_LAWS
-from ..laws.materials import FLUIDS, SOLIDS
+from ..laws.material_library import FLUIDS, SOLIDS
 from ..laws.nusselt import NUSSELT_CORRELATIONS
 from ..laws.porosity import POROSITY_MODELS
 from ..laws.turbulence_models import TURBULENCE_MODELS
 from .closures import CLOSURES, THESIS
-from .keys import Key
+from .keys import WITHOUT_UNIT, Key
 from .tolerances import TOLERANCES
 
 _THESIS = CLOSURES[THESIS]
@@ -67,6 +67,15 @@ KEYS: dict[str, dict[str, Key]] = {
         "material": _choice("material of the wall", SOLIDS, "aluminium"),
         "thickness": _length("thickness of the wall"),
         **_solid_properties("the wall"),
+        "layer": Key("list", "layers of the wall from the bed outwards, in place of its material and thickness", entries={
+            "name": Key("text", "its name in results and targets, and of its physical group in a mesh; else its material's"),
+            "material": _choice("material of the layer", SOLIDS, None),
+            "thickness": _length("thickness of the layer"),
+            "contact_resistance": Key("m^2*K/W", "between this layer and the next one outwards", 0.0, low=0.0, high=100.0,
+                                      closed=True),
+            "heat_source": Key("W/m^3", "heat set free in the layer", low=-1e9, high=1e9, series=True),
+            "cells": Key("integer", "cells through the layer; default from its Biot number", low=1, high=1000, closed=True),
+        }),
     },
     "fluid": {
         "material": _choice("the fluid", FLUIDS, "air"),
@@ -77,11 +86,35 @@ KEYS: dict[str, dict[str, Key]] = {
     },
     "operation": {
         "initial_temperature": Key("K", "of fluid, beads and wall", low=0.0, high=5000.0),
-        "inlet_temperature": Key("K", "of the incoming fluid", low=0.0, high=5000.0, series=True),
+        "inlet_temperature": Key("K", "of the incoming fluid; its set-point where a heater has to reach it", low=0.0, high=5000.0,
+                                 series=True),
+        "programme": Key("list", "stages of the inlet's set-point, in place of inlet_temperature", entries={
+            "to": Key("K", "temperature that the stage goes to", low=0.0, high=5000.0),
+            "rate": Key("K/s", "at which it goes there", low=0.0, high=1e4),
+            "over": Key("s", "time that it takes, in place of a rate", low=0.0, high=1e9),
+            "hold": Key("s", "time for which the temperature is held then", low=0.0, high=1e9),
+        }),
         "pressure_drop": Key("Pa", "static pressure, inlet minus outlet", low=0.0, high=1e8, closed=True, series=True),
         "inlet_velocity": Key("m/s", "superficial: volume flow over the empty cross-section", low=0.0, high=1e3, series=True),
         "mass_flow": Key("kg/s", "whole pipe; half cavity of a mold per metre width, or a quarter of one that has a width",
                          low=0.0, high=1e6, series=True),
+        "blower": Key("file", "CSV curve `volume_flow [m^3/h], pressure_rise [Pa]` of the whole tool's blower"),
+        "blower_pressure": Key("Pa", "pressure rise without flow of a blower whose curve is a parabola", low=0.0,
+                               high=1e7),
+        "blower_flow": Key("m^3/s", "volume flow without pressure rise of that blower", low=0.0, high=1e4),
+        "blower_density": Key("kg/m^3", "density at which the blower's curve holds", 1.2, low=0.0, high=1e4),
+        "blower_efficiency": Key("", "of motor and fan; all of the power ends in the air", 0.6, low=0.01, high=1.0, closed=True),
+        "duct_resistance": Key("Pa*s^2/m^6", "pressure loss of ducts and filters over the volume flow squared, at blower_density",
+                               0.0, low=0.0, high=1e12, closed=True),
+        "heater_power": Key("W", "most that the heater of the whole tool gives", low=0.0, high=1e9),
+        "recirculation": Key("", "part of the outlet's flow that returns to the blower", low=0.0, high=1.0, closed=True,
+                             series=True),
+        "duct_conductance": Key("W/K", "heat lost by the return duct per kelvin above fresh_temperature", low=0.0, high=1e6,
+                                closed=True),
+        "fresh_temperature": Key("K", "of the air that is drawn in, and around the duct; default initial_temperature", low=0.0,
+                                 high=5000.0),
+        "mold_width": _length("width of the mold that blower and heater feed, where geometry.width is not given; default 1 m"),
+        "energy_price": Key("", "price of a kWh for heater and blower", low=0.0, high=1e6),
         "outlet_pressure": Key("Pa", "absolute static pressure at the outlet", 101325.0, low=0.0, high=1e9),
         "gravity": Key("m/s^2", "acceleration along the flow (negative: against it)", 0.0, low=-1e3, high=1e3),
         "outer_heat_flux": Key("W/m^2", "heat into the outer wall (negative: loss); a file may have columns `0.1 m [W/m^2]`, ... "
@@ -148,6 +181,19 @@ KEYS: dict[str, dict[str, Key]] = {
         "flow_tolerance": Key("", "relative change of the flow above which it is iterated within a step", 0.01,
                               low=0.0, high=1.0),
     },
+    "target": {
+        "list": Key("list", "what is to be reached, [[target]]; the run goes on until all are, or operation.end_time", entries={
+            "name": Key("text", "its name in results"),
+            "place": Key("text", "wall, bed_side, bed, or the name of a layer or a sensor", "wall"),
+            "within": Key("delta_degC", "all of the place this near to the set-point farthest from the start",
+                          low=0.0, high=1000.0),
+            "above": Key("K", "all of the place above this temperature", low=0.0, high=5000.0),
+            "below": Key("K", "all of the place below this temperature", low=0.0, high=5000.0),
+            "spread": Key("delta_degC", "hottest and coldest of the place this near to each other, from half-way on",
+                          low=0.0, high=1000.0),
+            "cured": Key("", "least degree of cure of a layer", low=0.0, high=1.0),
+        }),
+    },
     "tolerance": TOLERANCES,
     "extensions": {
         "python": Key("file", "Python file that registers laws; it runs only where the user allows it: --allow-extensions"),
@@ -169,19 +215,30 @@ def reference() -> str:
         "# Keys of a scene",
         "",
         'Written by `porousmold keys`. Numbers are SI, or texts with a unit (`"5 mm"`, `"90 degC"`, `"8 kPa"`). Keys marked',
-        "with * also take a CSV file `time [s], name [unit]`. Paths are relative to the scene's file.",
+        "with * also take a CSV file `time [s], name [unit]`. Paths are relative to the scene's file. Materials of your own:",
+        "[materials.md](materials.md).",
     ]
     for table, keys in KEYS.items():
-        lines += ["", f"## [{table}]", "", "| key | kind | default | allowed | meaning |", "|---|---|---|---|---|"]
-        for name, key in keys.items():
-            kind = {"delta_degC": "K", "": "number", "tolerance": f"% or {key.tolerated or 'number'}"}.get(
-                key.kind, key.kind
-            )
-            allowed = ", ".join(f"`{choice}`" for choice in key.choices)
-            if not allowed and key.kind not in ("flag", "file", "choice", "tolerance"):
-                allowed = key.allowed().removeprefix("must be ").removesuffix(f" {kind}")
-            default = (
-                "" if key.default is None else f"`{str(key.default).lower() if key.kind == 'flag' else key.default}`"
-            )
-            lines.append(f"| {name}{'*' if key.series else ''} | {kind} | {default} | {allowed} | {key.meaning} |")
+        lists = {name: key for name, key in keys.items() if key.kind == "list"}
+        if len(lists) < len(keys):
+            lines += _section(f"[{table}]", {name: key for name, key in keys.items() if name not in lists})
+        for name, key in lists.items():
+            full_name = f"{table}.{name}".removesuffix(".list")
+            lines += _section(f"[[{full_name}]]", key.entries, key.meaning)
     return "\n".join(lines) + "\n"
+
+
+def _section(title: str, keys: Mapping[str, Key], meaning: str = "") -> list[str]:
+    lines = ["", f"## {title}", *(["", f"{meaning[0].upper()}{meaning[1:]}."] if meaning else [])]
+    lines += ["", "| key | kind | default | allowed | meaning |", "|---|---|---|---|---|"]
+    for name, key in keys.items():
+        kind = {"delta_degC": "K", "": "number", "tolerance": f"% or {key.tolerated or 'number'}"}.get(
+            key.kind, key.kind
+        )
+        allowed = ", ".join(f"`{choice}`" for choice in key.choices)
+        if not allowed and (key.kind == "integer" or key.kind not in WITHOUT_UNIT):
+            allowed = key.allowed().removeprefix("must be ").removesuffix(f" {kind}")
+        shown = str(key.default).lower() if key.kind == "flag" else key.default
+        default = "" if key.default is None else f"`{shown}`"
+        lines.append(f"| {name}{'*' if key.series else ''} | {kind} | {default} | {allowed} | {key.meaning} |")
+    return lines

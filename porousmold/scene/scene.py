@@ -2,44 +2,30 @@
 
 import copy
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
 from ..files.tables import read_toml
 from ..laws import registry
+from ..laws.materials import Fluid, Solid
 from ..laws.porosity import POROSITY_MODELS, LawPorosity, Porosity
 from ..laws.porosity_profile import PorosityProfile
 from .checks import check_together
 from .closures import completed
 from .geometries import GEOMETRIES
-from .keys import checked_names, checked_values, full_names, unknown
+from .keys import LISTED, Table, checked_names, checked_values, flat, full_names, key_of, unknown
 from .language import KEYS
+from .materials import language_with, own_materials
+from .programme import series_of
 from .series import TimeSeries
-
-
-class Table:
-    """The values of one table of a scene as attributes, SI; they cannot be assigned."""
-
-    def __init__(self, name: str, values: Mapping[str, Any]) -> None:
-        object.__setattr__(self, "_name", name)
-        self.__dict__.update(values)
-
-    def __getattr__(self, key: str) -> Any:
-        raise AttributeError(f"a scene has no key {self.__dict__.get('_name')}.{key}")
-
-    def __setattr__(self, key: str, value: Any) -> None:
-        raise AttributeError(f"a scene is frozen: use scene.changed({{'{self._name}.{key}': ...}})")
-
-    def __iter__(self) -> Iterator[tuple[str, Any]]:
-        return ((name, value) for name, value in vars(self).items() if not name.startswith("_"))
 
 
 class Scene:
     """A validated scene, frozen. `scene.wall.thickness` and the like are SI values; series keys hold `TimeSeries`.
 
-    `source` is the file it came from, or None. `file_digests` tell the contents of
+    `materials` are its own ones by name; `source` is the file it came from, or None. `file_digests` tell the contents of
     the files that it names, as they were when it was made. `tables` are {table: {key: value}} as they stand in a TOML file;
     numbers may also be texts with a unit, and series keys take a CSV file, a function of the time (s), or (times, values).
 
@@ -52,6 +38,7 @@ class Scene:
     wall: Table
     fluid: Table
     operation: Table
+    target: Table
     model: Table
     solver: Table
     output: Table
@@ -67,7 +54,11 @@ class Scene:
             allowed = "is empty: it needs at least [geometry], [bed] and [operation]"
             raise InputError("scene", None, allowed, found["source"])
         registry.load_entry_points()
-        found["_given"] = checked_names(_flat_tolerances(tables), KEYS, found["source"])
+        tables = _with_lists_in_tables(_flat_tolerances(tables))
+        own = tables.get("materials", {})
+        found["materials"] = own_materials(own, base, found["source"])
+        ordinary = {table: content for table, content in tables.items() if table != "materials"}
+        found["_given"] = checked_names(ordinary, KEYS, found["source"]) | ({"materials": own} if own else {})
         if not allow_extensions and (name := found["_given"].get("extensions", {}).get("python")) is not None:
             allowed = "holds code, which is run only if you trust it: --allow-extensions"
             raise InputError("extensions.python", name, allowed, found["source"])
@@ -79,7 +70,8 @@ class Scene:
         )
         if (path := extensions["extensions"]["python"]) is not None:
             registry.load_file(path)
-        values = checked_values(completed(found["_given"]), KEYS, base, found["source"])
+        language = language_with(KEYS, found["materials"])  # after the extensions, which register materials, too
+        values = checked_values(completed(ordinary), language, base, found["source"])
         found |= {table: Table(table, content) for table, content in values.items()}
         found["file_digests"] = {
             f"{table}.{name}": hashlib.sha256(value.read_bytes()).hexdigest()
@@ -87,6 +79,9 @@ class Scene:
             for name, value in content.items()
             if isinstance(value, Path)
         }
+        if (programme := values["operation"]["programme"]) and (start := values["operation"]["initial_temperature"]):
+            series = series_of(programme, start, found["source"])
+            found["operation"] = Table("operation", {**values["operation"], "inlet_temperature": series})
         self.__dict__.update(found)
         check_together(self)
         profile = self.bed.porosity_profile
@@ -94,6 +89,7 @@ class Scene:
         self.__dict__["_profile"] = read
 
     source: str | None
+    materials: Mapping[str, Solid | Fluid]
     file_digests: Mapping[str, str]
     _given: Mapping[str, Any]
     _allow_extensions: bool
@@ -107,7 +103,13 @@ class Scene:
         cls, path: str | Path, settings: Mapping[str, Any] | None = None, *, allow_extensions: bool = False
     ) -> "Scene":
         """Read a TOML file and apply settings {"table.key": value} on top."""
-        return cls(_with(read_toml("scene", Path(path)), settings or {}), path, allow_extensions=allow_extensions)
+        tables = _with(read_toml("scene", Path(path)), settings or {})
+        try:
+            return cls(tables, path, allow_extensions=allow_extensions)
+        except InputError as error:
+            if error.key in (settings or {}) and error.where == str(path):
+                raise InputError(error.key, error.value, error.allowed, "--set") from error
+            raise
 
     def changed(self, settings: Mapping[str, Any]) -> "Scene":
         """A copy with other values {"table.key": value}; None takes a value away."""
@@ -119,6 +121,24 @@ class Scene:
         table, _, name = full_name.partition(".")
         return self._given.get(table, {}).get(name) is not None
 
+    def given(self) -> dict[str, str]:
+        """{"table.key": text} of what was given, as it was written."""
+        return {name: str(value) for name, value in flat(self._given).items()}
+
+    def value(self, full_name: str) -> Any:
+        """The value (SI) of "table.key", of "wall.layer[2].thickness" or "target[1].within"; None where there is none.
+
+        Raises `KeyError` for a name that is no key.
+        """
+        key_of(KEYS, full_name)
+        listed = LISTED.fullmatch(full_name)
+        table, _, name = (listed["list"] if listed else full_name).partition(".")
+        found = getattr(getattr(self, table), name or "list")
+        if not listed:
+            return found
+        entries, number = found or (), int(listed["number"])
+        return getattr(entries[number - 1], listed["key"]) if 1 <= number <= len(entries) else None
+
     @property
     def porosity(self) -> Porosity:
         """What the bed's porosity follows: its profile as it was read, or a law."""
@@ -126,22 +146,54 @@ class Scene:
             return self._profile
         return LawPorosity(POROSITY_MODELS[self.bed.porosity_model], self.bed.bulk_porosity)
 
+    def _without_place(self) -> list[str]:
+        """Full names of keys whose values come from elsewhere in this scene."""
+        names = list(GEOMETRIES[self.geometry.kind].foreign)
+        names += ["operation.inlet_temperature"] if self.operation.programme else []
+        return names + (["wall.material"] if self.wall.layer else [])
+
     def as_tables(self) -> dict[str, dict[str, Any]]:
         """Every key with its value, defaults included, ready for TOML; keys without a value are left out."""
         tables: dict[str, dict[str, Any]] = {}
         for table, keys in KEYS.items():
             content = {}
             for name in keys:
-                if f"{table}.{name}" in GEOMETRIES[self.geometry.kind].foreign:
+                if f"{table}.{name}" in self._without_place():
                     continue
                 value = getattr(getattr(self, table), name)
-                if isinstance(value, TimeSeries):
-                    value = value.as_value()
                 if value is not None:
-                    content[name] = str(value) if isinstance(value, Path) else value
+                    content[name] = _as_toml(value)
             if content:
                 tables[table] = content
+        tables |= {name: content["list"] for name, content in tables.items() if list(content) == ["list"]}
+        if own := self._given.get("materials"):
+            tables["materials"] = _with_absolute_files(own, Path(self.source).parent if self.source else Path())
         return tables
+
+
+def _as_toml(value: Any) -> Any:
+    """A value as a TOML file has it."""
+    if isinstance(value, TimeSeries):
+        return value.as_value()
+    if isinstance(value, tuple):
+        return [{name: _as_toml(part) for name, part in entry if part is not None} for entry in value]
+    return str(value) if isinstance(value, Path) else value
+
+
+def _with_absolute_files(given: Mapping[str, Any], base: Path) -> dict[str, Any]:
+    """Tables of materials whose files are named from the root."""
+    result: dict[str, Any] = {}
+    for name, value in given.items():
+        if isinstance(value, dict):
+            result[name] = _with_absolute_files(value, base)
+        else:
+            result[name] = str((base / value).resolve()) if name in ("file", "table") else value
+    return result
+
+
+def _with_lists_in_tables(tables: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The tables with [[target]] as the list of a table, as every key stands in one."""
+    return {name: {"list": value} if isinstance(value, list) else value for name, value in tables.items()}
 
 
 def _flat_tolerances(tables: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -158,6 +210,15 @@ def _flat_tolerances(tables: Mapping[str, Any]) -> Mapping[str, Any]:
 def _with(tables: dict[str, Any], settings: Mapping[str, Any]) -> dict[str, Any]:
     """The tables with settings {"table.key": value} on top; None takes a value away."""
     for full_name, value in settings.items():
+        if (listed := LISTED.fullmatch(full_name)) is not None:
+            entries, key = _list_of(tables, listed["list"]), listed["key"]
+            if not 1 <= int(listed["number"]) <= len(entries):
+                raise InputError(full_name, value, f"must have a number from 1 to {len(entries)}", "--set")
+            entry = entries[int(listed["number"]) - 1]
+            entry[key] = value
+            if value is None:
+                del entry[key]
+            continue
         table, dot, key = full_name.partition(".")
         if not dot or table not in KEYS:
             raise InputError(full_name, value, unknown(full_name, full_names(KEYS)), "--set")
@@ -167,3 +228,12 @@ def _with(tables: dict[str, Any], settings: Mapping[str, Any]) -> dict[str, Any]
         if value is None:
             del tables[table][key]
     return tables
+
+
+def _list_of(tables: Mapping[str, Any], name: str) -> list[dict[str, Any]]:
+    """The list of tables of a name, as a scene or a file has it; empty where there is none."""
+    table, _, key = name.partition(".")
+    found = tables.get(table, {})
+    if isinstance(found, dict):
+        found = found.get(key or "list", [])
+    return found if isinstance(found, list) and all(isinstance(entry, dict) for entry in found) else []

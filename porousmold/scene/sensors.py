@@ -13,6 +13,11 @@ from ..files.units import to_si
 KEY = "geometry.sensors"
 
 
+def sensor_names(path: Path | None) -> list[str]:
+    """The first cells of the rows; nothing for no path."""
+    return [] if path is None else [row[0].strip() for row in read_rows(KEY, path)[1:]]
+
+
 def read_sensors(path: Path | None, dimension: int) -> tuple[Any, ...]:
     """(names, places) of a CSV file with the head `name, x [unit], y [unit]` (and z in three dimensions); places in m, a row
     each. Nothing for no path.

@@ -16,6 +16,13 @@ SAMPLES, FINEST_SAMPLE, SAMPLING_TOLERANCE = 200, 0.05, 1e-4
 lines between samples may miss."""
 
 
+OTHER_QUANTITIES = (
+    *("inlet_temperature", "outlet_temperature", "wall_temperature", "ambient_temperature", "bead_temperature"),
+    *("fluid_temperature", "pressure_drop", "outlet_pressure", "inlet_pressure", "inlet_velocity", "outer_heat_flux"),
+)
+"""Names of columns that belong to one quantity alone."""
+
+
 def _name_of(function: Any) -> str:
     return str(getattr(function, "__name__", function))
 
@@ -145,6 +152,9 @@ def read_series(key: str, path: Path, unit: str, *, along: bool = False) -> Time
     Raises `InputError` that names the key, the file and the line.
     """
     columns = read_columns(key, path)
+    named, own = columns.names[-1].strip().lower().replace(" ", "_"), key.rpartition(".")[2]
+    if len(columns.names) == 2 and named != own and named in OTHER_QUANTITIES:
+        raise InputError(key, columns.names[-1], f"is named for another quantity than {own}", str(path))
     if not along or len(columns.names) == 2:
         return TimeSeries.of(columns, unit)
     positions = [to_si(key, name, "m", f"{path}, head") for name in columns.names[1:]]

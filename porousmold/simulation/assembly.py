@@ -14,13 +14,14 @@ from dolfinx import fem
 from ..equations.bead_interior import BeadInterior
 from ..equations.coordinates import Coordinates
 from ..equations.developed import CarriedByStreamfunction
-from ..equations.energy import EnergyEquations, Interface, ThinWall
+from ..equations.energy import EnergyEquations, Interface, ThinWall, WallLayer
 from ..equations.flow import FlowEquations, FlowScales
 from ..equations.medium import Bed, FluidState, rev_vector
 from ..equations.openings import Opening
+from ..errors import InputError
 from ..laws import bead_interior
 from ..laws.functions import Value
-from ..laws.materials import ConstantDensity, Solid
+from ..laws.materials import Solid
 from ..mesh import domain as geometry
 from ..mesh import fenicsx
 from ..mesh.aliases import Communicator
@@ -32,6 +33,7 @@ from ..solvers.flow import FullFlow
 from ..solvers.heating import TransientHeat
 from ..solvers.plug import PlugFlow
 from ..solvers.protocols import Flow, Heat, Observer, silent
+from .air_loop import AirLoop
 from .boundary_values import BoundaryValues
 from .estimates import Estimates, estimate
 from .first_guess import FirstGuess
@@ -50,7 +52,7 @@ def assemble(specs: Specs, communicator: Communicator, observe: Observer = silen
     """
     stopwatch = Stopwatch()
     with stopwatch("mesh"):
-        domain, size, estimates = _domain(specs, communicator, observe)
+        domain, size, estimates = build_domain(specs, communicator, observe)
     observe("compiling")
     with stopwatch("compile"):
         medium = build_medium(specs, domain, estimates, size)
@@ -58,17 +60,25 @@ def assemble(specs: Specs, communicator: Communicator, observe: Observer = silen
         equations = _energy_equations(specs, medium, flow)
         heat = build_heat(specs, medium, flow, equations)
         balances = build_balances(medium, flow, heat, equations)
+        air_loop = _air_loop(specs, medium, heat, equations)
         fenicsx.finish_compiling()
-    return Problem(specs, medium, flow, heat, balances, equations, stopwatch)
+    return Problem(specs, medium, flow, heat, balances, equations, stopwatch, air_loop)
 
 
-def _domain(specs: Specs, communicator: Communicator, observe: Observer) -> tuple[Domain, BedSize, Estimates]:
+def build_domain(
+    specs: Specs, communicator: Communicator, observe: Observer = silent
+) -> tuple[Domain, BedSize, Estimates]:
+    """The mesh, the size of its bed, and what is foreseen of the flow in it (collective)."""
     mesh = specs.mesh
     if mesh.size is not None:
         estimates = estimate(specs, mesh.size)
         return straight_domain(mesh, estimates, communicator, observe), mesh.size, estimates
     assert mesh.file is not None
-    domain = geometry.from_file(communicator, mesh.file, axisymmetric=mesh.axisymmetric)
+    names = [layer.name for layer in specs.heat.layers] or ["wall"]
+    domain = geometry.from_file(communicator, mesh.file, names, axisymmetric=mesh.axisymmetric)
+    outer = specs.heat.outer_wall
+    if not domain.has_outer_wall and (outer.heat_flux is not None or outer.coefficient is not None):
+        raise InputError("geometry.mesh", str(mesh.file), "needs a physical curve 'outer' for the outer wall's heat")
     size = BedSize(length=domain.length, half_height=_inlet_area(domain))
     return domain, size, estimate(specs, size)
 
@@ -91,9 +101,6 @@ def build_medium(specs: Specs, domain: Domain, estimates: Estimates, size: BedSi
         constant(specs.heat.emissivity) if specs.heat.emissivity else 0.0,
     )
     fluid = FluidState(with_constants(laws.fluid, domain), constant(flow.outlet_pressure))
-    if isinstance(laws.fluid.density, ConstantDensity):
-        liquid = ConstantDensity(constant(laws.fluid.density.value), "scene")
-        fluid = replace(fluid, fluid=replace(fluid.fluid, density=liquid))
     scales = FlowScales(constant(estimates.speed), constant(estimates.pressure_gradient * domain.length), bead_diameter)
     gravity = None
     if flow.gravity != 0.0:
@@ -171,12 +178,13 @@ def _flow_in_the_plane(specs: Specs) -> tuple[Domain, dict[str, fem.Function]]:
     size = specs.mesh.size
     assert size is not None
     flat = replace(specs.mesh, size=replace(size, half_width=None, walled_sides=False))
-    flow = specs.flow
+    flow = replace(specs.flow, by_blower=False)
     if flow.drive == "mass_flow":
         share = size.half_height / size.area
         narrower = tuple(value * share for value in flow.driven_by.values)
         flow = replace(flow, driven_by=replace(flow.driven_by, values=narrower))
-    plane = assemble(replace(specs, mesh=flat, flow=flow), MPI.COMM_SELF)
+    heat = replace(specs.heat, air_loop=None)
+    plane = assemble(replace(specs, mesh=flat, flow=flow, heat=heat), MPI.COMM_SELF)
     plane.flow.start()
     return plane.domain, plane.flow.fields()
 
@@ -184,8 +192,6 @@ def _flow_in_the_plane(specs: Specs) -> tuple[Domain, dict[str, fem.Function]]:
 def _energy_equations(specs: Specs, medium: Medium, flow: Flow) -> EnergyEquations:
     heat, domain = specs.heat, medium.domain
     dx, ds = domain.cell_measure(QUADRATURE_DEGREE), domain.facet_measure(QUADRATURE_DEGREE)
-    nodal_dx = domain.nodal_measure()
-    has_wall = domain.has_wall or heat.wall == "thin"
     carrier = medium.equations
     if flow.streamfunction is not None:
         carrier = CarriedByStreamfunction(**vars(carrier), streamfunction=flow.streamfunction)
@@ -194,15 +200,13 @@ def _energy_equations(specs: Specs, medium: Medium, flow: Flow) -> EnergyEquatio
         flow_state=flow.state,
         flow_temperature=medium.flow_temperature,
         entrance=domain.entrance(),
-        wall=with_constants(specs.laws.wall, domain) if has_wall else None,
+        layers=_wall_layers(specs, medium),
         inlet_temperature=medium.boundary.inlet_temperature,
         inlet=ds(geometry.INLET),
         outlet=ds(geometry.OUTLET),
         outer=medium.boundary.outer_wall(ds(geometry.OUTER if domain.has_outer_wall else geometry.INTERFACE)),
         dx_bed=dx(geometry.BED),
-        nodes_bed=nodal_dx(geometry.BED),
-        dx_wall=dx(geometry.WALL),
-        nodes_wall=nodal_dx(geometry.WALL),
+        nodes_bed=domain.nodal_measure()(geometry.BED),
         thin_wall=_thin_wall(specs, medium, ds(geometry.INTERFACE)),
         two_temperatures=heat.two_temperatures,
         exchange_factor=domain.constant(heat.exchange_factor),
@@ -213,6 +217,18 @@ def _energy_equations(specs: Specs, medium: Medium, flow: Flow) -> EnergyEquatio
     )
 
 
+def _wall_layers(specs: Specs, medium: Medium) -> list[WallLayer]:
+    domain, layers = medium.domain, []
+    if not (domain.has_wall or specs.heat.wall == "thin"):
+        return []
+    dx, nodes = domain.cell_measure(QUADRATURE_DEGREE), domain.nodal_measure()
+    for tag, layer in zip(domain.wall_tags, specs.heat.layers, strict=True):
+        source = None if layer.heat_source is None else medium.boundary.following(layer.heat_source)
+        cured = None if layer.solid.cure is None else fem.Function(medium.flow_temperature.function_space)
+        layers.append(WallLayer(with_constants(layer.solid, domain), dx(tag), nodes(tag), source, cured))
+    return layers
+
+
 def build_heat(specs: Specs, medium: Medium, flow: Flow, equations: EnergyEquations) -> Heat:
     """The temperatures, for a flow that follows them step by step, or as one system with the flow."""
     domain = medium.domain
@@ -221,7 +237,6 @@ def build_heat(specs: Specs, medium: Medium, flow: Flow, equations: EnergyEquati
         equations,
         specs.heat.initial_temperature,
         medium.boundary.set_heat,
-        domain.cell_measure(QUADRATURE_DEGREE)(geometry.WALL),
         medium.property_temperature,
         QUADRATURE_DEGREE,
     )
@@ -236,6 +251,18 @@ def build_heat(specs: Specs, medium: Medium, flow: Flow, equations: EnergyEquati
         medium.boundary.set,
         medium.estimates.mass_flux * 1e3,
     )
+
+
+def _air_loop(specs: Specs, medium: Medium, heat: Heat, equations: EnergyEquations) -> AirLoop | None:
+    spec, boundary = specs.heat.air_loop, medium.boundary
+    if spec is None:
+        return None
+    assert isinstance(heat, TransientHeat), "checked with the scene"
+    temperature = ufl.split(heat.unknown)[0] if equations.two_temperatures else heat.unknown
+    given = specs.laws.fluid, specs.flow.outlet_pressure, boundary, equations, temperature, medium.domain.communicator
+    heat.supply = AirLoop(spec, *given)
+    boundary.follow_time(heat.supply.set_time)
+    return heat.supply
 
 
 def build_balances(medium: Medium, flow: Flow, heat: Heat, equations: EnergyEquations) -> Balances:
@@ -295,9 +322,10 @@ def _rev_vector(specs: Specs, domain: Domain) -> Value | None:
 
 
 def _thin_wall(specs: Specs, medium: Medium, ds: ufl.Measure) -> ThinWall | None:
-    thickness = specs.heat.wall_thickness
-    if specs.heat.wall != "thin" or thickness is None:
+    if specs.heat.wall != "thin":
         return None
+    thickness = specs.heat.layers[0].thickness
+    assert thickness is not None, "checked with the scene"
     ratio = thickness / medium.size.half_height if medium.size.axisymmetric else 0.0
     constant = medium.domain.constant
     return ThinWall(ds, constant(thickness * (1.0 + 0.5 * ratio)), constant(1.0 + ratio))

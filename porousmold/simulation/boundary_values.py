@@ -1,12 +1,12 @@
 """What a scene gives at its openings and outer wall, as constants of the equations that follow it in time."""
 
+from collections.abc import Callable
 from itertools import pairwise
 
 import ufl
 from dolfinx import fem
 
 from ..equations.energy import OuterWall
-from ..errors import InputError
 from ..laws.functions import Value
 from ..mesh.aliases import Constant
 from ..mesh.domain import Domain
@@ -28,20 +28,46 @@ class BoundaryValues:
         self._flow, self._heat, self._domain, self._inlet_area = flow, heat, domain, inlet_area
         at_start = heat.inlet_temperature(0.0)
         self.inlet_temperature, self._drive, self._drive_temperature = map(domain.constant, (at_start, 0.0, at_start))
+        self._followers: list[Callable[[float], None]] = []
         self._outer: list[tuple[Constant, TimeSeries]] = []
+        self._drive.value = flow.driven_by(0.0)
         self.set(0.0)
 
     def set(self, time: float) -> None:
         """Give flow and heat their values at a time (s)."""
-        self._drive_temperature.value = self._heat.inlet_temperature(time)
-        self._drive.value = self._flow.driven_by(time)
+        if self._heat.air_loop is None:
+            self._drive_temperature.value = self._heat.inlet_temperature(time)
+        else:
+            self._drive_temperature.value = self.inlet_temperature.value
+        if not self._flow.by_blower:
+            self._drive.value = self._flow.driven_by(time)
         self.set_heat(time)
+
+    @property
+    def pressure_drop(self) -> float:
+        """Of a flow that is driven by one, Pa; a blower's is set."""
+        return float(self._drive.value)
+
+    @pressure_drop.setter
+    def pressure_drop(self, value: float) -> None:
+        self._drive.value = value
+
+    def set_point(self, time: float) -> float:
+        """Inlet temperature (K) that is aimed at."""
+        return float(self._heat.inlet_temperature(time))
 
     def set_heat(self, time: float) -> None:
         """Give the heat alone its values: what flows in during a step is what the flow was solved for."""
-        self.inlet_temperature.value = self._heat.inlet_temperature(time)
+        if self._heat.air_loop is None:
+            self.inlet_temperature.value = self._heat.inlet_temperature(time)
         for constant, series in self._outer:
             constant.value = series(time)
+        for follow in self._followers:
+            follow(time)
+
+    def follow_time(self, follow: Callable[[float], None]) -> None:
+        """Have `follow(time)` called with every time that the heat's values are set for."""
+        self._followers.append(follow)
 
     def drive(self) -> dict[str, Value]:
         """What drives the flow, as terms of the `Opening` at the inlet."""
@@ -56,31 +82,26 @@ class BoundaryValues:
         return Drive(self._flow.drive, float(self._drive.value), float(self._drive_temperature.value))
 
     def outer_wall(self, ds: ufl.Measure) -> OuterWall | None:
-        """The `OuterWall` on the facets of a measure, None where the scene gives it no heat.
-
-        Raises `InputError` where the mesh has no outer wall.
-        """
+        """The `OuterWall` on the facets of a measure, None where the scene gives it no heat."""
         if self._heat.wall == "fixed-temperature":
-            ambient = self._following(self._heat.wall_temperature)
+            ambient = self.following(self._heat.wall_temperature)
             return OuterWall(ds, coefficient=self._domain.constant(HOLDING_COEFFICIENT), ambient=ambient)
         given = self._heat.outer_wall
         if given.heat_flux is None and given.coefficient is None:
             return None
-        if not self._domain.has_outer_wall and self._heat.wall != "thin":
-            raise InputError("geometry.mesh", None, "needs a physical curve 'outer' for the outer wall's heat")
         terms = {}
         if given.heat_flux is not None:
-            flux = self._following(given.heat_flux)
+            flux = self.following(given.heat_flux)
             if isinstance(given.heat_flux, ProfileSeries):
                 sensors = fem.Constant(self._domain.mesh, given.heat_flux.positions)
                 flux = _between(sensors, flux, ufl.SpatialCoordinate(self._domain.mesh)[0])
             terms["heat_flux"] = flux * self._domain.constant(given.heat_flux_factor)
         if given.coefficient is not None:
-            ambient = self._following(given.ambient)
+            ambient = self.following(given.ambient)
             terms |= {"coefficient": self._domain.constant(given.coefficient), "ambient": ambient}
         return OuterWall(ds, **terms)
 
-    def _following(self, series: TimeSeries | None) -> Constant:
+    def following(self, series: TimeSeries | None) -> Constant:
         """Constant with the values that the series has at the time."""
         assert series is not None
         constant = fem.Constant(self._domain.mesh, series(0.0))

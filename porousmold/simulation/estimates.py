@@ -8,9 +8,13 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import numpy as np
+
 from ..laws.conductivity import Anisotropic, LocalBed, added, core_dispersion, stagnant_conductivity
+from ..laws.materials import Solid
 from ..laws.nusselt import bead_reynolds_number, prandtl_number, specific_surface
 from ..scene.geometries import BedSize
+from ..scene.series import TimeSeries
 from .specs import Specs
 
 FIRST_CELL_IN_WALL_UNITS = 1.0
@@ -19,6 +23,8 @@ LARGEST_CELL, LARGEST_STEP = 0.42, 0.25
 """Of the front's width at the outlet, and of the time in which the wall's temperature changes there."""
 AXIAL_GRADING = 1.25
 """Axial nodes at L (i/n)^1.25: the thermal front that starts sharp at the inlet meets small cells, and widens as they do."""
+CELLS_A_DEPTH = 10.0
+"""In a layer behind another one, for the depth sqrt(a t) that heat goes into it while the bed is heated."""
 LEAST_END_LENGTH = 1e-3
 """Of the bed's length: shorter ends of the wall move the heating time by less than 0.05 %."""
 
@@ -30,7 +36,8 @@ class Estimates:
     `conduction_ratio` is what the beads conduct by the scene's law over what measurements give for the whole bed across the flow.
 
     `front_width` is the standard deviation (m) of the thermal front at the outlet, `wall_time` that (s) in which the wall
-    follows the bed, `end_length` that over which the wall's insulated end at the outlet is felt along it.
+    follows the bed, `end_length` that over which the wall's insulated end at the outlet is felt along it, `inlet_time` that (s)
+    in which the inlet's temperature changes; `wall_cells` are those through each of its layers.
     """
 
     speed: float
@@ -42,11 +49,12 @@ class Estimates:
     bead_biot_number: float
     conduction_ratio: float
     first_cell: float
-    wall_cells: int
+    wall_cells: tuple[int, ...]
     heating_duration: float
     end_length: float
     front_width: float
     wall_time: float
+    inlet_time: float
     length: float
 
     @property
@@ -59,7 +67,7 @@ class Estimates:
     def largest_step(self) -> float:
         """Default cap of the time steps, s: a part of the time in which the front passes and the wall follows it."""
         passing = self.front_width / self.length * self.heating_duration
-        return LARGEST_STEP * math.hypot(passing, self.wall_time)
+        return LARGEST_STEP * math.hypot(passing, self.wall_time, self.inlet_time)
 
 
 def estimate(specs: Specs, size: BedSize) -> Estimates:
@@ -84,7 +92,13 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
     conduction = added(laws.bead_conduction.beads(core), laws.dispersion.mixed(core))
     along = conduction.along if isinstance(conduction, Anisotropic) else conduction
     spreading = advection / exchange + along / advection
-    wall = _wall(specs, size, coefficient, wall_nusselt_number(reynolds) * fluid.conductivity / diameter)
+    wall = _wall(
+        specs,
+        size,
+        coefficient,
+        wall_nusselt_number(reynolds) * fluid.conductivity / diameter,
+        bead_heat / (advection * size.area),
+    )
     return Estimates(
         speed=speed,
         pressure_gradient=gradient,
@@ -99,9 +113,20 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
         end_length=wall.end_length,
         front_width=math.sqrt(2.0 * size.length * spreading),
         wall_time=wall.time,
+        inlet_time=_inlet_time(heat.inlet_temperature),
         length=size.length,
         heating_duration=(bead_heat + wall.heat_capacity) / (advection * size.area),
     )
+
+
+def _inlet_time(series: TimeSeries) -> float:
+    """Standard deviation (s) of the time at which a temperature that only rises, or only falls, changes; 0 for others."""
+    changes, times = np.diff(series.values), np.array(series.times)
+    if len(changes) == 0 or np.min(changes) * np.max(changes) < 0.0 or not np.any(changes):
+        return 0.0
+    parts, middles = changes / changes.sum(), 0.5 * (times[1:] + times[:-1])
+    spread = (middles - parts @ middles) ** 2 + np.diff(times) ** 2 / 12.0
+    return float(np.sqrt(parts @ spread))
 
 
 def _core(specs: Specs, fluid: "_Fluid", speed: float, bead_conductivity: float) -> LocalBed:
@@ -165,33 +190,53 @@ def _speed(specs: Specs, size: BedSize, fluid: _Fluid) -> float:
 
 
 class _Wall(NamedTuple):
-    """Heat capacity (J/K), cells through it, and `end_length`, `time` of `Estimates`."""
+    """Heat capacity (J/K), cells through each layer, and `end_length`, `time` of `Estimates`."""
 
     heat_capacity: float
-    cells: int
+    cells: tuple[int, ...]
     end_length: float
     time: float
 
 
-def _wall(specs: Specs, size: BedSize, film: float, wall_coefficient: float) -> _Wall:
-    thickness, wall = specs.heat.wall_thickness, specs.laws.wall
-    if thickness is None:
-        return _Wall(0.0, 1, size.length, 0.0)
+def _wall(specs: Specs, size: BedSize, film: float, wall_coefficient: float, duration: float) -> _Wall:
+    """Of the wall's layers: each follows the bed through what lies before it and half of itself; the wall's time ends with the
+    layer by which half of its heat is stored, as insulation behind it follows later. The bed is heated in `duration` (s)."""
     temperature = specs.heat.inlet_temperature.values[-1]
-    conductivity = wall.conductivity(temperature)
-    storage = wall.density(temperature) * wall.heat_capacity(temperature)
-    perimeter = size.walled_perimeter + (math.pi * thickness if size.axisymmetric else 0.0)
+    given = [
+        (layer.thickness, layer.solid.conductivity(temperature), volumetric_capacity(layer.solid, temperature))
+        for layer in specs.heat.layers
+        if layer.thickness is not None
+    ]
+    if not given:
+        return _Wall(0.0, (1,), size.length, 0.0)
+    stores = [storage * thickness for thickness, _, storage in given]
+    capacity = time = passed = 0.0
+    resistance, cells = 1.0 / wall_coefficient, []
+    for (thickness, conductivity, storage), store in zip(given, stores, strict=True):
+        behind = resistance - 1.0 / wall_coefficient
+        biot = thickness / conductivity / (1.0 / film + behind)
+        fewest = math.ceil(8.0 * math.sqrt(biot))
+        if behind:  # what comes through another layer is no sharp front
+            fewest = min(fewest, math.ceil(CELLS_A_DEPTH * thickness / math.sqrt(conductivity / storage * duration)))
+        cells.append(min(max(fewest, 1), 12))
+        if 2.0 * passed < sum(stores):
+            time += store * (resistance + 0.5 * thickness / conductivity)
+        resistance += thickness / conductivity
+        passed += store
+        perimeter = size.walled_perimeter + (math.pi * thickness if size.axisymmetric else 0.0)
+        capacity += store * perimeter * size.length
+    thickness, conductivity, _ = max(given, key=lambda layer: layer[0] * layer[1])
     biot = film * thickness / conductivity
-    resistance = 1.0 / wall_coefficient + 0.5 * thickness / conductivity
-    return _Wall(
-        heat_capacity=storage * perimeter * thickness * size.length,
-        cells=min(max(math.ceil(8.0 * math.sqrt(biot)), 1), 12),
-        end_length=max(thickness * max(1.0, 1.0 / math.sqrt(biot)), LEAST_END_LENGTH * size.length),
-        time=storage * thickness * resistance,
-    )
+    end_length = max(thickness * max(1.0, 1.0 / math.sqrt(biot)), LEAST_END_LENGTH * size.length)
+    return _Wall(capacity, tuple(cells), end_length, time)
 
 
 def wall_nusselt_number(reynolds_number: float) -> float:
     """Nu of the bed's wall with the bead diameter, 2 + 0.17 Re^0.79: an order of magnitude (Li, Finlayson, Chem. Eng. Sci. 32
     (1977) 1055-1066, and a bed at rest)."""
     return 2.0 + 0.17 * reynolds_number**0.79
+
+
+def volumetric_capacity(solid: Solid, temperature: float) -> float:
+    """rho C of a solid, J/m3/K."""
+    return float(solid.density(temperature) * solid.heat_capacity(temperature))

@@ -38,6 +38,7 @@ class Simulation:
         self.regimes: list[str] = []
         self._previous: list[NDArray[Any]] = []
         self._steps: list[float] = []
+        self._supply_before: dict[str, Any] | None = None
         self._bounds = temperature_bounds(specs.heat)
         if specs.flow.rev_terms == "as-published":  # its pressure term drives flow across the openings
             self._bounds = -math.inf, math.inf
@@ -89,7 +90,7 @@ class Simulation:
     def _start(self) -> None:
         problem = self.problem
         with problem.stopwatch("flow"):
-            problem.flow.start()
+            problem.find_flow(problem.flow.start, 0.0)
             self.regimes = ["turbulent" if problem.flow.is_turbulent() else "laminar"]
             if problem.is_also_laminar():
                 self.regimes.append("laminar")
@@ -103,15 +104,17 @@ class Simulation:
         step = control.propose(self.time)
         balance = replace(problem.heat.balance)
         before = [function.x.array.copy() for function in problem.memory]
+        self._supply_before = problem.air_loop.save() if problem.air_loop is not None else None
         try:
             with problem.stopwatch("flow"):
                 self._foresee(step)
                 if self.specs.flow.update == "quasi-steady":
                     self._foresee_flow(step)
-                    problem.flow.renew(self.time, self.specs.flow.tolerance)
+                    tolerance = self.specs.flow.tolerance
+                    problem.find_flow(lambda: problem.flow.renew(self.time, tolerance), self.time + 0.5 * step)
             with problem.stopwatch("energy"):
                 jump = control.after_jump(self.time)
-                error = problem.heat.step(self.time, step, after_jump=jump, bounds=self._bounds)
+                error = problem.heat.step(self.time, step, after_jump=jump, bounds=self._bounds_now())
             self._check_direction()
         except KeyboardInterrupt:
             self._put_back(before, balance)
@@ -132,10 +135,16 @@ class Simulation:
         self._previous, self._steps = before[: len(problem.functions)], [*self._steps[-1:], step]
         return step
 
+    def _bounds_now(self) -> tuple[float, float]:
+        """Bounds of the temperatures (K) in the next step: a heater cannot cool air that comes back too warm."""
+        low, high = self._bounds
+        air_loop = self.problem.air_loop
+        return low, math.inf if air_loop is not None and air_loop.is_too_warm else high
+
     def _heated_for_good(self) -> bool:
-        """Whether the wall is heated and the inlet's temperature has no change ahead."""
+        """Whether the wall is heated, or all targets are met, and the inlet's temperature has no change ahead."""
         last_change = max(self.specs.heat.inlet_temperature.kinks, default=0.0)
-        return self.recorder.heating_time is not None and self.time >= last_change * (1 - 1e-12)
+        return self.recorder.reached and self.time >= last_change * (1 - 1e-12)
 
     def _keep_snapshot(self) -> None:
         finished = self._heated_for_good() or self.time >= self.specs.time.end_time
@@ -145,6 +154,8 @@ class Simulation:
         for function, array in zip(self.problem.memory, before, strict=True):
             function.x.array[:] = array
         self.problem.heat.balance = balance
+        if self.problem.air_loop is not None and self._supply_before is not None:
+            self.problem.air_loop.restore(self._supply_before)
         self._set_boundary()
 
     def _set_boundary(self) -> None:
@@ -222,7 +233,7 @@ class Simulation:
 
 
 def temperature_bounds(heat: HeatSpec) -> tuple[float, float]:
-    """Lowest and highest temperature (K) that a scene can reach: what is given, infinite where a heat flux is."""
+    """Lowest and highest temperature (K) that a scene can reach: what is given, infinite where a heat flux or source is."""
     given = [heat.initial_temperature, *heat.inlet_temperature.range]
     for series in (heat.outer_wall.ambient, heat.wall_temperature):
         given += series.range if series is not None else ()
@@ -230,4 +241,11 @@ def temperature_bounds(heat: HeatSpec) -> tuple[float, float]:
     if heat.outer_wall.heat_flux is not None:
         least, most = heat.outer_wall.heat_flux.range
         low, high = (-math.inf if least < 0.0 else low), (math.inf if most > 0.0 else high)
+    if heat.air_loop is not None:
+        fresh = heat.air_loop.supply.fresh_temperature
+        low, high = min(low, fresh), max(high, fresh)
+    for layer in heat.layers:
+        least, most = layer.heat_source.range if layer.heat_source is not None else (0.0, 0.0)
+        low = -math.inf if least < 0.0 else low
+        high = math.inf if most > 0.0 or layer.solid.cure is not None else high
     return low, high

@@ -30,14 +30,17 @@ def straight_domain(
     """
     size, finer = spec.size, spec.refinement
     assert size is not None
-    wall_cells = max(1, round((spec.wall_cells or estimates.wall_cells) * finer))
-    wall_nodes = np.linspace(0.0, spec.wall_thickness, wall_cells + 1) if spec.wall_thickness else np.empty(0)
+    layers = [
+        np.linspace(0.0, layer.thickness, max(1, round((layer.cells or cells) * finer)) + 1)
+        for layer, cells in zip(spec.layers, estimates.wall_cells, strict=False)
+        if layer.thickness is not None
+    ]
 
     def to_wall(width: float) -> domain.Across:
         first_cell = spec.first_cell or estimates.first_cell
         layer, widest = spec.bead_diameter, WIDEST_CELL * width
         nodes = domain.graded_coordinates(width, first_cell, spec.cell_growth, layer, widest)
-        return domain.Across.to_wall(refined(nodes, finer), wall_nodes)
+        return domain.Across.to_wall(refined(nodes, finer), layers)
 
     across = [to_wall(size.half_height)]
     if size.half_width is not None and size.walled_sides:

@@ -1,6 +1,7 @@
 """What came of a simulation: the content of result.json, and everything that its reader should know."""
 
 import platform
+from datetime import datetime
 from typing import Any
 
 import dolfinx
@@ -10,12 +11,15 @@ from petsc4py import PETSc
 from .. import __version__
 from ..errors import SolveError
 from ..laws.porosity import LawPorosity, benyahia_oneill_mean_porosity, dixon_mean_porosity, mean_porosity
+from ..output.quantities import JOULES_A_KWH
 from ..scene.checks import SMALLEST_RATIO
 from ..scene.chosen_laws import width_ratio
 from ..scene.closures import departures
+from ..scene.plausibility import doubts
 from ..scene.scene import Scene
 from .energy_use import energy_use
 from .march import Simulation, temperature_bounds
+from .specs import Specs
 
 HIGHEST_MACH_NUMBER = 0.3
 HIGHEST_BIOT_NUMBER = 0.1
@@ -50,12 +54,16 @@ def summarise(
             initial_temperature=specs.heat.initial_temperature,
             heating_time=recorder.heating_time,
         )
+    if recorded and problem.air_loop is not None:
+        spent |= _spent_by_the_supply(simulation, spent["pumping_work"])
     return {
         "status": "failed" if failure else "interrupted" if interrupted else "done",
         "failure": str(failure) if failure else None,
         "heating_time": recorder.heating_time,
         "heating_time_error": heating_time_error,
         "heating_time_bed_side": recorder.heating_time_bed_side,
+        "targets": recorder.targets,
+        "target_meanings": {target.name: target.meaning for target in specs.time.targets},
         "end_time": simulation.time,
         "mass_flow_initial": history["mass_flow"][0] if recorded else None,
         "mass_flow_final": history["mass_flow"][-1] if recorded else None,
@@ -65,6 +73,7 @@ def summarise(
         "heat_by_fluid": balance.by_fluid,
         "heat_stored": balance.stored,
         **spent,
+        "energy": _energy_of_the_tool(simulation) if recorded and problem.air_loop is not None else None,
         "temperature_bounds": bounds,
         "time_steps": len(history) - 1 if recorded else 0,
         "rejected_steps": simulation.control.rejected,
@@ -76,12 +85,69 @@ def summarise(
         "unknowns": problem.unknowns,
         "bead_biot_number": estimates.bead_biot_number,
         "bead_reynolds_number": estimates.reynolds_number,
+        "given": scene.given(),
+        "date": datetime.now().astimezone().isoformat(timespec="seconds"),
         "model": scene.as_tables()["model"],
         "closures": {"set": scene.model.closures, "departures": departures(scene)},
-        "sources": specs.laws.sources(problem.has_wall, specs.heat.bead_modes is not None),
+        "sources": specs.laws.sources(specs.heat.bead_modes is not None),
+        "materials": materials_used(specs, has_wall=problem.has_wall),
         "versions": versions(problem.communicator.size),
         "warnings": warnings_of(scene, simulation, bounds),
     }
+
+
+def materials_used(specs: Specs, *, has_wall: bool) -> dict[str, Any]:
+    """By what it is the material of: its name, and each property's value at the mean of initial and inlet temperature, unit and
+    source."""
+    temperature = 0.5 * (specs.heat.initial_temperature + specs.heat.inlet_temperature.values[-1])
+    found = {}
+    for owner, material in specs.laws.materials(has_wall).items():
+        properties = {}
+        for name, law in material.laws().items():
+            arguments = (specs.flow.outlet_pressure,) if owner == "fluid" and name == "density" else ()
+            value = float(law(*arguments, temperature))
+            properties[name] = {"value": value, "unit": law.unit, "source": law.source}
+        found[owner] = {"material": material.name, "temperature": temperature, "properties": properties}
+    return found
+
+
+def _spent_by_the_supply(simulation: Simulation, ideal_work: float | None) -> dict[str, float]:
+    """What heater and blower gave what is computed until the end of the run; of a given pressure drop the ideal work."""
+    balance, air_loop = simulation.problem.heat.balance, simulation.problem.air_loop
+    has_blower = air_loop is not None and air_loop.spec.blower is not None
+    work = balance.by_blower if has_blower else float(ideal_work or 0.0)
+    spent = balance.by_heater + work
+    return {
+        "fluid_heat": balance.by_heater,
+        "pumping_work": work,
+        "energy_spent": spent,
+        "mean_power": spent / simulation.time if simulation.time > 0.0 else 0.0,
+    }
+
+
+def _energy_of_the_tool(simulation: Simulation) -> dict[str, float | None]:
+    """What heater and blower gave to the whole tool up to the end of the run and where it went (J), the largest power (W), and
+    the cost (collective)."""
+    problem, balance, history = simulation.problem, simulation.problem.heat.balance, simulation.recorder.history
+    assert problem.air_loop is not None
+    kept = problem.heat_kept()
+    parts = {
+        "heater": balance.by_heater,
+        "blower": balance.by_blower,
+        "cure": kept.get("cure", 0.0),
+        "sources": balance.by_sources,
+        "wall": kept.get("wall", 0.0),
+        "beads": kept["beads"],
+        "exhaust": balance.by_exhaust,
+        "return_duct": balance.by_duct,
+        "outer_wall": -balance.through_outer_wall,
+    }
+    share, price = problem.air_loop.spec.share, problem.air_loop.spec.price
+    energy: dict[str, float | None] = {name: share * value for name, value in parts.items()}
+    powers = np.array(history["heater_power"]) + np.array(history["blower_power"])
+    energy |= {"peak_power": float(np.max(powers)), "share": share, "loop_imbalance": balance.loop_imbalance}
+    spent = share * (balance.by_heater + balance.by_blower)
+    return energy | {"spent": spent, "cost": None if price is None else price * spent / JOULES_A_KWH}
 
 
 def versions(ranks: int) -> dict[str, Any]:
@@ -104,9 +170,13 @@ def warnings_of(scene: Scene, simulation: Simulation, bounds: list[float] | None
 
 def _of_the_outcome(simulation: Simulation) -> list[str]:
     time, found = simulation.specs.time, []
+    at_end = simulation.time >= time.end_time * (1 - 1e-9)
     waiting = simulation.recorder.heating_time is None and simulation.specs.heat.wall != "fixed-temperature"
-    if waiting and simulation.time >= time.end_time * (1 - 1e-9):
+    if waiting and at_end and not time.targets:
         found.append(f"not heated to within {time.margin:g} K by operation.end_time {time.end_time:g} s")
+    for target in time.targets:
+        if simulation.recorder.targets[target.name] is None and at_end:
+            found.append(f"target {target.name!r} not met by operation.end_time {time.end_time:g} s")
     undershoot = simulation.problem.flow.largest_undershoot
     if undershoot > LARGEST_UNDERSHOOT:
         found.append(f"k undershoots by {undershoot:.0%} of its largest value in single cells, where it counts as 0")
@@ -118,7 +188,7 @@ def _of_the_outcome(simulation: Simulation) -> list[str]:
 
 
 def _of_the_scene(scene: Scene, simulation: Simulation) -> list[str]:
-    specs, estimates, found = simulation.specs, simulation.problem.medium.estimates, []
+    specs, estimates, found = simulation.specs, simulation.problem.medium.estimates, doubts(scene)
     if estimates.bead_biot_number > HIGHEST_BIOT_NUMBER and specs.heat.bead_modes is None:
         found.append(
             f"bead Biot number {estimates.bead_biot_number:.2g} > {HIGHEST_BIOT_NUMBER}: "
@@ -171,17 +241,24 @@ def _of_what_was_reached(simulation: Simulation, bounds: list[float]) -> list[st
     mach = problem.highest_mach_number()
     if mach > HIGHEST_MACH_NUMBER:
         found.append(f"Mach number {mach:.2g} > {HIGHEST_MACH_NUMBER}: the energy balance is that of low Mach numbers")
-    for owner, law_name, law in simulation.specs.laws.properties(problem.has_wall):
-        first, last = law.temperature_range
-        if bounds[0] < first or bounds[1] > last:
-            found.append(
-                f"{owner} {law_name} is given for {first:g} to {last:g} K, used for {bounds[0]:.4g} to {bounds[1]:.4g} K"
-            )
+    for material in simulation.specs.laws.materials(problem.has_wall).values():
+        for name, law in material.laws().items():
+            first, last = law.temperature_range
+            if bounds[0] < first or bounds[1] > last:
+                used = f"used for {bounds[0]:.4g} to {bounds[1]:.4g} K"
+                found.append(f"{material.name} {name} is given for {first:g} to {last:g} K, {used}")
     lowest, highest = temperature_bounds(simulation.specs.heat)
+    highest = max(
+        highest, *simulation.recorder.history["inlet_temperature"]
+    )  # air that came back warmer than the set-point
     beyond = max(lowest - bounds[0], bounds[1] - highest)
     if beyond > LARGEST_OVERSHOOT:
+        finer = (
+            "more solver.axial_cells lessen"
+            if simulation.specs.mesh.file is None
+            else "a finer mesh along the flow lessens"
+        )
         found.append(
-            f"temperatures reached {beyond:.2g} K beyond those given, behind the sharp first front: "
-            "more solver.axial_cells lessen it"
+            f"temperatures reached {beyond:.2g} K beyond those given, behind the sharp first front: {finer} it"
         )
     return found

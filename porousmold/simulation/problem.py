@@ -1,10 +1,11 @@
 """The discrete problem of a scene, and the questions that one can ask of its present state."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import ufl
 from dolfinx import fem
 from numpy.typing import NDArray
 
@@ -19,9 +20,10 @@ from ..mesh.probe import PointProbe
 from ..scene.geometries import BedSize
 from ..scene.sensors import read_sensors
 from ..solvers.protocols import ArrayOf, Flow, Heat, Saved, restore_functions, saved_functions
+from .air_loop import AirLoop
 from .boundary_values import BoundaryValues
 from .estimates import Estimates
-from .specs import Specs
+from .specs import LayerSpec, Specs
 from .stopwatch import Stopwatch
 
 STATION_FRACTIONS = {"L/8": 0.125, "L/4": 0.25, "L/2": 0.5, "L": 1.0}
@@ -83,6 +85,15 @@ class Balances:
         return self._value(self._forms.outlet_heat) / mass_flow if mass_flow else float("nan")
 
 
+def sensors_of(specs: Specs, domain: Domain) -> tuple[list[str], PointProbe]:
+    """Names of the sensors, and what gives their values (collective). Raises `InputError` for one outside the mesh."""
+    names, places = read_sensors(specs.mesh.sensors, domain.mesh.geometry.dim)
+    try:
+        return names, PointProbe(domain, places)
+    except ValueError as error:
+        raise InputError("geometry.sensors", str(specs.mesh.sensors), str(error)) from error
+
+
 class Problem:
     """A scene on a mesh: `specs`, `medium`, `flow`, `heat`, `balances`, the heat's equations, and where values are recorded.
 
@@ -98,7 +109,9 @@ class Problem:
         balances: Balances,
         energy_equations: EnergyEquations,
         stopwatch: Stopwatch,
+        air_loop: AirLoop | None = None,
     ) -> None:
+        self.air_loop = air_loop
         self.specs, self.medium, self.flow, self.heat, self.balances = specs, medium, flow, heat, balances
         self.energy_equations, self.stopwatch = energy_equations, stopwatch
         self.domain: Domain = medium.domain
@@ -109,23 +122,64 @@ class Problem:
             for place, point in self.domain.stations(fraction).items()
         }
         self.station_names, self.stations = list(named), PointProbe(self.domain, np.array(list(named.values())))
-        self.sensor_names, places = read_sensors(specs.mesh.sensors, self.domain.mesh.geometry.dim)
-        try:
-            self.sensors = PointProbe(self.domain, places)
-        except ValueError as error:
-            raise InputError("geometry.sensors", str(specs.mesh.sensors), str(error)) from error
+        self.sensor_names, self.sensors = sensors_of(specs, self.domain)
         self._places = self._numbers_of_places()
+        self._along = self._places_along_the_flow()
+
+    def _places_along_the_flow(self) -> NDArray[Any]:
+        """x[0] (m) of every temperature of the heat's unknowns."""
+        if not self.specs.heat.two_temperatures:
+            return np.asarray(self.heat.space.tabulate_dof_coordinates()[:, 0])
+        subspace, numbers = fenicsx.collapse(self.heat.space, 0)
+        along = np.zeros(len(self.heat.unknown.x.array))
+        along[numbers] = subspace.tabulate_dof_coordinates()[:, 0]
+        return along
 
     def _numbers_of_places(self) -> Mapping[str, NDArray[Any]]:
         space = self.heat.space.sub(0) if self.specs.heat.two_temperatures else self.heat.space
         dimension, domain = self.domain.mesh.topology.dim, self.domain
         interface = fem.locate_dofs_topological(space, dimension - 1, domain.facets(geometry.INTERFACE))
-        wall = fem.locate_dofs_topological(space, dimension, domain.cells(geometry.WALL))
-        return {
+        wall = fem.locate_dofs_topological(space, dimension, domain.wall_cells)
+        places = {
             "wall": wall if domain.has_wall else interface,
             "bed_side": interface,
             "bed": fem.locate_dofs_topological(space, dimension, domain.cells(geometry.BED)),
         }
+        for tag, layer in self._layers:
+            places[layer.name] = fem.locate_dofs_topological(space, dimension, domain.cells(tag))
+        return places
+
+    @property
+    def _layers(self) -> list[tuple[int, LayerSpec]]:
+        """Tags and specs of the layers that have names of their own."""
+        layers = zip(self.domain.wall_tags, self.specs.heat.layers, strict=False)
+        return [(tag, layer) for tag, layer in layers if layer.name != "wall" and not layer.is_contact]
+
+    @property
+    def places(self) -> list[str]:
+        """Names of the places whose `extremes` are known."""
+        return list(self._places)
+
+    @property
+    def inlet_temperature(self) -> float:
+        """Present temperature (K) of the fluid that flows in."""
+        return float(self.medium.boundary.inlet_temperature.value)
+
+    def heat_kept(self) -> dict[str, float]:
+        """Heat (J) gained by beads and wall since the start, and set free by cure (collective)."""
+        two = self.specs.heat.two_temperatures
+        parts = ufl.split(self.heat.unknown) if two else (self.heat.unknown,) * 2
+        initial = self.domain.constant(self.specs.heat.initial_temperature)
+        forms = self.energy_equations.heat_kept(parts[0], parts[1], initial)
+        return {
+            name: float(self.communicator.allreduce(float(fem.assemble_scalar(fenicsx.compiled_form(form)))))
+            for name, form in forms.items()
+        }
+
+    def degrees_of_cure(self) -> dict[str, tuple[float, float]]:
+        """Least and largest degree of cure of the layers that cure (collective)."""
+        curing = [layer.name for layer in self.specs.heat.layers if layer.solid.cure is not None]
+        return {name: part.extremes() for name, part in zip(curing, self.heat.curing, strict=True)}
 
     @property
     def has_wall(self) -> bool:
@@ -180,17 +234,37 @@ class Problem:
         for function, array in zip(self.functions, arrays, strict=True):
             function.x.array[:] = array
 
+    def find_flow(self, solve: Callable[[], None], time: float) -> None:
+        """Find the flow by `solve()`, at a blower's operating point where one drives it; raises `SolveError`."""
+        if self.air_loop is None:
+            solve()
+            return
+        began, tolerance = not self.flow.solves, self.specs.flow.tolerance
+        ways = iter([solve])
+
+        def solve_again() -> None:
+            next(ways, lambda: self.flow.renew(time, tolerance))()
+
+        self.air_loop.find_point(solve_again, lambda: self.balances.mass_flow, time, tolerance)
+        if began:  # what enters at the start
+            self.air_loop.set_time(0.0)
+            self.air_loop.follow()
+
     def save(self) -> Saved:
-        """Flow, heat and the temperatures that their coefficients are taken at."""
+        """Flow, heat, the temperatures that their coefficients are taken at, and what the air's supply does."""
         flow, heat = self.flow.save(), self.heat.save()
         own = saved_functions(self._temperatures, "temperatures")
-        return Saved({"flow": flow.numbers, "heat": heat.numbers}, flow.arrays | heat.arrays | own)
+        numbers = {"flow": flow.numbers, "heat": heat.numbers}
+        numbers |= {"air_loop": self.air_loop.save()} if self.air_loop else {}
+        return Saved(numbers, flow.arrays | heat.arrays | own)
 
     def restore(self, numbers: Mapping[str, Any], array_of: ArrayOf) -> None:
         """Go on from what `save()` gave."""
         self.flow.restore(numbers["flow"], array_of)
         self.heat.restore(numbers["heat"], array_of)
         restore_functions(self._temperatures, "temperatures", array_of)
+        if self.air_loop is not None:
+            self.air_loop.restore(numbers["air_loop"])
 
     def extremes(self, place: str) -> tuple[float, float]:
         """Smallest and largest temperature (K) at 'wall', 'bed_side' or 'bed'."""
@@ -199,6 +273,16 @@ class Problem:
             self.communicator.allreduce(float(np.min(values, initial=np.inf)), op=min),
             self.communicator.allreduce(float(np.max(values, initial=-np.inf)), op=max),
         )
+
+    def extreme_places(self, place: str) -> tuple[float, float]:
+        """x[0] (m) of the coldest and of the hottest point of a place (collective)."""
+        numbers = self._places[place]
+        values, along = self.heat.unknown.x.array[numbers], self._along[numbers]
+        ends = [(np.inf, 0.0), (-np.inf, 0.0)]
+        if len(numbers):
+            ends = [(values[i], along[i]) for i in (int(np.argmin(values)), int(np.argmax(values)))]
+        found = self.communicator.allgather(ends)
+        return float(min(low for low, _ in found)[1]), float(max(high for _, high in found)[1])
 
     def highest_reynolds_number(self) -> float:
         """Largest local bead Reynolds number (collective)."""

@@ -14,7 +14,8 @@ MOST_SNAPSHOTS = 32
 
 
 class Recorder:
-    """`history` with a row for every step, the times at which the wall was heated (None until then), and `snapshots` of all
+    """`history` with a row for every step, the times at which the wall was heated and the `targets` were met (None until
+    then), and `snapshots` of all
     functions, (time, arrays), spread over the march."""
 
     def __init__(self, problem: Problem) -> None:
@@ -22,6 +23,7 @@ class Recorder:
         self.history = Columns()
         self.heating_time: float | None = None
         self.heating_time_bed_side: float | None = None
+        self.targets: dict[str, float | None] = {target.name: None for target in self._time.targets}
         self.snapshots: list[tuple[float, list[NDArray[Any]]]] = []
         self._spacing = 0.0
         self._last_flow: list[float] | None = None
@@ -31,11 +33,13 @@ class Recorder:
         problem, balance = self._problem, self._problem.heat.balance
         outlet = problem.balances.outlet_temperature
         mass_flow, pressure_drop = self._at_end_of_step(time, flow_time)
-        bed, wall = problem.extremes("bed"), problem.extremes("wall")
+        places = {place: problem.extremes(place) for place in problem.places}
+        bed, wall = places["bed"], places["wall"]
         row = {
             "time": time,
             "step": step,
-            "inlet_temperature": self._heat.inlet_temperature(time),
+            "inlet_temperature": problem.inlet_temperature,
+            "set_point": self._heat.inlet_temperature(time),
             "outlet_temperature": outlet,
             "deficit_wall": self._deficit("wall", time),
             "deficit_bed_side": self._deficit("bed_side", time),
@@ -48,9 +52,16 @@ class Recorder:
             "lowest_temperature": min(bed[0], wall[0]),
             "highest_temperature": max(bed[1], wall[1]),
         }
+        if problem.air_loop is not None:
+            row |= problem.air_loop.powers
+        for place, (low, high) in places.items():
+            row |= {f"lowest_{place}": low, f"highest_{place}": high}
+        row |= dict(zip(("coldest_place", "hottest_place"), problem.extreme_places("bed_side"), strict=True))
+        row |= {f"cure_{name}": least for name, (least, _) in problem.degrees_of_cure().items()}
         if (difference := problem.heat.largest_bead_difference()) is not None:
             row["largest_bead_difference"] = difference
         self.history.append(row | self._at_places())
+        self._look_at_targets()
         if self._heat.wall == "fixed-temperature":
             return  # the wall's temperature is given: nothing to wait for
         times, margin = self.history["time"], self._time.margin
@@ -58,6 +69,16 @@ class Recorder:
             self.heating_time = crossing_time(times, self.history["deficit_wall"], margin)
         if self.heating_time_bed_side is None:
             self.heating_time_bed_side = crossing_time(times, self.history["deficit_bed_side"], margin)
+
+    def _look_at_targets(self) -> None:
+        for target in self._time.targets:
+            if self.targets[target.name] is None:
+                self.targets[target.name] = target.time(self.history)
+
+    @property
+    def reached(self) -> bool:
+        """Whether all targets are met, or without targets the wall is heated."""
+        return None not in self.targets.values() if self.targets else self.heating_time is not None
 
     def _at_places(self) -> dict[str, float]:
         """Temperatures at the stations and at the sensors, and how steep they are there."""
@@ -112,6 +133,7 @@ class Recorder:
             "columns": self.history.columns,
             "heating_time": self.heating_time,
             "heating_time_bed_side": self.heating_time_bed_side,
+            "targets": self.targets,
             "last_flow": self._last_flow,
             "snapshot_times": [time for time, _ in self.snapshots],
             "snapshot_spacing": self._spacing,
@@ -122,6 +144,7 @@ class Recorder:
         """Go on from what `save()` gave."""
         self.history = Columns(numbers["columns"])
         self.heating_time, self.heating_time_bed_side = numbers["heating_time"], numbers["heating_time_bed_side"]
+        self.targets |= numbers["targets"]
         self._last_flow, self._spacing = numbers["last_flow"], numbers["snapshot_spacing"]
         spaces = [function.function_space for function in self._problem.functions]
         self.snapshots = [

@@ -32,15 +32,17 @@ Progress = Callable[[float, float, Simulation], None]
 
 @dataclass
 class Result:
-    """What a run gives: `summary` is the content of result.json, `history` the recorded columns as arrays with a `unit`."""
+    """What a run gives: `summary` is the content of result.json, `history` the recorded columns as arrays with a `unit`;
+    `recalled` tells that it was done before and stood in the folder."""
 
     summary: dict[str, Any]
     history: dict[str, Recorded]
+    recalled: bool = False
 
     @classmethod
-    def of(cls, summary: dict[str, Any], columns: Columns) -> "Result":
+    def of(cls, summary: dict[str, Any], columns: Columns, *, recalled: bool = False) -> "Result":
         """Of a summary and the history's columns."""
-        return cls(summary, {name: Recorded.of(name, columns[name]) for name in columns})
+        return cls(summary, {name: Recorded.of(name, columns[name]) for name in columns}, recalled)
 
     def __getitem__(self, name: str) -> Recorded:
         """A column of the history, for example result["temperature_outer_L"]; its `unit` is that of its values."""
@@ -63,6 +65,7 @@ def run(
     progress: Progress | None = None,
     stop: Callable[[], bool] = lambda: False,
     resume: bool = False,
+    force: bool = False,
     observe: Observer | None = None,
 ) -> Result:
     """Run a scene on a communicator (default: all ranks; collective) and give its `Result`.
@@ -70,19 +73,23 @@ def run(
     out: folder to write, or None to write nothing. progress: called as progress(time, deficit, simulation) after every
     step; observe: called as observe(text) with what is being done between steps. stop: called at every iteration; where it
     is true the run ends with `RunInterrupted`, its results written as of the last step. resume:
-    go on from the checkpoint in `out`, if there is one; a run that is done there is given as it stands, unless it is of
-    another scene or of older code. Raises `InputError` before anything is written, and `SolveError` after what was computed
-    has been written.
+    go on from the checkpoint in `out`, if there is one. A run of the same scene and code that is done in `out` is given as it
+    stands; the place of any other, and that of an interrupted one without `resume`, is taken only with `force`, which computes
+    anew. Raises `InputError` before anything is written, and `SolveError` after what was computed has been written.
     """
     communicator = communicator or MPI.COMM_WORLD
     if out is None:
         return _Run(scene, None, communicator, progress, stop, observe).result()
-    folder = RunFolder(out, communicator, kept=resume)
+    folder = RunFolder(out, communicator, kept=True)
     try:
-        done = folder.finished(identity_of(scene)) if resume else None
+        done = None if force and not resume else folder.finished(identity_of(scene))
         if done is not None:
-            return Result.of(*done)
+            return Result.of(*done, recalled=True)
         saved = folder.saved() if resume else None
+        if not force and saved is None:
+            folder.refuse_to_replace()
+        if saved is None:
+            folder.clear()
         return _Run(scene, folder, communicator, progress, stop, observe, saved).result()
     finally:
         folder.close()

@@ -7,14 +7,21 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+from ..laws.air_supply import Blower
+from ..laws.materials import Solid
 from ..laws.porosity import Porosity
 from ..laws.turbulence_models import TurbulenceModel
-from ..scene.checks import DRIVES, SMALLEST_RATIO
+from ..scene.checks import ASKED, DRIVES, RESERVED_PLACES, SMALLEST_RATIO, target_name
 from ..scene.chosen_laws import Laws
 from ..scene.geometries import GEOMETRIES, BedSize
 from ..scene.scene import Scene
+from ..scene.sensors import sensor_names
 from ..scene.series import TimeSeries
+from .air_loop_spec import AirLoopSpec, air_loop_of, first_point
+from .targets import Target
 
+CONTACT_THICKNESS = 1e-6
+"""Of the layer (m) that stands for a contact resistance."""
 FlowKind = Literal["full", "developed", "plug"]
 FlowUpdate = Literal["quasi-steady", "frozen", "transient"]
 WallKind = Literal["conjugate", "thin", "fixed-temperature", "insulated"]
@@ -23,7 +30,7 @@ RevTerms = Literal["off", "consistent", "as-published"]
 
 @dataclass(frozen=True, kw_only=True)
 class MeshSpec:
-    """The mesh: `size` of a straight bed, or the `file` of a mesh. `wall_thickness` is that of a wall with cells of its own.
+    """The mesh: `size` of a straight bed, or the `file` of a mesh. `layers` are those of a wall with cells of its own.
 
     Cells are those of the scene before `refinement`. `sensors` is the file of recorded places, `scene_file` is named in errors.
     """
@@ -33,11 +40,10 @@ class MeshSpec:
     axisymmetric: bool
     bead_diameter: float
     narrowest: float | None
-    wall_thickness: float | None
+    layers: tuple["LayerSpec", ...]
     axial_cells: int | None
     first_cell: float | None
     cell_growth: float
-    wall_cells: int | None
     refinement: float
     unknowns_per_node: int
     sensors: Path | None
@@ -57,12 +63,13 @@ class MeshSpec:
 @dataclass(frozen=True, kw_only=True)
 class FlowSpec:
     """The flow. `drive` is one of `pressure_drop` (Pa), `inlet_velocity` (m/s, superficial) and `mass_flow` (kg/s), its course
-    in time is `driven_by`."""
+    in time is `driven_by`. `by_blower` the pressure drop follows from the operating point of a blower."""
 
     kind: FlowKind
     update: FlowUpdate
     drive: str
     driven_by: TimeSeries
+    by_blower: bool
     turbulence: TurbulenceModel | None
     outlet_pressure: float
     gravity: float
@@ -82,25 +89,39 @@ class OuterWallSpec:
 
 
 @dataclass(frozen=True, kw_only=True)
+class LayerSpec:
+    """A layer of the wall: its `thickness` (None where only the mesh knows), its `solid`, what heats it (W/m3), and its cells."""
+
+    name: str
+    solid: Solid
+    thickness: float | None
+    heat_source: TimeSeries | None = None
+    cells: int | None = None
+    is_contact: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
 class HeatSpec:
-    """The temperatures: two or one in the bed, `bead_modes` inside the beads, and the wall."""
+    """The temperatures: two or one in the bed, `bead_modes` inside the beads, and the wall, whose `layers` are counted
+    outwards: a plain wall is one; there are none without a wall."""
 
     two_temperatures: bool
     bead_modes: int | None
     exchange_factor: float
     emissivity: float
     wall: WallKind
-    wall_thickness: float | None
+    layers: tuple[LayerSpec, ...]
     wall_temperature: TimeSeries | None
     outer_wall: OuterWallSpec
     initial_temperature: float
     inlet_temperature: TimeSeries
+    air_loop: AirLoopSpec | None
 
 
 @dataclass(frozen=True, kw_only=True)
 class TimeSpec:
     """The march: steps before `refinement`, `kinks` at which steps end, and when the wall counts as heated: all of it within
-    `margin` (K) of the inlet's temperature."""
+    `margin` (K) of the inlet's temperature. With `targets` the march goes on until these are met."""
 
     first_step: float
     step_growth: float
@@ -109,6 +130,7 @@ class TimeSpec:
     tolerance: float
     end_time: float
     margin: float
+    targets: tuple[Target, ...]
     kinks: tuple[float, ...]
 
 
@@ -140,11 +162,11 @@ class Specs:
 
 def specs_of(scene: Scene) -> Specs:
     """The parts of a scene."""
-    laws = Laws.of(scene)
+    laws, air_loop = Laws.of(scene), air_loop_of(scene)
     return Specs(
         mesh=_mesh(scene, laws),
-        flow=_flow(scene, laws),
-        heat=_heat(scene),
+        flow=_flow(scene, laws, None if air_loop is None else air_loop.blower),
+        heat=_heat(scene, laws, air_loop),
         time=_time(scene),
         output=OutputSpec(
             fields=scene.output.fields,
@@ -169,11 +191,10 @@ def _mesh(scene: Scene, laws: Laws) -> MeshSpec:
         axisymmetric=geometry.symmetry == "axisymmetric" if size is None else size.axisymmetric,
         bead_diameter=scene.bed.bead_diameter,
         narrowest=min((width for width in widths if width), default=None),
-        wall_thickness=scene.wall.thickness if scene.model.wall == "conjugate" else None,
+        layers=_layers(scene, laws) if scene.model.wall == "conjugate" else (),
         axial_cells=solver.axial_cells,
         first_cell=solver.first_cell,
         cell_growth=solver.cell_growth,
-        wall_cells=solver.wall_cells,
         refinement=solver.mesh_refinement,
         unknowns_per_node=max(velocity_and_pressure + turbulent, 1),
         sensors=geometry.sensors,
@@ -181,14 +202,19 @@ def _mesh(scene: Scene, laws: Laws) -> MeshSpec:
     )
 
 
-def _flow(scene: Scene, laws: Laws) -> FlowSpec:
+def _flow(scene: Scene, laws: Laws, blower: Blower | None) -> FlowSpec:
     operation, model, bed = scene.operation, scene.model, scene.bed
-    drive = next(name for name in DRIVES if getattr(operation, name) is not None)
+    if blower is None:
+        drive = next(name for name in DRIVES if getattr(operation, name) is not None)
+        driven_by = getattr(operation, drive)
+    else:
+        drive, driven_by = "pressure_drop", TimeSeries.constant(first_point(scene, laws, blower))
     return FlowSpec(
         kind=model.flow,
         update=model.flow_update,
         drive=drive,
-        driven_by=getattr(operation, drive),
+        driven_by=driven_by,
+        by_blower=blower is not None,
         turbulence=laws.turbulence,
         outlet_pressure=operation.outlet_pressure,
         gravity=operation.gravity,
@@ -198,7 +224,30 @@ def _flow(scene: Scene, laws: Laws) -> FlowSpec:
     )
 
 
-def _heat(scene: Scene) -> HeatSpec:
+def _layers(scene: Scene, laws: Laws) -> tuple[LayerSpec, ...]:
+    if scene.wall.layer is None:
+        if scene.model.wall not in ("conjugate", "thin"):
+            return ()
+        cells = scene.solver.wall_cells
+        return (LayerSpec(name="wall", solid=laws.walls["wall"], thickness=scene.wall.thickness, cells=cells),)
+    layers = []
+    for (name, solid), given in zip(laws.walls.items(), scene.wall.layer, strict=True):
+        source, cells = given.heat_source, given.cells
+        layers.append(LayerSpec(name=name, solid=solid, thickness=given.thickness, heat_source=source, cells=cells))
+        if given.contact_resistance > 0.0:
+            layers.append(contact(f"{name} contact", given.contact_resistance))
+    return tuple(layers)
+
+
+def contact(name: str, resistance: float) -> LayerSpec:
+    """A contact resistance (m2 K/W) as a layer of one cell that conducts as much through it, nothing along it, and stores
+    nothing: within `CONTACT_THICKNESS` over the wall's own exact."""
+    nothing, source = 1e-9, "contact resistance of the scene"
+    solid = Solid(name, nothing, 1.0, CONTACT_THICKNESS / resistance, source, conductivity_in_plane=nothing)
+    return LayerSpec(name=name, solid=solid, thickness=CONTACT_THICKNESS, cells=1, is_contact=True)
+
+
+def _heat(scene: Scene, laws: Laws, air_loop: AirLoopSpec | None) -> HeatSpec:
     operation, model = scene.operation, scene.model
     return HeatSpec(
         two_temperatures=model.energy == "two-temperature",
@@ -206,7 +255,7 @@ def _heat(scene: Scene) -> HeatSpec:
         exchange_factor=model.exchange_factor,
         emissivity=scene.bed.emissivity,
         wall=model.wall,
-        wall_thickness=scene.wall.thickness,
+        layers=_layers(scene, laws),
         wall_temperature=operation.wall_temperature,
         outer_wall=OuterWallSpec(
             heat_flux=operation.outer_heat_flux,
@@ -216,12 +265,35 @@ def _heat(scene: Scene) -> HeatSpec:
         ),
         initial_temperature=operation.initial_temperature,
         inlet_temperature=operation.inlet_temperature,
+        air_loop=air_loop,
     )
+
+
+def _targets(scene: Scene) -> tuple[Target, ...]:
+    found, operation, sensors = [], scene.operation, sensor_names(scene.geometry.sensors)
+    layers = [layer.name or layer.material for layer in scene.wall.layer or ()]
+    for target in scene.target.list or ():
+        asks = next(name for name in ASKED if getattr(target, name) is not None)
+        initial = operation.initial_temperature
+        farthest = max(operation.inlet_temperature.values, key=lambda value: abs(value - initial))
+        found.append(
+            Target(
+                name=target_name(target),
+                place=target.place,
+                asks=asks,
+                limit=getattr(target, asks),
+                is_sensor=target.place in sensors and target.place not in (*RESERVED_PLACES, *layers),
+                initial=initial,
+                final=farthest,
+            )
+        )
+    return tuple(found)
 
 
 def _time(scene: Scene) -> TimeSpec:
     operation, solver = scene.operation, scene.solver
     series: list[Any] = [value for _, value in operation if isinstance(value, TimeSeries)]
+    series += [layer.heat_source for layer in scene.wall.layer or () if layer.heat_source is not None]
     return TimeSpec(
         first_step=solver.first_step,
         step_growth=solver.step_growth,
@@ -230,5 +302,6 @@ def _time(scene: Scene) -> TimeSpec:
         tolerance=solver.step_tolerance,
         end_time=operation.end_time,
         margin=operation.heating_margin,
+        targets=_targets(scene),
         kinks=tuple(sorted({kink for each in series for kink in each.kinks if kink > 0.0})),
     )

@@ -19,7 +19,7 @@ from ..equations.flow import FlowState
 from ..errors import SolveError
 from ..laws.functions import Value
 from ..mesh import fenicsx
-from ..mesh.domain import BED, WALL, Domain
+from ..mesh.domain import BED, Domain
 from .flow import FullFlow, constrained_unknowns, unknowns_outside
 from .heating import BACKWARD_EULER, STAGES, TransientHeat
 from .newton import NewtonSystem, modified_newton
@@ -48,6 +48,7 @@ class CoupledTransient:
         heat_scale: float,
     ) -> None:
         self.domain, self.flow, self.heat = domain, flow, heat
+        self.curing = heat.curing
         self._flow_temperature, self._set_time = flow_temperature, set_time
         equations = flow.equations
         two = heat.equations.two_temperatures
@@ -79,7 +80,7 @@ class CoupledTransient:
         warming += live.heating_rate(temperature, beads, rates, test, bead_test)
         residual += fem.Constant(domain.mesh, 1.0 / float(heat_scale)) * warming
         nothing = fem.Constant(domain.mesh, 0.0)
-        residual += nothing * sum(ufl.inner(a, b) for a, b in zip(now, tests, strict=True)) * dx(WALL)
+        residual += nothing * sum(ufl.inner(a, b) for a, b in zip(now, tests, strict=True)) * domain.wall_measure(1)
         constrained = [constrained_unknowns(domain, self._space, equations.turbulent_unknowns)]
         if two:
             constrained.append(unknowns_outside(domain, self._space, (count + 1,), BED))

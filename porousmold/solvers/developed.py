@@ -18,7 +18,7 @@ from ..equations.flow import FlowEquations
 from ..laws.materials import Fluid
 from ..laws.turbulence_models import TurbulentUnknown
 from ..mesh import fenicsx
-from ..mesh.domain import BED, INTERFACE, WALL, Domain
+from ..mesh.domain import BED, INTERFACE, Domain
 from .equilibrium import local_equilibrium
 from .flow import NonlinearFlow, unknowns_outside
 from .newton import NewtonSystem
@@ -68,7 +68,7 @@ class DevelopedFlow(NonlinearFlow):
         push = ufl.derivative(residual, self.gradient, fem.Constant(domain.mesh, 1.0) * unit(scalars))
         self._push = fenicsx.LaterForm(push)
         nothing = fem.Constant(domain.mesh, 0.0)
-        residual += nothing * ufl.inner(self.unknown, ufl.TestFunction(self.space)) * dx(WALL)
+        residual += nothing * ufl.inner(self.unknown, ufl.TestFunction(self.space)) * domain.wall_measure(1)
         constrained = np.unique(self._constrained(turbulence))
         system = NewtonSystem(residual, self.unknown, constrained, keep_jacobian=True, pivoting=False)
         self._prepare_columns(equations, dx)

@@ -15,7 +15,7 @@ from ..errors import SolveError
 from ..laws.functions import Value
 from ..laws.turbulence_models import TurbulentUnknown
 from ..mesh import fenicsx
-from ..mesh.domain import BED, INTERFACE, SIDE, SYMMETRY, WALL, Domain
+from ..mesh.domain import BED, INTERFACE, SIDE, SYMMETRY, Domain
 from .newton import NewtonSystem
 from .protocols import ArrayOf, Observer, Saved, restore_functions, saved_functions
 from .steady import FIRST_PSEUDO_STEP, SteadySolver, Unknowns
@@ -237,7 +237,7 @@ class FullFlow(NonlinearFlow):
         residual = equations.residual(self.unknown, previous, inverse_step, temperature, openings, *measures, sources)
         # the matrix needs entries for the unknowns that are held at 0 inside the wall
         nothing = fem.Constant(domain.mesh, 0.0)
-        residual += nothing * ufl.inner(self.unknown, ufl.TestFunction(self.space)) * dx(WALL)
+        residual += nothing * ufl.inner(self.unknown, ufl.TestFunction(self.space)) * domain.wall_measure(1)
         constrained = np.unique(np.concatenate([constrained_unknowns(domain, self.space, turbulence), *fixed]))
         parts = [fenicsx.collapse(self.space, part)[1] for part in range(len(elements))]
         blocks = (np.concatenate(parts[:2]), *parts[2:]) if turbulence else ()

@@ -12,7 +12,7 @@ for its middle, which makes the coupled method second order.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, TypeAlias
+from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 import ufl
@@ -24,9 +24,10 @@ from ..errors import SolveError
 from ..mesh import fenicsx
 from ..mesh.domain import BED, Domain
 from .bead_modes import BeadModes
+from .curing import Curing
 from .flow import unknowns_outside
 from .newton import NewtonSystem, modified_newton
-from .protocols import ArrayOf, HeatBalance, Observer, Saved, restore_functions, saved_functions, silent
+from .protocols import ArrayOf, Follower, HeatBalance, Observer, Saved, restore_functions, saved_functions, silent
 from .transport import FrozenTransport, MonotoneCells
 
 GAMMA = 0.43586652150845899942
@@ -40,6 +41,8 @@ DAMPING_PART = 0.05
 """Part of a repeated step that the backward Euler method takes first where marking cells alone did not help."""
 BACKWARD_EULER_ERROR = 10.0
 """Weight of the estimated error where the backward Euler method takes the whole of a step."""
+FULL_CURE_ERROR = 200.0
+"""Error (K) that counts as much as one of 1 in a degree of cure: about what full cure heats a laminate by."""
 STAGE_UPDATE = 1e-9
 """Relative update at which a stage counts as solved: 3e-7 K."""
 MOST_REPETITIONS = 12
@@ -47,12 +50,21 @@ MOST_ITERATIONS = 20
 """Of a stage, with one Jacobian."""
 
 
+class Supply(Follower, Protocol):
+    """What gives the inlet its temperature."""
+
+    @property
+    def rates(self) -> dict[str, float]:
+        """What entries of the `HeatBalance` gain, W."""
+
+
 class TransientHeat:
     """The temperatures over a domain. `equations` are its `EnergyEquations`.
 
     `unknown` holds T (fluid and wall) and T_s (beads, held where there are none), or with one temperature T alone;
     `monotone_steps` counts for how many more steps a cell is monotone;
-    `set_time(t)` is called before each stage to update the boundary values.
+    `set_time(t)` is called before each stage to update the boundary values; `supply` gives the inlet's temperature where that
+    follows the outlet's.
     """
 
     def __init__(
@@ -61,7 +73,6 @@ class TransientHeat:
         equations: EnergyEquations,
         initial_temperature: float,
         set_time: Callable[[float], None],
-        dx: ufl.Measure,
         property_temperature: fem.Function,
         quadrature_degree: int,
     ) -> None:
@@ -82,6 +93,12 @@ class TransientHeat:
         self.bead_modes = None
         if equations.interior is not None:
             self.bead_modes = BeadModes(domain, equations, parts, property_temperature)
+        self.curing = [
+            Curing(domain, tag, layer.solid.cure, layer.degree, parts[0])
+            for tag, layer in zip(domain.wall_tags, equations.layers, strict=False)
+            if layer.solid.cure is not None and layer.degree is not None
+        ]
+        self.supply: Supply | None = None
         self._inverse_stage = fem.Constant(domain.mesh, 1.0)
         self._transport = FrozenTransport(domain, equations, property_temperature, quadrature_degree)
         stored = equations.stored_heat(parts[0], parts[1], tests[0], tests[1], self._transport.frozen)
@@ -90,7 +107,7 @@ class TransientHeat:
         residual = self._inverse_stage * stored + equations.outflow_of_heat(
             parts[0], parts[1], tests[0], tests[1], self._transport.frozen
         )
-        residual += nothing * parts[1] * tests[1] * dx
+        residual += nothing * parts[1] * tests[1] * domain.wall_measure(quadrature_degree)
         if two:
             constrained = unknowns_outside(domain, self.space, (1,), BED)
             beads = np.setdiff1d(fenicsx.collapse(self.space, 1)[1], constrained)
@@ -103,6 +120,7 @@ class TransientHeat:
         self.scalars = {
             "by_fluid": equations.heat_input(parts[0]),
             "through_outer_wall": equations.heat_through_outer_wall(parts[0]),
+            "by_sources": equations.heat_by_sources(),
             "by_rev_terms": equations.rev_heat(*parts),
         }
         self.scalars = {name: fenicsx.LaterForm(form) for name, form in self.scalars.items() if form is not None}
@@ -126,8 +144,9 @@ class TransientHeat:
 
     @property
     def functions(self) -> list[Any]:
-        """What the temperatures are kept in, those inside the beads included."""
-        return [self.unknown, *(self.bead_modes.functions if self.bead_modes else [])]
+        """What the temperatures are kept in, those inside the beads and the degrees of cure included."""
+        modes = self.bead_modes.functions if self.bead_modes else []
+        return [self.unknown, *modes, *(part.degree for part in self.curing)]
 
     def step(
         self, time: float, step: float, *, after_jump: bool = False, bounds: tuple[float, float] = (-np.inf, np.inf)
@@ -215,7 +234,7 @@ class TransientHeat:
 
     def _take_all(self, time: float, parts: Sequence[Any]) -> tuple[Any, ...]:
         """Successive (step, stages) from `time`; gives the heat (J) of each flow and the heat stored."""
-        flows, stored = dict.fromkeys(self.scalars, 0.0), 0.0
+        flows, stored = self._no_flows(), 0.0
         for step, stages in parts:
             more, gained = self._take(time, step, stages)
             flows = {name: heat + more[name] for name, heat in flows.items()}
@@ -230,9 +249,11 @@ class TransientHeat:
         self._inverse_stage.value = 1.0 / (gamma * step)
         if self.bead_modes:
             self.bead_modes.begin_step(self._inverse_stage.value)
+        for part in self._followers:
+            part.begin_step(step, gamma)
         self._transport.renew()
         self._system.renew_jacobian()
-        flows = dict.fromkeys(self.scalars, 0.0)
+        flows = self._no_flows()
         fenicsx.assemble_vector(self._stored_start, self._stored_form.form)
         outflows: list[Any] = []
         for stage, row in enumerate(stages):
@@ -240,6 +261,8 @@ class TransientHeat:
             self.observe("")
             if self.bead_modes:
                 self.bead_modes.begin_stage([weight * step for weight in row[:-1]])
+            for part in self._followers:
+                part.begin_stage([weight * step for weight in row[:-1]])
             addend = self._stored_start.copy()
             addend.scale(-self._inverse_stage.value)
             for weight, outflow in zip(row, outflows, strict=False):
@@ -249,6 +272,8 @@ class TransientHeat:
             self._solve_stage(time, step, addend)
             if self.bead_modes:
                 self.bead_modes.end_stage()
+            for part in self._followers:
+                part.end_stage()
             if stage == 0:
                 self._first.x.array[:] = values
             fenicsx.assemble_vector(self._stored_now, self._stored_form.form)
@@ -257,9 +282,17 @@ class TransientHeat:
             outflow.scale(-self._inverse_stage.value)
             outflow.axpy(-1.0, addend)
             outflows.append(outflow)
-            for name, form in self.scalars.items():
-                flows[name] += step * stages[-1][stage] * self._sum(fem.assemble_scalar(form.form))
+            rates = {name: self._sum(fem.assemble_scalar(form.form)) for name, form in self.scalars.items()}
+            for name, rate in (rates | (self.supply.rates if self.supply else {})).items():
+                flows[name] += step * stages[-1][stage] * rate
         return flows, self._stored_now.sum() - self._stored_start.sum()
+
+    @property
+    def _followers(self) -> list[Follower]:
+        return [*self.curing, *([self.supply] if self.supply else [])]
+
+    def _no_flows(self) -> dict[str, float]:
+        return dict.fromkeys([*self.scalars, *(self.supply.rates if self.supply else ())], 0.0)
 
     @property
     def monotone_steps(self) -> fem.Function:
@@ -295,6 +328,8 @@ class TransientHeat:
         return modified_newton(self._iterate, most=MOST_ITERATIONS, converged=lambda update: update < STAGE_UPDATE)
 
     def _iterate(self) -> float:
+        for part in self._followers:
+            part.follow()
         converged, iterations = self._system.solve(max_iterations=1, relative_update=1e-14)
         self.newton_iterations += iterations
         if not iterations:
@@ -309,6 +344,7 @@ class TransientHeat:
         """
         start, first = (function.x.array[self._storing] for function in (self._start, self._first))
         straight = start + (first - start) / GAMMA
-        return self.domain.communicator.allreduce(
+        error = self.domain.communicator.allreduce(
             float(np.max(np.abs(self.unknown.x.array[self._storing] - straight), initial=0.0)), op=max
         )
+        return max([error, *(part.estimated_error() * FULL_CURE_ERROR for part in self.curing)])

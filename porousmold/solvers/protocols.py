@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..equations.flow import FlowState
 from ..equations.openings import Opening
+from .curing import Curing
 
 Observer = Callable[[str], None]
 ArrayOf = Callable[[str, Any], NDArray[Any]]
@@ -45,6 +46,22 @@ class Stateful(Protocol):
 
     def restore(self, numbers: Mapping[str, Any], array_of: ArrayOf) -> None:
         """Go on from what `save()` gave."""
+
+
+class Follower(Protocol):
+    """What follows the temperature within a stage of a time step without being an unknown."""
+
+    def begin_step(self, step: float, gamma: float) -> None:
+        """Start a step (s) whose stages all have theta = `gamma` times it."""
+
+    def begin_stage(self, weights: Sequence[float]) -> None:
+        """Start a stage: `weights` (s) are those of the earlier stages' rates."""
+
+    def follow(self) -> None:
+        """Follow the present temperature (collective)."""
+
+    def end_stage(self) -> None:
+        """Keep what the later stages need."""
 
 
 class Flow(Stateful, Protocol):
@@ -110,24 +127,38 @@ class Flow(Stateful, Protocol):
 
 @dataclass
 class HeatBalance:
-    """Heat since the start (J): brought in by the fluid, through the outer wall, stored, created by REV terms."""
+    """Heat since the start (J): brought in by the fluid, through the outer wall, by sources in the wall, stored (less what is
+    left of a heat of cure), created by REV terms; and, where air is supplied so, given by heater and blower, lost by the exhaust
+    and the return duct."""
 
     by_fluid: float = 0.0
     through_outer_wall: float = 0.0
+    by_sources: float = 0.0
     stored: float = 0.0
     by_rev_terms: float = 0.0
+    by_heater: float = 0.0
+    by_blower: float = 0.0
+    by_exhaust: float = 0.0
+    by_duct: float = 0.0
+
+    @property
+    def loop_imbalance(self) -> float:
+        """What is missing between heater, blower, bed, exhaust and return duct, as a fraction of what the first two give."""
+        given = self.by_heater + self.by_blower
+        return (given - self.by_fluid - self.by_exhaust - self.by_duct) / max(abs(given), 1e-6)
 
     @property
     def imbalance(self) -> float:
         """What is missing, as a fraction of the heat put in (the larger of stored and brought in, at least 1e-6 J)."""
-        scale = max(abs(self.by_fluid + self.through_outer_wall), abs(self.stored), 1e-6)
-        return (self.by_fluid + self.through_outer_wall + self.by_rev_terms - self.stored) / scale
+        given = self.by_fluid + self.through_outer_wall + self.by_sources
+        return (given + self.by_rev_terms - self.stored) / max(abs(given), abs(self.stored), 1e-6)
 
 
 class Heat(Stateful, Protocol):
     """The temperatures over a domain, marched in time."""
 
     balance: HeatBalance
+    curing: list[Curing]
 
     @property
     def unknown(self) -> fem.Function:

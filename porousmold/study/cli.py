@@ -13,7 +13,8 @@ from ..files.units import to_si
 from ..output.console import Bar, add_extension_option, add_settings_option, settings_of
 from ..simulation.stop_signals import StopSignals
 
-DONE, INTERRUPTED = 0, 130
+DONE, REFUSED, FAILED, INTERRUPTED = 0, 2, 3, 130
+"""Exit statuses: of a study in which cases were refused, or failed, too."""
 
 
 def add_commands(commands: Any) -> None:
@@ -51,6 +52,17 @@ def add_commands(commands: Any) -> None:
     uncertainty.add_argument("--quiet", action="store_true", help="no progress bar, no summary")
     add_extension_option(uncertainty)
     uncertainty.set_defaults(command=_uncertainty)
+    solve = commands.add_parser("solve-for", help="what to change, and by how much, so that a scene reaches a target")
+    solve.add_argument("scene", metavar="SCENE.toml")
+    solve.add_argument("--key", action="append", required=True, metavar="TABLE.KEY", dest="keys",
+                       help="what may change, one after the other; may be repeated")  # fmt: skip
+    solve.add_argument("--target", required=True, metavar="RECORD=VALUE",
+                       help="for example 'heating_time = 15 min' or 'targets.cured = 2 h'")  # fmt: skip
+    solve.add_argument("--out", metavar="DIR", help="folder to write (default: runs/NAME OF SCENE-solve-for)")
+    add_settings_option(solve)
+    solve.add_argument("--quiet", action="store_true", help="no progress bar, no summary")
+    add_extension_option(solve)
+    solve.set_defaults(command=_solve_for)
     optimum = commands.add_parser("optimum", help="the best parameters of a study under limits, as its [optimum] says")
     optimum.add_argument("study", metavar="STUDY.toml")
     optimum.add_argument("--out", metavar="DIR", help="folder to write (default: runs/NAME OF STUDY)")
@@ -129,14 +141,42 @@ def _uncertainty(options: argparse.Namespace) -> int:
     finally:
         bar.close()
     if found is None or (options.sample and sample is None):
-        if first:
-            print(f"porousmold: interrupted; what was run is in {out}, the same command goes on", file=sys.stderr)
-        return INTERRUPTED
+        return _interrupted(out, first=first)
     if first:
         written = write(found, sample, out)
         if not options.quiet:
             print(summary_text(found, sample))
             print(f"written to {out}: {', '.join(path.name for path in written)}")
+    return DONE
+
+
+def _solve_for(options: argparse.Namespace) -> int:
+    from ..scene.scene import Scene
+    from .solve_for import aim_of, solve_for, summary_text, write
+
+    aim = aim_of(options.target)
+    scene = Scene.load(options.scene, settings_of(options), allow_extensions=options.allow_extensions)
+    out = Path(options.out) if options.out else Path("runs") / f"{Path(options.scene).stem}-solve-for"
+    from mpi4py import MPI
+
+    signals, first = StopSignals(), MPI.COMM_WORLD.rank == 0
+    bar = Bar(quiet=options.quiet or not first)
+
+    def progress(key: str, runs: int) -> Any:
+        bar.phase(f"{key}, run {runs + 1}")
+        return lambda ended: None
+
+    try:
+        found = solve_for(scene, options.keys, aim, out, progress=progress, stop=signals.__bool__)
+    finally:
+        bar.close()
+    if found is None:
+        return _interrupted(out, first=first)
+    if first:
+        written = write(found, aim, out)
+        if not options.quiet:
+            print(summary_text(found, aim))
+            print(f"written to {out}: {written.name}")
     return DONE
 
 
@@ -154,15 +194,20 @@ def _optimum(options: argparse.Namespace) -> Any:
     finally:
         bar.close()
     if found is None:
-        if first:
-            print(f"porousmold: interrupted; what was run is in {out}, the same command goes on", file=sys.stderr)
-        return INTERRUPTED
+        return _interrupted(out, first=first)
     if first:
         written = write(found, study, aim, out)
         if not options.quiet:
             print(summary_text(found, study, aim))
             print(f"written to {out}: {', '.join(path.name for path in written)}")
     return DONE
+
+
+def _interrupted(out: Path, *, first: bool) -> int:
+    """Tell, on the first rank, that the same command goes on; gives the status."""
+    if first:
+        print(f"porousmold: interrupted; what was run is in {out}, the same command goes on", file=sys.stderr)
+    return INTERRUPTED
 
 
 def _study(options: argparse.Namespace) -> Any:
@@ -189,7 +234,10 @@ def _study(options: argparse.Namespace) -> Any:
             bar.close()
     if first and not options.quiet:
         print(summary_text(study, rows, out))
-    return INTERRUPTED if signals else DONE
+    if signals:
+        return INTERRUPTED
+    statuses = {row.status for row in rows}
+    return REFUSED if "refused" in statuses else FAILED if "failed" in statuses else DONE
 
 
 def summary_text(study: Any, rows: Sequence[Any], out: Path) -> str:

@@ -15,6 +15,7 @@ import numpy as np
 from ..errors import InputError
 from ..files.tables import read_toml
 from ..files.units import to_si
+from ..scene.keys import LISTED, key_of
 from ..scene.language import KEYS
 from ..scene.scene import Scene
 
@@ -24,11 +25,19 @@ RECORDS = {
     "mass_flow_initial": "kg/s", "mass_flow_final": "kg/s", "mass_imbalance": "1", "energy_imbalance": "1",
     "heat_by_fluid": "J", "heat_stored": "J",
     "fluid_heat": "J", "pumping_work": "J", "energy_spent": "J", "mean_power": "W",
+    "energy.spent": "J", "energy.heater": "J", "energy.blower": "J", "energy.peak_power": "W", "energy.cost": "1",
     "time_steps": "1", "rejected_steps": "1", "bead_biot_number": "1", "bead_reynolds_number": "1",
     "unknowns.flow": "1", "unknowns.energy": "1", "wall_seconds.total": "s", "wall_seconds.flow": "s", "wall_seconds.energy": "s",
 }  # fmt: skip
 """What can be recorded of a run (entries of result.json) and in which unit."""
 LONGEST_NAME = 120
+
+
+def unit_of_record(name: str) -> str | None:
+    """Unit of what can be recorded of a run, also of "targets.NAME", the time of a target; None for what is not."""
+    return "s" if name.startswith("targets.") and len(name) > len("targets.") else RECORDS.get(name)
+
+
 QUIET = {"output.pictures": False, "output.fields": False}
 
 
@@ -83,8 +92,9 @@ class Study:
         if not isinstance(record, list) or not record:
             raise InputError("study.record", record, "must be a list of names", where)
         for name in record:
-            if not isinstance(name, str) or name not in RECORDS:
-                raise InputError("study.record", str(name), f"must be of {', '.join(RECORDS)}", where)
+            if not isinstance(name, str) or unit_of_record(name) is None:
+                allowed = f"must be of {', '.join(RECORDS)}, or targets.NAME"
+                raise InputError("study.record", str(name), allowed, where)
         base = path.parent / scene_path
         common = QUIET | _settings(table_of(tables, "set", where), "set", where)
         Scene.load(base, common, allow_extensions=allow_extensions)  # a base that is no scene is refused here
@@ -116,6 +126,13 @@ def _settings(table: Any, place: str, where: str) -> Any:
     """{'table.key': value} from the nested tables that TOML makes of dotted keys."""
     settings: dict[str, Any] = {}
     for group, content in table.items():
+        if LISTED.fullmatch(group):
+            try:
+                key_of(KEYS, group)
+            except KeyError:
+                raise InputError(f"{place}.{group}", None, "is not a key of a scene", where) from None
+            settings[group] = content
+            continue
         entries = content if isinstance(content, dict) else {}
         if group not in KEYS or not isinstance(content, dict):
             known = [f"{g}.{key}" for g, keys in KEYS.items() for key in keys]
@@ -152,8 +169,7 @@ def _values(place: str, name: str, given: Any, where: str) -> Any:
     """A list of values, or a range {from, to, count, spacing} of them in SI."""
     if isinstance(given, dict):
         check_names(given, ("from", "to", "count", "spacing"), f"{place}.", where)
-        table, key = name.split(".")
-        kind = KEYS[table][key].kind
+        kind = key_of(KEYS, name).kind
         if kind in ("choice", "integer", "flag", "file"):
             raise InputError(place, None, "must be a list: it has no range", where)
         ends = [to_si(f"{place}.{end}", given.get(end), kind, where) for end in ("from", "to")]

@@ -24,8 +24,9 @@ from ..errors import InputError
 from ..files.tables import read_toml
 from ..files.units import to_si
 from ..files.whole_files import output_file
+from ..scene.keys import key_of
 from ..scene.language import KEYS
-from .definition import RECORDS, Study, check_names, table_of
+from .definition import Study, check_names, table_of, unit_of_record
 from .running import run_study, setting
 
 AGREEMENT = 0.003
@@ -69,7 +70,7 @@ def load(path: str | Path, *, allow_extensions: bool = False) -> tuple[Any, ...]
         if name not in study.record and not (key == "trade_off" and name is None):
             raise InputError(f"optimum.{key}", str(name), f"must be one of study.record {study.record}", where)
     limits = {
-        name: to_si(f"optimum.below.{name}", given, RECORDS[name].replace("1", ""), where)
+        name: to_si(f"optimum.below.{name}", given, str(unit_of_record(name)).replace("1", ""), where)
         for name, given in below.items()
     }
     for name, limit in limits.items():
@@ -78,10 +79,9 @@ def load(path: str | Path, *, allow_extensions: bool = False) -> tuple[Any, ...]
     if trade_off == minimise:
         raise InputError("optimum.trade_off", trade_off, "must be another record than optimum.minimise", where)
     for name in study.varied:
-        table, key = name.split(".")
         values = {setting(case, name) for case in study.cases if case.scene is not None}
         if (
-            KEYS[table][key].kind in ("integer", "flag", "choice", "file")
+            key_of(KEYS, name).kind in ("integer", "flag", "choice", "file")
             or len(values) < 3
             or not all(isinstance(value, int | float) for value in values)
         ):
@@ -268,18 +268,20 @@ def write(found: Any, study: Any, aim: Any, out: Path) -> list[Any]:
 
 
 def _labelled(name: str) -> str:
-    return f"{name.replace('_', ' ')}, {RECORDS[name]}"
+    return f"{name.replace('_', ' ')}, {unit_of_record(name)}"
 
 
 def summary_text(found: Any, study: Any, aim: Any) -> str:
     """The short readable end of a search."""
-    limits = ", ".join(f"{name} below {limit:.6g} {RECORDS[name]}" for name, limit in aim.below.items())
+    limits = ", ".join(f"{name} below {limit:.6g} {unit_of_record(name)}" for name, limit in aim.below.items())
     under = f" with {limits}" if limits else ""
     if found.row is None:
         return f"no run{under}: widen the bounds or the limit"
-    lines = [f"least {aim.minimise}{under}: {found.row.values[aim.minimise]:.6g} {RECORDS[aim.minimise]}"]
+    lines = [f"least {aim.minimise}{under}: {found.row.values[aim.minimise]:.6g} {unit_of_record(aim.minimise)}"]
     lines += [
-        f"  {name} {value:.6g} {RECORDS[name]}" for name, value in found.row.values.items() if name != aim.minimise
+        f"  {name} {value:.6g} {unit_of_record(name)}"
+        for name, value in found.row.values.items()
+        if name != aim.minimise
     ]
     for name in study.varied:
         tried = [setting(case, name) for case in study.cases if case.scene is not None]

@@ -14,12 +14,11 @@ def value_of(scene: Scene, laws: Laws, name: str) -> float | None:
 
     A property of the beads or the wall that is not given is its material's, in the middle of initial and inlet temperature.
     """
-    table, key = name.split(".")
-    value = getattr(getattr(scene, table), key)
+    value = scene.value(name)
     if hasattr(value, "values"):
         return float(value.values[0]) if len(value.values) == 1 else None
     middle = 0.5 * (scene.operation.initial_temperature + scene.operation.inlet_temperature.values[-1])
-    for prefix, solid in (("bed.bead_", laws.beads), ("wall.", laws.wall)):
+    for prefix, solid in (("bed.bead_", laws.beads), ("wall.", laws.walls.get("wall"))):
         if value is None and name.startswith(prefix) and hasattr(solid, name.removeprefix(prefix)):
             value = getattr(solid, name.removeprefix(prefix))(middle)
     return None if value is None else float(value)

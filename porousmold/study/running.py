@@ -20,10 +20,11 @@ from mpi4py import MPI
 from ..errors import InputError, SolveError
 from ..files.whole_files import InUseError, locked, whole_file
 from ..scene.identity import identity_of
+from ..scene.keys import key_of
 from ..scene.language import KEYS
 from ..scene.series import TimeSeries
 from ..simulation.running import RunInterrupted, run
-from .definition import RECORDS
+from .definition import unit_of_record
 
 MISSING, BEGUN = "missing", "begun"
 SECONDS_BETWEEN_LOOKS = 0.5
@@ -174,7 +175,7 @@ def _run_case(case: Any, out: Path, workers: Any, told: Any, stop: Callable[[], 
 
 def _outcome(case: Any, folder: Path, workers: Any, told: Any, stop: Callable[[], bool], resume: bool) -> Any:
     try:
-        run(case.scene, folder, workers, progress=told, stop=stop, resume=resume)
+        run(case.scene, folder, workers, progress=told, stop=stop, resume=resume, force=True)
         return "done", ""
     except SolveError as error:
         return "failed", str(error)
@@ -225,6 +226,8 @@ def row_of(case: Any, out: Path, record: Sequence[str]) -> Any:
 
 def _entry(summary: Any, name: str) -> Any:
     for part in name.split("."):
+        if not isinstance(summary, dict):
+            return None
         summary = summary[part]
     return summary
 
@@ -233,8 +236,7 @@ def setting(case: Any, name: str) -> Any:
     """The value (SI) that a case has of a key, as given where it has no scene."""
     if case.scene is None:
         return case.settings.get(name)
-    table, key = name.split(".")
-    value = getattr(getattr(case.scene, table), key)
+    value = case.scene.value(name)
     if isinstance(value, TimeSeries):
         value = value.as_value()
     return str(value) if isinstance(value, Path) else value
@@ -247,7 +249,8 @@ def write_tables(study: Any, out: Path) -> Any:
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow([
-            *map(_head, study.varied), "status", *(f"{name} [{RECORDS[name]}]" for name in study.record), "reason", "folder",
+            *map(_head, study.varied), "status", *(f"{name} [{unit_of_record(name)}]" for name in study.record),
+            "reason", "folder",
         ])  # fmt: skip
         entries = []
         for row in rows:
@@ -267,6 +270,5 @@ def write_tables(study: Any, out: Path) -> Any:
 
 def _head(name: str) -> Any:
     """Head of the column of a key: with its unit, if it has one."""
-    table, key = name.split(".")
-    unit = KEYS[table][key].unit
+    unit = key_of(KEYS, name).unit
     return f"{name} [{unit}]" if unit else name

@@ -11,7 +11,7 @@ from scipy.integrate import quad
 from scipy.special import i0e
 
 from porousmold.equations.bead_interior import BeadInterior
-from porousmold.equations.energy import EnergyEquations, Interface, OuterWall
+from porousmold.equations.energy import EnergyEquations, Interface, OuterWall, WallLayer
 from porousmold.equations.flow import FlowState
 from porousmold.equations.stabilisation import flux_density
 from porousmold.laws.bead_interior import eigenvalues
@@ -51,15 +51,13 @@ def energy_equations(domain, flow, state, *, wall=None, inlet_temperature=1.0, o
         state,
         fem.Constant(domain.mesh, 300.0),
         domain.entrance(),
-        wall,
+        [] if wall is None else [WallLayer(wall, dx(geometry.WALL), domain.nodal_measure()(geometry.WALL))],
         fem.Constant(domain.mesh, float(inlet_temperature)),
         ds(geometry.INLET),
         ds(geometry.OUTLET),
         outer,
         dx(geometry.BED),
         domain.nodal_measure()(geometry.BED),
-        dx(geometry.WALL),
-        domain.nodal_measure()(geometry.WALL),
         interface=Interface(domain.interface_measure(DEGREE), domain.in_bed()),
     )
 
@@ -345,7 +343,6 @@ def front_through_beads(modes=None, biot=None, *, cells=80, bead_diameter=0.02, 
         equations,
         300.0,
         lambda time: None,
-        domain.cell_measure(2)(geometry.WALL),
         equations.flow_temperature,
         DEGREE,
     )

@@ -5,7 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from porousmold.laws.materials import ACRYLIC, AIR, SOLIDS
+from porousmold import InputError
+from porousmold.laws.material_files import read_materials
+from porousmold.laws.material_library import ACRYLIC, AIR, FLUIDS, SOLIDS
+from porousmold.laws.materials import PiecewiseLinear
 
 
 def test_air_at_300_kelvin():
@@ -29,11 +32,11 @@ def test_sutherland_returns_its_reference():
 
 
 def test_every_law_has_unit_source_and_range():
-    for material in (AIR, *SOLIDS.values()):
+    for material in (*FLUIDS.values(), *SOLIDS.values()):
         for name, law in material.laws().items():
             assert law.source and law.unit, (material.name, name)
             low, high = law.temperature_range
-            assert low < 300.0 < high
+            assert low < high and low <= 400.0 and high >= 300.0
 
 
 def test_arrays_and_coefficients_of_any_kind():
@@ -41,3 +44,55 @@ def test_arrays_and_coefficients_of_any_kind():
     temperatures = np.array([300.0, 320.0])
     assert law(temperatures) == pytest.approx([166.95 + 4.0289 * T for T in temperatures])
     assert law.with_coefficients(c for c in law.coefficients)(310.0) == law(310.0)
+
+
+def test_the_fluids_of_the_library_are_near_textbook_values():
+    """Incropera, DeWitt, tables A.4 and A.6: fitted elsewhere, from CoolProp."""
+    nitrogen, helium, water = (FLUIDS[name] for name in ("nitrogen", "helium", "water"))
+    assert nitrogen.conductivity(400.0) == pytest.approx(0.0327, rel=0.02)
+    assert helium.conductivity(300.0) == pytest.approx(0.152, rel=0.04)
+    assert helium.density(101325.0, 300.0) == pytest.approx(0.1625, rel=0.005)
+    assert water.viscosity(320.0) == pytest.approx(577e-6, rel=0.02)
+    assert water.density(1e5, 350.0) == pytest.approx(973.7, rel=0.005)
+    assert FLUIDS["steam"].heat_capacity(500.0) == pytest.approx(1985.0, rel=0.02)
+
+
+def test_straight_lines_between_points_and_their_integral():
+    law = PiecewiseLinear((300.0, 1.0, 400.0, 3.0, 500.0, 2.0), "J/(kg K)", "test")
+    temperatures = np.linspace(250.0, 550.0, 61)
+    assert law(temperatures) == pytest.approx(np.interp(temperatures, [300.0, 400.0, 500.0], [1.0, 3.0, 2.0]))
+    h = 1e-3
+    slopes = (law.integral(temperatures + 0.3 + h) - law.integral(temperatures + 0.3 - h)) / (2 * h)
+    assert slopes == pytest.approx(law(temperatures + 0.3), rel=1e-7)
+
+
+def test_a_table_of_many_rows_is_thinned_within_what_it_says(tmp_path):
+    places = np.linspace(280.0, 480.0, 201)
+    values = 900.0 + 300.0 * np.exp(-(((places - 400.0) / 15.0) ** 2))
+    rows = "".join(f"{T - 273.15:.4f}, {c / 1000.0:.6f}\n" for T, c in zip(places, values, strict=True))
+    (tmp_path / "c.csv").write_text("temperature [degC], heat_capacity [kJ/(kg*K)]\n" + rows)
+    tables = {"mine": {"density": 1200, "heat_capacity": {"table": "c.csv"}, "conductivity": "0.3 W/m/K"}}
+    law = read_materials(tables, tmp_path, None)["mine"].heat_capacity
+    assert len(law.coefficients) <= 32 and "of 201 rows" in law.source
+    assert np.max(np.abs(law(places) - values)) < 0.01 * np.max(values)
+
+
+@pytest.mark.parametrize(
+    ("table", "key"),
+    [
+        ({"density": 1.0, "heat_capacity": 2.0}, "materials.mine.conductivity"),
+        ({"density": -1.0, "heat_capacity": 2.0, "conductivity": 1.0}, "materials.mine.density"),
+        ({"density": 1.0, "heat_capacity": 2.0, "conductivity": {"polynom": [1]}}, "materials.mine.conductivity"),
+        (
+            {"density": 1.0, "heat_capacity": {"polynomial": [3000.0, -10.0]}, "conductivity": 1.0},
+            "materials.mine.heat_capacity",
+        ),
+        ({"density": 1.0, "heat_capacity": 2.0, "conductivity": 1.0, "colour": "red"}, "materials.mine.colour"),
+        ({"density": 1.0, "heat_capacity": 2.0, "conductivity": 1.0, "cure": {"rate_1": 1.0}}, "materials.mine.cure"),
+        ({"viscosity": 1e-5, "heat_capacity": 2.0, "conductivity": 1.0}, "materials.mine"),
+    ],
+)
+def test_materials_that_cannot_be_are_refused(table, key, tmp_path):
+    with pytest.raises(InputError) as refused:
+        read_materials({"mine": table}, tmp_path, "scene.toml")
+    assert refused.value.key == key and "scene.toml" in str(refused.value)

@@ -1,5 +1,6 @@
 """Meshes: grading, tags, wall distance."""
 
+import itertools
 from pathlib import Path
 
 import numpy as np
@@ -85,8 +86,8 @@ def test_bad_meshes_are_refused_by_one_line(tmp_path, content):
 @pytest.mark.parametrize("walled", [True, False])
 def test_volumes_and_areas_in_three_dimensions(walled):
     across = [
-        geometry.Across.to_wall(np.array([0.0, 0.2, 0.5]), np.array([0.0, 0.1])),
-        geometry.Across.to_wall(np.array([0.0, 0.3, 1.0]), np.array([0.0, 0.1]))
+        geometry.Across.to_wall(np.array([0.0, 0.2, 0.5]), [np.array([0.0, 0.1])]),
+        geometry.Across.to_wall(np.array([0.0, 0.3, 1.0]), [np.array([0.0, 0.1])])
         if walled
         else geometry.Across(np.array([0.0, 0.4, 1.0]), 2, walled=False),
     ]
@@ -104,3 +105,36 @@ def test_volumes_and_areas_in_three_dimensions(walled):
     assert integral(one * ds(geometry.SIDE)) == pytest.approx(2.0 * 0.6 * (1 if walled else 2))
     middle = fem.assemble_scalar(fenicsx.compiled_form(domain.wall_distance * ds(geometry.SIDE)))
     assert middle == pytest.approx(2.0 * (0.5 * 0.25 - 0.1 * 0.05) * (1 if walled else 2))
+
+
+@pytest.mark.parametrize("axisymmetric", [False, True])
+def test_layers_of_a_wall_have_tags_of_their_own(axisymmetric):
+    depths = [np.array([0.0, 0.02, 0.05]), np.array([0.0, 0.1])]
+    across = geometry.Across.to_wall(np.array([0.0, 0.2, 0.5]), depths)
+    domain = geometry.straight_bed(MPI.COMM_SELF, np.array([0.0, 1.0, 2.0]), [across], axisymmetric=axisymmetric)
+    weight, dx = Coordinates(domain.mesh, axisymmetric).weight, domain.cell_measure(4)
+    one = fem.Constant(domain.mesh, 1.0)
+    ends = [0.5, 0.55, 0.65]
+    areas = [np.pi * (b * b - a * a) if axisymmetric else b - a for a, b in itertools.pairwise(ends)]
+    found = [integral(weight * one * dx(tag)) for tag in domain.wall_tags]
+    assert found == pytest.approx([2.0 * area for area in areas])
+    assert integral(weight * one * domain.wall_measure(4)) == pytest.approx(2.0 * sum(areas))
+
+
+def test_layers_go_around_a_bed_in_three_dimensions():
+    depths = [np.array([0.0, 0.05]), np.array([0.0, 0.05, 0.1])]
+    across = [geometry.Across.to_wall(np.array([0.0, 0.2, width]), depths) for width in (0.5, 1.0)]
+    domain = geometry.straight_bed(MPI.COMM_SELF, np.array([0.0, 2.0]), across)
+    one, dx = fem.Constant(domain.mesh, 1.0), domain.cell_measure(2)
+    found = [integral(one * dx(tag)) for tag in domain.wall_tags]
+    assert found == pytest.approx([2.0 * (0.55 * 1.05 - 0.5), 2.0 * (0.65 * 1.15 - 0.55 * 1.05)])
+
+
+def test_layers_of_a_mesh_are_its_groups(tmp_path):
+    text = (MESHES / "mold.geo").read_text()
+    path = tmp_path / "layers.geo"
+    path.write_text(text.replace('Physical Surface("wall")', 'Physical Surface("skin")'))
+    domain = geometry.from_file(MPI.COMM_SELF, path, ["skin"], axisymmetric=False)
+    assert integral(fem.Constant(domain.mesh, 1.0) * domain.wall_measure(2)) == pytest.approx(0.003)
+    with pytest.raises(InputError, match="no physical surface named 'part'"):
+        geometry.from_file(MPI.COMM_SELF, path, ["skin", "part"], axisymmetric=False)

@@ -95,12 +95,12 @@ def test_a_run_that_is_done_is_given_as_it_stands(tmp_path):
 def test_another_run_s_results_do_not_stay_where_nothing_is_gone_on_from(tmp_path):
     run(coarse_scene({"operation.end_time": 5.0, **LAMINAR}), tmp_path, MPI.COMM_SELF)
     other = coarse_scene({"operation.end_time": 6.0, "output.fields": False, **LAMINAR})
-    run(other, tmp_path, MPI.COMM_SELF, resume=True)
+    run(other, tmp_path, MPI.COMM_SELF, resume=True, force=True)
     assert json.loads((tmp_path / "result.json").read_text())["end_time"] == pytest.approx(6.0)
     assert not (tmp_path / "fields.xdmf").exists()
     for content in ("[]", "{", '{"status": "done"}'):
         (tmp_path / "result.json").write_text(content)
-        assert run(other, tmp_path, MPI.COMM_SELF, resume=True).summary["end_time"] == pytest.approx(6.0)
+        assert run(other, tmp_path, MPI.COMM_SELF, resume=True, force=True).summary["end_time"] == pytest.approx(6.0)
     (tmp_path / "history.csv").unlink()
     assert run(other, tmp_path, MPI.COMM_SELF, resume=True).summary["time_steps"] > 0
 

@@ -1,17 +1,20 @@
 """The HTML page about a run or a study."""
 
+import json
 import re
+import shutil
+import subprocess
 
 import pytest
 from mpi4py import MPI
 
-from porousmold import InputError, run
+from porousmold import InputError, Scene, run
 from porousmold.cli import main
 from porousmold.output.report import write_report
 from porousmold.study.definition import Study
 from porousmold.study.running import run_study
 
-from ..support import ALUMINIUM, coarse_scene
+from ..support import ALUMINIUM, STUDIES, coarse_scene
 
 
 def test_a_run_s_page_holds_everything_and_needs_no_network(tmp_path):
@@ -45,7 +48,7 @@ def test_a_comparison_stands_in_the_page_until_the_next_run(tmp_path):
     assert main(["compare", str(out), str(tmp_path / "measured.csv")]) == 0
     page = write_report(out).read_text()
     assert "measurement" in page and "middle" in page and page.count("data:image/png;base64,") == 4
-    run(scene, out, MPI.COMM_SELF)
+    run(scene, out, MPI.COMM_SELF, force=True)
     assert "Beside the measurement" not in write_report(out).read_text()
 
 
@@ -65,3 +68,56 @@ def test_a_folder_without_a_run_is_refused(tmp_path, capsys):
         (tmp_path / "result.json").write_text(content)
         assert main(["report", str(tmp_path)]) == 2
     assert "damaged" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(shutil.which("chromium") is None, reason="needs Debian's chromium")
+def test_a_page_prints_to_pdf(tmp_path):
+    run(coarse_scene({"model.flow": "plug", "operation.end_time": 50.0}), tmp_path / "run", MPI.COMM_SELF)
+    page, printed = write_report(tmp_path / "run"), tmp_path / "report.pdf"
+    command = ["chromium", "--headless", "--no-sandbox", "--disable-gpu", f"--print-to-pdf={printed}", page.as_uri()]
+    subprocess.run(
+        command, check=True, timeout=120, capture_output=True, env={"HOME": str(tmp_path), "PATH": "/usr/bin:/bin"}
+    )
+    assert printed.read_bytes().startswith(b"%PDF") and printed.stat().st_size > 20_000
+
+
+def test_a_tool_s_page_has_targets_energy_materials_and_what_was_given(tmp_path):
+    scene = Scene.load(
+        STUDIES / "mold" / "workshop.toml",
+        {"operation.end_time": 60.0, "solver.axial_cells": 6, "model.flow": "plug", "output.fields": False},
+    )
+    run(scene, tmp_path / "run", MPI.COMM_SELF)
+    page = write_report(tmp_path / "run").read_text()
+    for text in (
+        "Targets: not all met",
+        "cured to 0.85",
+        "return duct",
+        "carbon_steel",
+        "3 K/min",
+        "half of the cavity",
+    ):
+        assert text in page, text
+    assert "tolerance." not in page and page.count("data:image/png;base64,") == 4
+
+
+def test_a_study_s_page_has_curves_or_a_map_and_its_optimum(tmp_path):
+    for names, picture in ((("wall.thickness",), "curves"), (("wall.thickness", "operation.pressure_drop"), "map")):
+        folder = tmp_path / picture
+        folder.mkdir()
+        values = [(a, b) for a in (1.0, 2.0, 3.0) for b in ((4.0, 5.0) if len(names) == 2 else (4.0,))]
+        entries = [
+            {
+                **dict(zip(names, pair, strict=False)),
+                "status": "done",
+                "heating_time": sum(pair),
+                "reason": "",
+                "folder": "x",
+            }
+            for pair in values
+        ]
+        (folder / "table.json").write_text(json.dumps(entries))
+        (folder / "table.csv").write_text(",".join([*names, "status", "heating_time [s]", "reason", "folder"]) + "\n")
+        best = {"minimise": "heating_time", "below": {}, "agreed": True, "optimum": entries[0], "trade_off": []}
+        (folder / "optimum.json").write_text(json.dumps(best))
+        page = write_report(folder).read_text()
+        assert "Least heating_time: 5" in page and f'alt="{picture}"' in page

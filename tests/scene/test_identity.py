@@ -38,7 +38,7 @@ def test_a_result_of_other_formulas_is_not_handed_out(tmp_path):
     plug = ("--set", "model.flow=plug", "--set", "solver.mesh_refinement=0.3", "--set", "output.fields=false")
 
     def run_with(root):
-        command = [sys.executable, "-m", "porousmold", "run", str(ALUMINIUM), *plug, "--quiet", "--resume"]
+        command = [sys.executable, "-m", "porousmold", "run", str(ALUMINIUM), *plug, "--quiet", "--resume", "--force"]
         done = subprocess.run(
             [*command, "--set", "output.pictures=false", "--out", str(tmp_path / "run")],
             env={"PATH": "/usr/bin:/bin", "PYTHONPATH": str(root), "HOME": str(Path.home())},

@@ -85,10 +85,10 @@ def test_stopping_keeps_what_is_done_and_the_next_start_goes_on(study_file, tmp_
 
 def test_parts_of_an_array_job_make_one_table(study_file, tmp_path, capsys):
     whole, out = tmp_path / "whole", tmp_path / "parts"
-    assert main(["study", str(study_file), "--out", str(whole), "--quiet"]) == 0
+    assert main(["study", str(study_file), "--out", str(whole), "--quiet"]) == 2  # with a refused case
     for part in ("1/3", "2/3", "3/3"):
-        assert main(["study", str(study_file), "--out", str(out), "--part", part, "--quiet"]) == 0
-    assert main(["study", str(study_file), "--out", str(out), "--collect"]) == 0
+        assert main(["study", str(study_file), "--out", str(out), "--part", part, "--quiet"]) in (0, 2)
+    assert main(["study", str(study_file), "--out", str(out), "--collect"]) == 2
     assert (out / "table.csv").read_text() == (whole / "table.csv").read_text()
     assert "4 done, 2 refused" in capsys.readouterr().out
     for part in ("0/3", "4/3", "x", "1"):
@@ -103,7 +103,7 @@ def test_workers_under_mpirun_give_the_same_table(study_file, tmp_path, group):
     alone, together = tmp_path / "alone", tmp_path / "together"
     run_study(Study.load(study_file), alone)
     command = ["-m", "porousmold", "study", str(study_file), "--out", str(together), "--group", str(group), "--quiet"]
-    assert under_mpirun(2, *command).returncode == 0
+    assert under_mpirun(2, *command).returncode == 2  # with a refused case
     if group == 1:
         assert (together / "table.csv").read_text() == (alone / "table.csv").read_text()
     study = Study.load(study_file)

@@ -1,0 +1,73 @@
+r"""Cure of a thermosetting resin, an exothermic reaction of its degree of cure alpha from 0 to 1.
+
+    d alpha/dt = (k_1 + k_2 alpha^m)(1 - alpha)^n,   k_i = A_i exp(-E_i/(R T)),   heat released: rho H d alpha/dt
+
+(Kamal, Sourour, Polym. Eng. Sci. 13 (1973) 59-64). H is per mass of the laminate, not of its resin alone.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+GAS_CONSTANT = 8.31446261815324
+"""J/(mol K)."""
+MOST_ITERATIONS, CLOSENESS, LEAST = 60, 1e-12, 1e-12
+
+
+@dataclass(frozen=True)
+class Cure:
+    """Rate constants A (1/s) and activation energies E (J/mol), orders m and n, `heat` H (J/kg), `initial` degree of cure.
+
+    With A_1 = 0 nothing begins at alpha = 0: `initial` must be positive then.
+    """
+
+    rate_1: float
+    activation_energy_1: float
+    rate_2: float
+    activation_energy_2: float
+    order_m: float
+    order_n: float
+    heat: float
+    initial: float
+
+    def constants(self, temperature: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+        """k_1 and k_2 (1/s) at temperatures (K)."""
+        kelvins = GAS_CONSTANT * temperature
+        return (
+            self.rate_1 * np.exp(-self.activation_energy_1 / kelvins),
+            self.rate_2 * np.exp(-self.activation_energy_2 / kelvins),
+        )
+
+    def rate(self, degree: NDArray[Any], temperature: NDArray[Any]) -> NDArray[Any]:
+        """d alpha/dt (1/s) at degrees of cure and temperatures (K)."""
+        first, second = self.constants(temperature)
+        return (first + second * degree**self.order_m) * (1.0 - degree) ** self.order_n
+
+    def after(
+        self, known: NDArray[Any], theta: float, temperature: NDArray[Any], guess: NDArray[Any] | None = None
+    ) -> NDArray[Any]:
+        """The alpha from `known` to 1 of (alpha - known)/theta = rate(alpha, T): a stage of a time scheme, theta in s.
+
+        By Newton's method from a guess, with bisection where that leaves what encloses the root. What a stage's weights bring
+        beyond 0 or 1 is brought back.
+        """
+        first, second = self.constants(temperature)
+        known = np.clip(known, 0.0, 1.0)
+        low, high = known.copy(), np.ones_like(known)
+        degree = 0.5 * (low + high) if guess is None else np.clip(guess, low, high)
+        for _ in range(MOST_ITERATIONS):
+            inside = np.clip(degree, LEAST, 1.0 - LEAST)
+            power, rest = inside**self.order_m, (1.0 - inside) ** self.order_n
+            rate = (first + second * power) * rest
+            slope = second * self.order_m * power / inside * rest - self.order_n * rate / (1.0 - inside)
+            excess = degree - known - theta * rate
+            low, high = np.where(excess < 0.0, degree, low), np.where(excess < 0.0, high, degree)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                found = degree - excess / (1.0 - theta * slope)
+            found = np.where((low <= found) & (found <= high), found, 0.5 * (low + high))
+            update, degree = np.max(np.abs(found - degree), initial=0.0), found
+            if update < CLOSENESS:
+                break
+        return degree

@@ -1,0 +1,31 @@
+"""What in a scene is possible, but looks like a slip: a temperature in °C given as K, a length in mm given as m."""
+
+from typing import Any
+
+COLDEST, HOTTEST = 200.0, 1500.0
+THICKEST_WALL, LARGEST_BEAD, LONGEST_BED = 0.3, 0.1, 30.0
+
+
+def doubts(scene: Any) -> list[str]:
+    """One sentence for every value that no shop floor has."""
+    found = []
+    for name, value in scene.operation:
+        if name.endswith("temperature") and value is not None:
+            lowest, highest = value.range if hasattr(value, "range") else (value, value)
+            for number in {lowest, highest}:
+                if not COLDEST <= number <= HOTTEST:
+                    slip = f": is {number:g} meant in °C?" if number < COLDEST else ""
+                    found.append(f"operation.{name} is {number:.4g} K, {number - 273.15:.4g} °C{slip}")
+    lengths = [("wall.thickness", scene.wall.thickness, THICKEST_WALL)]
+    lengths += [
+        (f"wall.layer[{number}].thickness", layer.thickness, THICKEST_WALL)
+        for number, layer in enumerate(scene.wall.layer or (), start=1)
+    ]
+    lengths += [
+        ("bed.bead_diameter", scene.bed.bead_diameter, LARGEST_BEAD),
+        ("geometry.length", scene.geometry.length, LONGEST_BED),
+    ]
+    for name, value, most in lengths:
+        if value is not None and value > most:
+            found.append(f"{name} is {value:g} m: is {value:g} meant in mm?")
+    return found

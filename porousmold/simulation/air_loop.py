@@ -1,0 +1,173 @@
+"""The supply of a tool as part of a simulation: the blower's operating point, and the inlet temperature that heater and returned
+air give.
+
+The inlet temperature follows the outlet's at every iteration of a stage, so that what the heater gives, the bed takes and the
+exhaust loses balance to the tolerance of the stages. The operating point is found by a secant, one flow after the other.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from dolfinx import fem
+
+from ..equations.energy import EnergyEquations
+from ..errors import SolveError
+from ..laws.air_supply import Supplied, temperature_of
+from ..laws.materials import Fluid
+from ..mesh import fenicsx
+from ..mesh.aliases import Communicator
+from .air_loop_spec import AirLoopSpec
+from .boundary_values import BoundaryValues
+
+POINT_TOLERANCE = 0.3
+"""Of `solver.flow_tolerance`: the part of the pressure drop by which it may be off the operating point."""
+FARTHEST_AHEAD = 2.0
+"""Steps that the operating point is foreseen for, at most."""
+MOST_POINTS = 12
+FLOW_EXPONENT = 0.6
+"""Of a bed's mass flow against its pressure drop, for the first secant."""
+
+
+class AirLoop:
+    """The supply over a fluid whose flow has these boundary values; powers are those of the computed part, W."""
+
+    def __init__(
+        self,
+        spec: AirLoopSpec,
+        fluid: Fluid,
+        outlet_pressure: float,
+        boundary: BoundaryValues,
+        equations: EnergyEquations,
+        temperature: Any,
+        communicator: Communicator,
+    ) -> None:
+        self.spec, self._fluid, self._outlet_pressure, self._boundary = spec, fluid, outlet_pressure, boundary
+        self._communicator = communicator
+        self._leaving = fenicsx.LaterForm(equations.enthalpy_leaving(temperature))
+        self._mass = fenicsx.LaterForm(equations.mass_leaving())
+        self._set_point = self._returned = 0.0
+        self._slope: float | None = None
+        self._points: list[tuple[float, float]] = []
+        self._flow = self.blower_power = 0.0
+        self.now = Supplied(0.0, 0.0, 0.0, 0.0)
+
+    def _value(self, form: Any) -> float:
+        return float(self._communicator.allreduce(float(fem.assemble_scalar(form.form))))
+
+    def set_time(self, time: float) -> None:
+        """Take set-point and returned part of a time (s)."""
+        self._set_point = self._boundary.set_point(time)
+        self._returned = self.spec.returned(time)
+
+    def begin_step(self, step: float, gamma: float) -> None:
+        """Take the mass flow of the step."""
+        self._flow = self._value(self._mass)
+
+    def begin_stage(self, weights: Sequence[float]) -> None:
+        """Nothing is kept from stage to stage."""
+
+    def follow(self) -> None:
+        """Give the inlet the temperature that belongs to the present outlet's (collective)."""
+        leaving = self._value(self._leaving) if self._flow > 0.0 else 0.0
+        share, supply = self.spec.share, self.spec.supply
+        whole = supply.supplied(
+            self._fluid, share * self._flow, share * leaving, self._set_point, self._returned, share * self.blower_power
+        )
+        self.now = Supplied(whole.temperature, whole.heater / share, whole.exhaust / share, whole.duct_loss / share)
+        self._boundary.inlet_temperature.value = self.now.temperature
+
+    def end_stage(self) -> None:
+        """Nothing is kept from stage to stage."""
+
+    @property
+    def is_too_warm(self) -> bool:
+        """Whether the air enters above the set-point, though the heater gives nothing."""
+        return self.now.temperature > self._set_point + 1e-6
+
+    @property
+    def powers(self) -> dict[str, float]:
+        """Of the whole tool, W."""
+        share = self.spec.share
+        return {"heater_power": share * self.now.heater, "blower_power": share * self.blower_power}
+
+    @property
+    def rates(self) -> dict[str, float]:
+        """What heat balances gain a second (W)."""
+        return {
+            "by_heater": self.now.heater,
+            "by_blower": self.blower_power,
+            "by_exhaust": self.now.exhaust,
+            "by_duct": self.now.duct_loss,
+        }
+
+    def save(self) -> dict[str, Any]:
+        """Everything that it goes on from."""
+        boundary = self._boundary
+        return {
+            "now": dict(vars(self.now)),
+            "flow": self._flow,
+            "blower_power": self.blower_power,
+            "slope": self._slope,
+            "points": self._points,
+            "pressure_drop": boundary.pressure_drop,
+            "inlet_temperature": float(boundary.inlet_temperature.value),
+        }
+
+    def restore(self, numbers: Mapping[str, Any]) -> None:
+        """Go on from what `save()` gave."""
+        self.now, self._flow = Supplied(**numbers["now"]), numbers["flow"]
+        self.blower_power, self._slope = numbers["blower_power"], numbers["slope"]
+        self._points = [(time, pressure) for time, pressure in numbers["points"]]
+        if self.spec.blower is not None:
+            self._boundary.pressure_drop = numbers["pressure_drop"]
+        self._boundary.inlet_temperature.value = numbers["inlet_temperature"]
+
+    @property
+    def suction_density(self) -> float:
+        """Of the air that the blower draws, kg/m3: mixed of what returns and fresh air."""
+        mixed = self.spec.supply.fresh_temperature
+        if self._flow > 0.0 and self.now.temperature > 0.0:
+            enthalpy, given = self._fluid.heat_capacity.integral, (self.now.heater + self.blower_power) / self._flow
+            mixed = temperature_of(self._fluid, enthalpy(self.now.temperature) - given, mixed)
+        return float(self._fluid.density(self._outlet_pressure, mixed))
+
+    def find_point(
+        self, solve: Callable[[], None], mass_flow: Callable[[], float], time: float, tolerance: float
+    ) -> None:
+        """Have the flow of a `time` (s) solved until blower and bed agree to a part of
+        the flow's `tolerance` (collective). Raises `SolveError` where they do not come to."""
+        blower, share = self.spec.blower, self.spec.share
+        if blower is None:
+            solve()
+            self._flow = mass_flow()
+            return
+        density, before = self.suction_density, None
+        self._boundary.pressure_drop = self._foreseen_point(time)
+        for _ in range(MOST_POINTS):
+            pressure = self._boundary.pressure_drop
+            solve()
+            flow = mass_flow()
+            if before is not None and flow != before[1]:
+                slope = (flow - before[1]) / (pressure - before[0])
+                self._slope = slope if slope > 0.0 else self._slope
+            volume, step = share * flow / density, 1e-4 * share * max(flow, 1e-9) / density
+            wanted = blower.left_for_bed(volume, density)
+            self._flow, self.blower_power = flow, blower.power(volume, density) / share
+            falls = (blower.left_for_bed(volume + step, density) - wanted) / step * share / density
+            rises = self._slope or FLOW_EXPONENT * max(flow, 1e-9) / max(pressure, 1e-3)
+            before = pressure, flow
+            found = max(pressure + (wanted - pressure) / (1.0 - min(falls, 0.0) * rises), 0.05 * pressure)
+            if abs(found - pressure) < POINT_TOLERANCE * tolerance * max(abs(pressure), 1.0):
+                self._points = [*[point for point in self._points if point[0] < time][-1:], (time, found)]
+                return
+            self._boundary.pressure_drop = found
+        detail = f"the blower gives {wanted:.4g} Pa where the bed takes {pressure:.4g} Pa"
+        raise SolveError("operating point of the blower", time, detail, "a curve that falls with the volume flow")
+
+    def _foreseen_point(self, time: float) -> float:
+        """Pressure drop (Pa) by the line through the last two operating points."""
+        if len(self._points) < 2:
+            return self._points[0][1] if self._points else self._boundary.pressure_drop
+        (first, low), (last, high) = self._points
+        ahead = min((time - last) / (last - first), FARTHEST_AHEAD)
+        return max(high + ahead * (high - low), 0.5 * high)

@@ -1,0 +1,81 @@
+"""Blower, heater and returned air of a scene, ready for a simulation."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import brentq
+
+from ..laws.air_supply import AirSupply, Blower
+from ..scene.air_loop import has_air_loop, read_curve, share_of
+from ..scene.chosen_laws import Laws
+from ..scene.geometries import GEOMETRIES, BedSize
+from ..scene.scene import Scene
+from ..scene.series import TimeSeries
+
+CURVE_POINTS = 41
+"""Of a blower's quadratic curve."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class AirLoopSpec:
+    """What a scene says of it. `share` is how many times what is computed the whole tool is; `returned` the part of the outlet's
+    air that comes back; `price` per kWh."""
+
+    blower: Blower | None
+    supply: AirSupply
+    returned: TimeSeries
+    share: float
+    price: float | None
+
+
+def blower_of(scene: Scene) -> Blower | None:
+    """The blower that drives the flow, if one does."""
+    operation = scene.operation
+    if operation.blower is not None:
+        flows, rises = read_curve(operation.blower)
+    elif operation.blower_pressure is not None:
+        parts = np.linspace(0.0, 1.0, CURVE_POINTS)
+        flows = tuple((parts * operation.blower_flow).tolist())
+        rises = tuple(((1.0 - parts**2) * operation.blower_pressure).tolist())
+    else:
+        return None
+    return Blower(flows, rises, operation.blower_density, operation.duct_resistance, operation.blower_efficiency)
+
+
+def air_loop_of(scene: Scene) -> AirLoopSpec | None:
+    """Heater, blower and returned air of a scene; None where the inlet's temperature is given."""
+    operation, blower = scene.operation, blower_of(scene)
+    if not has_air_loop(scene):
+        return None
+    supply = AirSupply(
+        math.inf if operation.heater_power is None else operation.heater_power,
+        operation.initial_temperature if operation.fresh_temperature is None else operation.fresh_temperature,
+        operation.duct_conductance or 0.0,
+    )
+    return AirLoopSpec(
+        blower=blower,
+        supply=supply,
+        returned=operation.recirculation or TimeSeries.constant(0.0),
+        share=share_of(scene),
+        price=operation.energy_price,
+    )
+
+
+def first_point(scene: Scene, laws: Laws, blower: Blower) -> float:
+    """Pressure drop (Pa) at which the blower and the middle of the bed agree; half of the blower's where only the mesh knows."""
+    size: BedSize | None = GEOMETRIES[scene.geometry.kind].size(scene.geometry)
+    fluid, operation = laws.fluid, scene.operation
+    temperature, phi = operation.initial_temperature, laws.bulk_porosity
+    density = float(fluid.density(operation.outlet_pressure, temperature))
+    highest = max(blower.left_for_bed(flow, density) for flow in blower.volume_flows)
+    if size is None:
+        return 0.5 * highest
+    viscosity, diameter = float(fluid.viscosity(temperature)), scene.bed.bead_diameter
+    length, area = size.length, share_of(scene) * size.area
+
+    def excess(pressure: float) -> float:
+        speed = float(laws.drag.speed(phi * pressure / length, phi, diameter, density, viscosity))
+        return blower.left_for_bed(area * phi * speed, density) - pressure
+
+    return float(brentq(excess, 1e-6 * highest, highest))

@@ -1,0 +1,109 @@
+"""What is known of a scene before anything is computed: mesh, unknowns, memory, seconds, expected flow; and what is doubtful.
+
+Only the mesh is made. Seconds are of one process on an office machine, right within a factor of three.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from dolfinx import fem
+
+from ..mesh import domain as geometry
+from ..mesh import fenicsx
+from ..mesh.aliases import Communicator
+from ..mesh.domain import Domain
+from ..scene.plausibility import doubts
+from ..scene.scene import Scene
+from .assembly import build_domain
+from .estimates import Estimates
+from .meshing import BYTES_AN_UNKNOWN
+from .outcome import HIGHEST_BIOT_NUMBER
+from .problem import sensors_of
+from .specs import Specs, specs_of
+
+SECONDS_A_STEP = {2: 1.2e-5, 3: 8e-5}
+"""For an unknown of flow and heat, by dimensions of space."""
+STEPS_AT_THE_START, HEATING_TIMES = 10, 1.7
+"""Steps until the largest one is reached, at the start and after every kink of the set-point; heating times that the estimated
+duration stands for."""
+COARSEST_FIRST_CELL = 3.0
+"""Of what the wall needs."""
+LONGEST_MESH, SHORTEST_MESH = 30.0, 0.01
+"""In m: beyond, its unit is doubtful."""
+
+
+@dataclass(frozen=True)
+class Checked:
+    """`facts` and `doubts`, a sentence each."""
+
+    facts: list[str]
+    doubts: list[str]
+
+
+def check(scene: Scene, communicator: Communicator) -> Checked:
+    """The mesh of a scene and what follows from it (collective). Raises `InputError` for a mesh that cannot be used."""
+    specs = specs_of(scene)
+    domain, size, estimates = build_domain(specs, communicator)
+    sensors_of(specs, domain)
+    dimension, nodes = domain.mesh.topology.dim, _nodes(domain)
+    flow = nodes["bed"] * specs.mesh.unknowns_per_node
+    energy = nodes["all"] + (nodes["bed"] if specs.heat.two_temperatures else 0)
+    memory = BYTES_AN_UNKNOWN[dimension] * flow
+    first = first_cell(domain)
+    kinks = specs.heat.inlet_temperature.kinks
+    duration = min(max(HEATING_TIMES * estimates.heating_duration, *kinks, 0.0), specs.time.end_time)
+    steps = STEPS_AT_THE_START * (1 + len(kinks)) + duration / (specs.time.largest_step or estimates.largest_step)
+    seconds = SECONDS_A_STEP[dimension] * (flow + energy) * steps
+    unit = "m2" if dimension == 3 or domain.axisymmetric else "m2 per metre of width"
+    facts = [
+        f"mesh: {domain.length:.4g} m long, {size.area:.4g} {unit} of inlet, {nodes['all']} nodes, {nodes['bed']} in the bed",
+        f"first cell at the wall: {1e3 * first:.3g} mm; the wall needs about {1e3 * estimates.first_cell:.3g} mm",
+        f"unknowns: about {flow} of the flow and {energy} of the temperatures; {memory / 2**30:.2g} GiB",
+        f"expected: {seconds:.0f} s of computing, within a factor of three, in {steps:.0f} time steps",
+        f"expected flow: {estimates.speed:.3g} m/s between the beads, bead Reynolds number {estimates.reynolds_number:.3g}, "
+        f"{estimates.mass_flow:.3g} kg/s of what is computed",
+        f"bead Biot number: {estimates.bead_biot_number:.2g}",
+        f"the fluid brings the heat that bed and wall take in about {estimates.heating_duration:.0f} s: none is heated sooner",
+    ]
+    return Checked(facts, doubts(scene) + _doubts_of_the_mesh(specs, domain, estimates, first))
+
+
+def _nodes(domain: Domain) -> dict[str, int]:
+    """Numbers of the mesh's nodes, and of those in the bed (collective)."""
+    space = fenicsx.lagrange_space(domain.mesh)
+    owned = space.dofmap.index_map.size_local
+    dofs = fem.locate_dofs_topological(space, domain.mesh.topology.dim, domain.cells(geometry.BED))
+    counts = {"all": owned, "bed": int(np.sum(np.asarray(dofs) < owned))}
+    return {name: int(domain.communicator.allreduce(count)) for name, count in counts.items()}
+
+
+def first_cell(domain: Domain) -> float:
+    """Median height (m) of the bed's cells at the wall (collective)."""
+    space = fenicsx.lagrange_space(domain.mesh)
+    distance = fenicsx.nodal_values(domain.wall_distance, space)
+    of_cells = distance[fenicsx.dof_table(space)[domain.cells(geometry.BED)]]
+    scale = float(domain.communicator.allreduce(float(np.max(of_cells, initial=0.0)), op=max))
+    touching = np.sum(of_cells <= 1e-9 * scale, axis=1) >= domain.mesh.topology.dim
+    heights = of_cells[touching].max(axis=1)
+    return float(np.median(np.concatenate(domain.communicator.allgather(heights)) if scale else [0.0]))
+
+
+def _doubts_of_the_mesh(specs: Specs, domain: Domain, estimates: Estimates, first: float) -> list[str]:
+    found = []
+    is_file = specs.mesh.file is not None
+    if is_file and not SHORTEST_MESH <= domain.length <= LONGEST_MESH:
+        unit = (
+            "mm: a mesh is read in m, so scale it by 0.001" if domain.length > LONGEST_MESH else "another unit than m"
+        )
+        found.append(f"geometry.mesh is {domain.length:.4g} m long: it may be in {unit}")
+    if first > COARSEST_FIRST_CELL * estimates.first_cell:
+        remedy = "cells there must be smaller in the mesh" if is_file else "see solver.first_cell"
+        found.append(f"the first cell at the wall is {first / estimates.first_cell:.0f} times too high: {remedy}")
+    if estimates.bead_biot_number > HIGHEST_BIOT_NUMBER and specs.heat.bead_modes is None:
+        found.append(f"bead Biot number {estimates.bead_biot_number:.2g} > {HIGHEST_BIOT_NUMBER}: see model.bead_modes")
+    if specs.time.end_time < estimates.heating_duration:
+        found.append(
+            f"operation.end_time {specs.time.end_time:g} s ends the run before the fluid has brought the heat, "
+            f"{estimates.heating_duration:.0f} s"
+        )
+    return found

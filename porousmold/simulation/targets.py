@@ -1,0 +1,106 @@
+"""What a run is to reach: a place within some kelvins of the inlet, above or below a temperature, even, or cured.
+
+Every target is a quantity that falls below a margin; when it does so is interpolated as the heating time is. Hot and cold ends of
+the run serve as the reference, from which the quantities fall off nearly exponentially.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+from .heating_time import crossing_time
+
+HALF_WAY = 0.5
+"""Of the way from the initial to the inlet temperature, from which on a spread counts: at the start every place is even."""
+LEAST_MARGIN = 1.0
+"""Kelvin between a limit and the reference that it is seen from."""
+Asked = Literal["within", "above", "below", "spread", "cured"]
+
+
+class Rows(Protocol):
+    """Columns of the history by name."""
+
+    def __getitem__(self, name: str) -> Sequence[float]:
+        """A column."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Target:
+    """`place` is to be, by `asks`, "within" `limit` (K) of the inlet's set-point, "above" or "below" it (K), in a "spread" of at
+    most as much (K), or "cured" to that degree.
+
+    `initial` (K) is the temperature that the run starts from, `final` (K) the set-point that is farthest from it: of a programme
+    that cools down again the hottest. What lies between the two counts as "below", or "above", only after it was passed.
+    """
+
+    name: str
+    place: str
+    asks: Asked
+    limit: float
+    initial: float
+    final: float
+    is_sensor: bool = False
+
+    @property
+    def meaning(self) -> str:
+        """What it asks for, in words."""
+        place, limit = self.place.replace("_", " "), self.limit
+        return {
+            "within": f"{place} within {limit:g} K of the inlet",
+            "above": f"{place} above {limit - 273.15:g} °C",
+            "below": f"{place} below {limit - 273.15:g} °C",
+            "spread": f"{place} even to {limit:g} K",
+            "cured": f"{place} cured to {limit:g}",
+        }[self.asks]
+
+    @property
+    def _hot(self) -> float:
+        return max(self.initial, self.final, self.limit + LEAST_MARGIN)
+
+    @property
+    def _cold(self) -> float:
+        return min(self.initial, self.final, self.limit - LEAST_MARGIN)
+
+    @property
+    def margin(self) -> float:
+        """What the quantity is to fall below."""
+        margins = {"above": self._hot - self.limit, "below": self.limit - self._cold, "cured": 1.0 - self.limit}
+        return margins.get(self.asks, self.limit)
+
+    def quantity(self, history: Rows, row: int) -> float:
+        """What is to fall below the margin, in a row of the history."""
+        if self.asks == "cured":
+            return 1.0 - history[f"cure_{self.place}"][row]
+        low, high = (history[column][row] for column in self._columns)
+        if self.asks == "above":
+            return self._hot - low
+        if self.asks == "below":
+            return high - self._cold
+        if self.asks == "within":
+            return self.final - low if self.final >= self.initial else high - self.final
+        way = (0.5 * (low + high) - self.initial) / (self.final - self.initial) if self.final != self.initial else 1.0
+        return high - low if way > HALF_WAY else max(high - low, 2.0 * self.limit)
+
+    def time(self, history: Rows) -> float | None:
+        """When it was first met (s) in the last step of the history, None where that was not then."""
+        rows = len(history["time"])
+        quantities = [self.quantity(history, row) for row in range(max(0, rows - 3), rows)]
+        if not self._was_passed(history):
+            return None
+        if len(quantities) == 1:
+            return 0.0 if quantities[0] < self.margin else None
+        return crossing_time(history["time"][-len(quantities) :], quantities, self.margin)
+
+    def _was_passed(self, history: Rows) -> bool:
+        """Whether the place has been on the other side of a limit that the run goes through twice."""
+        if self.asks == "below" and self.initial < self.limit < self.final:
+            return max(history[self._columns[1]]) > self.limit
+        if self.asks == "above" and self.final < self.limit < self.initial:
+            return min(history[self._columns[0]]) < self.limit
+        return True
+
+    @property
+    def _columns(self) -> tuple[str, str]:
+        """Columns of the place's lowest and highest temperature."""
+        kinds = ("sensor", "sensor") if self.is_sensor else ("lowest", "highest")
+        return f"{kinds[0]}_{self.place}", f"{kinds[1]}_{self.place}"

@@ -1,0 +1,61 @@
+"""The degrees of cure of the wall's layers at the nodes, taken along through the stages of a time step."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from dolfinx import fem
+from numpy.typing import NDArray
+
+from ..laws.cure import Cure
+from ..laws.functions import Value
+from ..mesh import fenicsx
+from ..mesh.domain import Domain
+
+
+class Curing:
+    """`degree` (a function) in a layer of `domain` whose cells have a tag; no unknown, as a stage gives it from its
+    `temperature`, an expression of the unknowns."""
+
+    def __init__(self, domain: Domain, tag: int, cure: Cure, degree: fem.Function, temperature: Value) -> None:
+        self.cure, self.degree = cure, degree
+        self._communicator = domain.communicator
+        space, dimension = degree.function_space, domain.mesh.topology.dim
+        self._temperature = fem.Function(space), fenicsx.compiled_expression(temperature, space)
+        self._places = fem.locate_dofs_topological(space, dimension, domain.cells(tag))
+        degree.x.array[self._places] = cure.initial
+        self._rates: list[NDArray[Any]] = []
+
+    def begin_step(self, step: float, gamma: float) -> None:
+        """Start a step (s) whose stages all have theta = `gamma` times it."""
+        self._step, self._theta, self._rates = step, gamma * step, []
+        self._start = self.degree.x.array[self._places]
+
+    def begin_stage(self, weights: Sequence[float]) -> None:
+        """Start a stage: `weights` (s) are those of the earlier stages' rates."""
+        self._known = self._start + sum(w * rate for w, rate in zip(weights, self._rates, strict=False))
+
+    def follow(self) -> None:
+        """Take the degree that belongs to the present temperature."""
+        function, expression = self._temperature
+        function.interpolate(expression)
+        temperature = function.x.array[self._places]
+        guess = self.degree.x.array[self._places]
+        self.degree.x.array[self._places] = self.cure.after(self._known, self._theta, temperature, guess)
+
+    def end_stage(self) -> None:
+        """Keep the rate of the stage."""
+        self._rates.append((self.degree.x.array[self._places] - self._known) / self._theta)
+
+    def estimated_error(self) -> float:
+        """Largest difference between the step's end and the continuation of its first rate, over all ranks."""
+        ahead = self.degree.x.array[self._places] - self._start - self._step * self._rates[0]
+        return float(self._communicator.allreduce(float(np.max(np.abs(ahead), initial=0.0)), op=max))
+
+    def extremes(self) -> tuple[float, float]:
+        """Smallest and largest degree of cure in the layer (collective)."""
+        values = self.degree.x.array[self._places]
+        return (
+            float(self._communicator.allreduce(float(np.min(values, initial=np.inf)), op=min)),
+            float(self._communicator.allreduce(float(np.max(values, initial=-np.inf)), op=max)),
+        )

@@ -1,0 +1,238 @@
+"""What must I change? The value of a key with which a scene reaches a target, one key after the other.
+
+For each key the root of ln(record/target) over ln(value) is enclosed from the scene's own value on, step by step up to a factor
+`FARTHEST` or to where no scene can have the value, and found by Brent's method. What is reported is always a run. Temperatures of
+the inlet count from the initial temperature, which drives everything.
+"""
+
+import json
+import math
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from scipy.optimize import brentq
+
+from ..errors import InputError
+from ..files.units import to_si
+from ..files.whole_files import output_file
+from ..scene.checks import target_name
+from ..scene.chosen_laws import Laws
+from ..scene.keys import WITHOUT_UNIT, key_of
+from ..scene.language import KEYS
+from ..scene.scene import Scene
+from .definition import Study, unit_of_record
+from .parameters import case_around, value_of
+from .running import run_study
+
+TOLERANCE = 0.003
+"""Part of the target that a run may be off."""
+FIRST_FACTOR, FARTHEST = 1.3, 10.0
+MOST_RUNS = 14
+BESIDE = ("mean_power", "energy_spent")
+"""What is told of every run beside the target."""
+TARGET = re.compile(r"\s*([\w .-]+?)\s*=\s*(.+?)\s*")
+
+
+@dataclass(frozen=True)
+class Aim:
+    """The `record` that is to have a `value` (SI)."""
+
+    record: str
+    value: float
+
+
+@dataclass(frozen=True)
+class Change:
+    """What a single key does: its `value` (SI) as the scene has it and as `needed` (None: `reason`), and what is `reached`."""
+
+    key: str
+    unit: str
+    value: float
+    needed: float | None
+    reached: float | None
+    beside: dict[str, float | None]
+    reason: str = ""
+
+
+class _StoppedError(Exception):
+    """The user stopped the search."""
+
+
+def aim_of(text: str) -> Aim:
+    """The aim of 'heating_time = 15 min' or 'targets.cured = 2 h'. Raises `InputError`."""
+    match = TARGET.fullmatch(text)
+    if match is None:
+        raise InputError("--target", text, "must be RECORD = VALUE, such as 'heating_time = 15 min'")
+    unit = unit_of_record(match.group(1))
+    if unit is None:
+        raise InputError("--target", match.group(1), "is nothing that a run records")
+    value = to_si("--target", match.group(2), unit.replace("1", ""))
+    if not value > 0.0:
+        raise InputError("--target", match.group(2), "must be > 0")
+    return Aim(match.group(1), value)
+
+
+def solve_for(
+    scene: Scene,
+    keys: Sequence[str],
+    aim: Aim,
+    out: Path,
+    *,
+    progress: Callable[[str, int], Any] = lambda key, runs: None,
+    stop: Callable[[], bool] = lambda: False,
+) -> list[Change] | None:
+    """The `Change` of every key, those that reach the aim first (collective); None where it was stopped.
+
+    Runs are kept in `out`, so that the same search goes on. Raises `InputError` for a key that is no positive number of the
+    scene.
+    """
+    laws, target = Laws.of(scene), aim.record.removeprefix("targets.")
+    if target != aim.record and target not in [target_name(each) for each in scene.target.list or ()]:
+        raise InputError("--target", aim.record, "is no target of the scene", scene.source)
+    if unit_of_record(aim.record) == "s" and aim.value >= scene.operation.end_time:
+        allowed = f"must be below operation.end_time {scene.operation.end_time:g} s, at which runs end"
+        raise InputError("--target", aim.value, allowed, scene.source)
+    searches = [_Search(scene, laws, key, aim, out, progress, stop) for key in keys]
+    try:
+        found = [search.found() for search in searches]
+    except _StoppedError:
+        return None
+    return sorted(found, key=lambda change: change.needed is None)
+
+
+class _NoAnswerError(Exception):
+    """A run between two that have an answer has none."""
+
+
+class _Search:
+    """The search over one key."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        laws: Laws,
+        key: str,
+        aim: Aim,
+        out: Path,
+        progress: Callable[[str, int], Any],
+        stop: Callable[[], bool],
+    ) -> None:
+        self._scene, self._key, self._aim, self._out = scene, key, aim, out
+        self._progress, self._stop = progress, stop
+        try:
+            described = key_of(KEYS, key)
+        except KeyError:
+            raise InputError("--key", key, "is not a key of a scene") from None
+        value = value_of(scene, laws, key) if described.kind not in WITHOUT_UNIT else None
+        self._datum = scene.operation.initial_temperature if described.kind == "K" else 0.0
+        if value is None or value - self._datum == 0.0:
+            raise InputError("--key", key, "must be a positive number of the scene that does not change in time")
+        self._unit, self._value = described.unit, value
+        self._rows: dict[float, Any] = {}
+        self._refusal = ""
+
+    def found(self) -> Change:
+        """The change that the key makes."""
+        here = self._excess(0.0)
+        if abs(here) < TOLERANCE:
+            return self._change(0.0)
+        last, at_last = 0.0, here
+        sides = self._towards_less_excess(here)
+        for side in sides:
+            last, at_last, place = 0.0, here, 0.0
+            while abs(place) < math.log(FARTHEST) * (1.0 - 1e-9) and len(self._rows) < MOST_RUNS:
+                ahead = abs(place) + math.log(FIRST_FACTOR) * (1.0 if place == 0.0 else 1.6)
+                place = side * min(ahead, math.log(FARTHEST))
+                excess = self._excess(place)
+                if math.isnan(excess):
+                    break
+                if abs(excess) < TOLERANCE:
+                    return self._change(place)
+                if excess * at_last < 0.0:
+                    return self._between(last, place)
+                last, at_last = place, excess
+        nearest = min(self._rows, key=lambda place: abs(self._excess(place)) if self._known(place) else math.inf)
+        return self._change(nearest, self._refusal or f"not reached up to a factor {FARTHEST:g}")
+
+    def _towards_less_excess(self, here: float) -> tuple[float, float]:
+        """Both directions, that which brings the record nearer first."""
+        up, down = self._excess(math.log(FIRST_FACTOR)), self._excess(-math.log(FIRST_FACTOR))
+        better = [abs(value) if not math.isnan(value) else math.inf for value in (up, down)]
+        crosses = [value * here < 0.0 for value in (up, down)]
+        return (1.0, -1.0) if crosses[0] or (better[0] <= better[1] and not crosses[1]) else (-1.0, 1.0)
+
+    def _between(self, low: float, high: float) -> Change:
+        """The root between two places."""
+
+        def excess(place: float) -> float:
+            value = self._excess(place)
+            if math.isnan(value):
+                raise _NoAnswerError
+            return 0.0 if abs(value) < TOLERANCE else value
+
+        try:
+            place = float(brentq(excess, low, high, xtol=1e-4, maxiter=MOST_RUNS, disp=False))
+        except _NoAnswerError:
+            return self._change(low, self._refusal or "a run on the way has no answer")
+        met = abs(self._excess(place)) < TOLERANCE
+        return self._change(place, "" if met else f"not met within {TOLERANCE:.1%}: the answer jumps there")
+
+    def _known(self, place: float) -> bool:
+        return self._rows[place].values.get(self._aim.record) is not None
+
+    def _setting(self, place: float) -> float:
+        return float(f"{self._datum + (self._value - self._datum) * math.exp(place):.6g}")
+
+    def _excess(self, place: float) -> float:
+        """ln(record/target) with the key's value times exp(place); NaN where no scene can have it, or it has no such record."""
+        if place not in self._rows:
+            value = self._setting(place)
+            settings: dict[str, Any] = {"bed.allow_small_ratio": self._scene.bed.allow_small_ratio}
+            settings |= {} if place == 0.0 else {self._key: value}
+            case = case_around(self._scene, "as given" if place == 0.0 else f"{self._key}={value:.6g}", settings)
+            study = Study([case], [], [self._aim.record, *BESIDE])
+            rows = run_study(study, self._out, progress=self._progress(self._key, len(self._rows)), stop=self._stop)
+            if rows[0].status == "missing":
+                raise _StoppedError
+            self._rows[place] = rows[0]
+            self._refusal = rows[0].reason if rows[0].status != "done" else self._refusal
+        found = self._rows[place].values.get(self._aim.record)
+        if found is None and self._rows[place].status == "done" and unit_of_record(self._aim.record) == "s":
+            found = self._scene.operation.end_time * 2.0  # not reached: later than the end
+        return math.log(found / self._aim.value) if found else math.nan
+
+    def _change(self, place: float, reason: str = "") -> Change:
+        row = self._rows[place]
+        reached = row.values.get(self._aim.record)
+        needed = self._setting(place) if not reason else None
+        beside = {name: row.values.get(name) for name in BESIDE}
+        return Change(self._key, self._unit, self._value, needed, reached, beside, reason)
+
+
+def summary_text(found: Sequence[Change], aim: Aim) -> str:
+    """Which single change reaches the aim, as a table."""
+    unit = unit_of_record(aim.record)
+    lines = [f"{aim.record} = {aim.value:.6g} {unit} by a single change of"]
+    for change in found:
+        if change.needed is None:
+            nearest = f"; nearest {change.reached:.6g} {unit}" if change.reached is not None else ""
+            lines.append(f"  {change.key:32s} cannot: {change.reason}{nearest}")
+            continue
+        power = change.beside["mean_power"]
+        cost = f", mean power {power / 1e3:.3g} kW of what is computed" if power is not None else ""
+        lines.append(
+            f"  {change.key:32s} {change.value:.6g} -> {change.needed:.6g} {change.unit} "
+            f"(x {change.needed / change.value:.3f}): {change.reached:.6g} {unit}{cost}"
+        )
+    return "\n".join(lines)
+
+
+def write(found: Sequence[Change], aim: Aim, out: Path) -> Path:
+    """solve_for.json; gives its path."""
+    content = {"target": asdict(aim), "changes": [asdict(change) for change in found]}
+    with output_file(out / "solve_for.json") as temporary:
+        temporary.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+    return out / "solve_for.json"

@@ -1,0 +1,126 @@
+"""Tools supplied by a blower, a heater and returned air: limits that are known, balances, restart, ranks."""
+
+import json
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+from scipy.integrate import trapezoid
+
+from porousmold import InputError, Scene, run
+from porousmold.simulation.air_loop_spec import blower_of
+from porousmold.simulation.running import RunInterrupted
+
+from ..support import ALUMINIUM, STUDIES, coarse_scene, simulation_of
+
+BLOWER = {
+    "operation.pressure_drop": None,
+    "operation.blower_pressure": "20 kPa",
+    "operation.blower_flow": "400 m^3/h",
+    "operation.duct_resistance": 1e5,
+}
+LOOP = {"operation.recirculation": 0.7, "operation.heater_power": "3 kW", "operation.duct_conductance": "15 W/K"}
+
+
+def summary_of(changes):
+    return run(coarse_scene(ALUMINIUM, changes), communicator=MPI.COMM_SELF)
+
+
+def test_an_unlimited_heater_without_return_is_a_given_inlet_temperature():
+    given = summary_of({})
+    heated = summary_of({"operation.recirculation": 0.0})
+    assert heated.heating_time == pytest.approx(given.heating_time, rel=1e-10)
+    assert heated["outlet_temperature"] == pytest.approx(np.array(given["outlet_temperature"]), rel=1e-10)
+
+
+def test_full_return_without_losses_heats_bed_and_wall_alone():
+    energy = summary_of({"operation.recirculation": 1.0, "operation.heater_power": "2 kW"}).summary["energy"]
+    assert energy["exhaust"] == energy["return_duct"] == 0.0
+    assert energy["heater"] == pytest.approx(energy["beads"] + energy["wall"], rel=1e-3)  # the fluid takes the rest
+    assert energy["peak_power"] == pytest.approx(2000.0)
+
+
+def test_a_loop_with_everything_balances():
+    result = summary_of({**BLOWER, **LOOP})
+    energy = result.summary["energy"]
+    assert abs(energy["loop_imbalance"]) < 1e-4 and abs(result.summary["energy_imbalance"]) < 1e-4
+    lost = energy["exhaust"] + energy["return_duct"]
+    assert energy["spent"] == pytest.approx(energy["wall"] + energy["beads"] + lost, rel=2e-3)
+    # the powers' history gives the same as the stages
+    time, power = (np.array(result[name]) for name in ("time", "heater_power"))
+    assert trapezoid(power, time) == pytest.approx(energy["heater"], rel=0.02)
+    assert np.max(power) == pytest.approx(3000.0)
+    inlet = np.array(result["inlet_temperature"])
+    assert inlet[0] < 350.0 and np.max(inlet) == inlet[-1] == pytest.approx(363.15)
+
+
+def test_the_flow_stays_at_the_blowers_operating_point():
+    changes = {**BLOWER, "solver.flow_tolerance": 1e-3}
+    simulation = simulation_of(coarse_scene(ALUMINIUM, changes), MPI.COMM_SELF).march()
+    blower = blower_of(coarse_scene(ALUMINIUM, changes))
+    history = simulation.recorder.history
+    fluid, pressure = simulation.specs.laws.fluid, simulation.specs.flow.outlet_pressure
+    cold = fluid.density(pressure, simulation.specs.heat.initial_temperature)
+    given = [blower.left_for_bed(2.0 * flow / cold, cold) for flow in history["mass_flow"]]
+    assert history["pressure_drop"][10:] == pytest.approx(given[10:], rel=1e-3)
+    assert history["mass_flow"][-1] < 0.95 * history["mass_flow"][0]  # warm air meets more resistance
+
+
+@pytest.mark.slow
+def test_an_interrupted_run_goes_on_to_the_same_answer(tmp_path):
+    scene = coarse_scene(ALUMINIUM, {**BLOWER, **LOOP})
+    whole = run(scene, communicator=MPI.COMM_SELF)
+    calls = iter(range(10**6))
+    with pytest.raises(RunInterrupted):
+        run(scene, tmp_path, MPI.COMM_SELF, stop=lambda: next(calls) > 150)
+    rest = run(scene, tmp_path, MPI.COMM_SELF, resume=True)
+    assert rest.heating_time == pytest.approx(whole.heating_time, rel=1e-8)
+    assert rest.summary["energy"]["heater"] == pytest.approx(whole.summary["energy"]["heater"], rel=1e-8)
+
+
+@pytest.mark.mpi
+def test_the_workshops_mold_on_any_number_of_ranks():
+    changes = {"operation.end_time": 400.0, "solver.axial_cells": 6, "solver.cell_growth": 2.0}
+    scene = Scene.load(STUDIES / "mold" / "workshop.toml", changes)
+    alone, together = (simulation_of(scene, communicator).march() for communicator in (MPI.COMM_SELF, MPI.COMM_WORLD))
+    for name in ("heater_power", "inlet_temperature", "mass_flow", "coldest_place", "lowest_skin", "cure_part"):
+        assert together.recorder.history[name] == pytest.approx(alone.recorder.history[name], rel=1e-5), name
+
+
+@pytest.mark.parametrize(
+    ("changes", "named"),
+    [
+        ({"operation.blower_pressure": "20 kPa"}, "operation.pressure_drop"),
+        ({**BLOWER, "operation.blower_flow": None}, "operation.blower_flow"),
+        ({"operation.duct_resistance": 1e5, "operation.heater_power": 1e3}, "operation.duct_resistance"),
+        ({"operation.recirculation": 1.5}, "operation.recirculation"),
+        ({"operation.recirculation": 0.5, "model.flow_update": "transient"}, "model.flow_update"),
+    ],
+)
+def test_impossible_supplies_are_refused(changes, named):
+    with pytest.raises(InputError) as refused:
+        coarse_scene(ALUMINIUM, changes)
+    assert refused.value.key == named
+
+
+def test_a_blowers_file_is_checked(tmp_path):
+    for text in (
+        "flow [m^3/h], pressure_rise [Pa]\n0, 1\n1, 0\n",
+        "volume_flow [m^3/h], pressure_rise [Pa]\n5, 1\n6, 0\n",
+    ):
+        path = tmp_path / "curve.csv"
+        path.write_text(text)
+        with pytest.raises(InputError, match=r"operation\.blower"):
+            coarse_scene(ALUMINIUM, {"operation.pressure_drop": None, "operation.blower": str(path)})
+
+
+def test_a_curve_that_rises_first_has_an_operating_point(tmp_path):
+    path = tmp_path / "curve.csv"
+    path.write_text("volume_flow [m^3/h], pressure_rise [Pa]\n0, 1000\n200, 1200\n600, 0\n")
+    changes = {"operation.pressure_drop": None, "operation.blower": str(path), "operation.end_time": 20.0}
+    assert 900.0 < summary_of(changes)["pressure_drop"][-1] < 1250.0
+
+
+def test_the_summary_is_json(tmp_path):
+    run(coarse_scene(ALUMINIUM, {**BLOWER, **LOOP, "operation.end_time": 20.0}), tmp_path, MPI.COMM_SELF)
+    assert json.loads((tmp_path / "result.json").read_text())["energy"]["share"] == 2.0

@@ -1,0 +1,60 @@
+"""What `porousmold check` tells of a scene before anything is computed."""
+
+import pytest
+from mpi4py import MPI
+
+from porousmold import Scene
+from porousmold.cli import main
+from porousmold.simulation.checking import check, first_cell
+
+from ..support import ALUMINIUM, STUDIES, box, problem_of
+
+CURVED = STUDIES / "mold" / "curved.toml"
+
+
+def test_unknowns_are_those_that_are_solved_for():
+    scene = Scene.load(ALUMINIUM, {"solver.axial_cells": 8, "solver.cell_growth": 1.6})
+    facts, unknowns = " ".join(check(scene, MPI.COMM_SELF).facts), problem_of(scene).unknowns
+    assert f"{unknowns['energy']} of the temperatures" in facts
+    counted = int(facts.split("unknowns: about ")[1].split()[0])
+    assert counted == pytest.approx(unknowns["flow"], rel=0.1)
+
+
+def test_the_first_cell_is_that_of_the_mesh():
+    assert first_cell(box((4, 8), width=0.5, wall=0.1)) == pytest.approx(0.5 / 8)
+
+
+@pytest.mark.mpi
+def test_the_check_is_the_same_on_any_number_of_ranks():
+    scene = Scene.load(ALUMINIUM, {"solver.axial_cells": 8})
+    assert check(scene, MPI.COMM_WORLD) == check(scene, MPI.COMM_SELF)
+
+
+def mesh_like(tmp_path, **replaced):
+    text = (STUDIES.parent / "meshes" / "mold.geo").read_text()
+    for old, new in replaced.values():
+        assert old in text
+        text = text.replace(old, new)
+    path = tmp_path / "mold.geo"
+    path.write_text(text)
+    return path
+
+
+def test_a_mesh_in_millimetres_and_one_too_coarse_are_doubtful(tmp_path, capsys):
+    in_mm = mesh_like(
+        tmp_path, a=("length = 1.0", "length = 1000.0"), b=("width = 0.025", "width = 25"), c=("= 0.003", "= 3")
+    )
+    assert main(["check", str(CURVED), "--set", f"geometry.mesh={in_mm}"]) == 0
+    assert "mm" in capsys.readouterr().out.split("doubtful: geometry.mesh")[1]
+    coarse = mesh_like(tmp_path, a=("across = 22", "across = 6"))
+    assert main(["check", str(CURVED), "--set", f"geometry.mesh={coarse}"]) == 0
+    told = capsys.readouterr().out
+    assert "times too high: cells there must be smaller in the mesh" in told and "solver.first_cell" not in told
+
+
+def test_missing_groups_are_named_in_a_sentence(tmp_path, capsys):
+    path = mesh_like(tmp_path, a=('Physical Curve("inlet")', 'Physical Curve("entry")'))
+    assert main(["check", str(CURVED), "--set", f"geometry.mesh={path}"]) == 2
+    error = capsys.readouterr().err
+    assert "it has no physical curve named 'inlet' (physical surfaces: bed, wall; physical curves: entry" in error
+    assert len(error.splitlines()) == 1

@@ -1,0 +1,71 @@
+"""The value of a key that reaches a target: found, impossible, refused; the same under MPI."""
+
+import json
+
+import pytest
+
+from porousmold import InputError
+from porousmold.cli import main
+from porousmold.study.solve_for import aim_of, solve_for
+
+from ..support import ALUMINIUM, COARSE, coarse_scene, under_mpirun
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
+    """What a coarse mold needs for 1200 s."""
+    keys = ["wall.thickness", "operation.pressure_drop", "bed.bead_diameter"]
+    changes = solve_for(coarse_scene(), keys, aim_of("heating_time = 20 min"), tmp_path_factory.mktemp("search"))
+    return {change.key: change for change in changes}
+
+
+def test_what_is_found_is_a_run_that_reaches_the_target(found):
+    thickness, pressure = found["wall.thickness"], found["operation.pressure_drop"]
+    assert thickness.reached == pytest.approx(1200.0, rel=0.003) and thickness.needed < thickness.value == 3e-3
+    assert pressure.reached == pytest.approx(1200.0, rel=0.003) and pressure.needed > pressure.value == 8e3
+    assert pressure.beside["mean_power"] > thickness.beside["mean_power"] > 0.0
+
+
+def test_beads_that_would_not_fit_are_no_answer(found):
+    beads = found["bed.bead_diameter"]
+    assert beads.needed is None and "allow_small_ratio" in beads.reason
+    assert list(found)[-1] == "bed.bead_diameter"
+
+
+@pytest.mark.parametrize(
+    ("target", "named"),
+    [
+        ("heating_time", "RECORD = VALUE"),
+        ("warmth = 3 s", "records"),
+        ("heating_time = -3 s", "> 0"),
+        ("heating_time = 3 kg", "time"),
+    ],
+)
+def test_impossible_targets_are_refused(target, named):
+    with pytest.raises(InputError, match=named):
+        aim_of(target)
+
+
+@pytest.mark.parametrize("target", ["heating_time = 60 h", "targets.nothing = 3 s"])
+def test_targets_that_the_scene_cannot_have_are_refused(target, tmp_path):
+    with pytest.raises(InputError, match="--target"):
+        solve_for(coarse_scene(), ["wall.thickness"], aim_of(target), tmp_path)
+
+
+@pytest.mark.parametrize(
+    "key", ["wall.thicknes", "target", "wall.layer", "model.flow", "geometry.width", "wall.layer[1].thickness"]
+)
+def test_keys_without_a_number_are_refused(key, tmp_path):
+    with pytest.raises(InputError, match="--key"):
+        solve_for(coarse_scene(), [key], aim_of("heating_time = 20 min"), tmp_path)
+
+
+def test_the_command_and_its_file(tmp_path, capsys):
+    settings = [word for name, value in COARSE.items() for word in ("--set", f"{name}={value}")]
+    words = ["solve-for", str(ALUMINIUM), "--key", "wall.thickness", "--target", "heating_time = 26 min", *settings]
+    assert main([*words, "--out", str(tmp_path)]) == 0
+    change = json.loads((tmp_path / "solve_for.json").read_text())["changes"][0]
+    assert change["reached"] == pytest.approx(1560.0, rel=0.003) and "wall.thickness" in capsys.readouterr().out
+    again = under_mpirun(2, "-m", "porousmold", *words, "--out", str(tmp_path), "--quiet")
+    assert again.returncode == 0, again.stderr
+    assert json.loads((tmp_path / "solve_for.json").read_text())["changes"][0] == change
