@@ -11,6 +11,7 @@ import importlib.util
 import inspect
 import sys
 from collections.abc import Iterator, Mapping
+from importlib.machinery import SourceFileLoader
 from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any, Generic, TypeVar
@@ -78,19 +79,20 @@ def load_entry_points() -> None:
 
 def load_file(path: Path) -> None:
     """Run a Python file that registers laws, once for each content. Raises `InputError` where it fails."""
-    _load(path, hashlib.sha256(path.read_bytes()).hexdigest())
+    _load(path, path.read_bytes())
 
 
 @functools.cache
-def _load(path: Path, digest: str) -> None:
-    name = f"porousmold_extension_{digest[:12]}"
+def _load(path: Path, source: bytes) -> None:
+    name = f"porousmold_extension_{hashlib.sha256(source).hexdigest()[:12]}"
     spec = importlib.util.spec_from_file_location(name, path)
-    if spec is None or spec.loader is None:
+    if spec is None or not isinstance(spec.loader, SourceFileLoader):
         raise InputError("extensions.python", str(path), "must be a Python file (.py)")
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module  # inspect and dataclasses look there
     try:
-        spec.loader.exec_module(module)
+        # not exec_module: its bytecode cache tells files by size and second, and lies beside the user's file
+        exec(spec.loader.source_to_code(source, str(path)), module.__dict__)
     except InputError:
         raise
     except Exception as error:

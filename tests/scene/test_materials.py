@@ -1,5 +1,7 @@
 """A scene's own materials, walls in layers, programmes and targets: read, refused, told in the result."""
 
+import os
+
 import pytest
 from mpi4py import MPI
 
@@ -70,12 +72,13 @@ def test_a_stage_that_takes_its_time_without_a_change_is_a_hold(tmp_path):
 
 
 def test_a_layer_of_an_extension_is_part_of_the_identity(tmp_path):
-    """Another conductivity of a solid that a user's file registers is another run."""
+    """Another conductivity of a solid that a user's file registers is another run, within the same second too."""
     text = "import porousmold as pm\npm.register(pm.Solid('layer_of_mine', 8100, 515, {}, 'mine'))\n"
     found = []
     for value in (10, 11):
         path = tmp_path / "mine.py"
         path.write_text(text.format(value))
+        os.utime(path, (1e9, 1e9))
         settings = {"extensions.python": str(path), "wall.layer[1].material": "layer_of_mine"}
         found.append(identity_of(Scene.load(WORKSHOP, settings, allow_extensions=True)))
     assert found[0] != found[1]
