@@ -12,7 +12,6 @@ import math
 import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -21,18 +20,11 @@ from dolfinx import fem, mesh
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from ..errors import InputError
 from . import fenicsx
 from .aliases import Communicator, Constant
 
 BED, WALL = 1, 2
 INLET, OUTLET, INTERFACE, OUTER, SYMMETRY, SIDE = 1, 2, 3, 4, 5, 6
-BOUNDARY_NAMES = {"inlet": INLET, "outlet": OUTLET, "interface": INTERFACE, "outer": OUTER, "symmetry": SYMMETRY}
-
-REQUIRED = ("inlet", "outlet", "interface")
-"""Boundaries that every mesh must have."""
-PLAIN_WALL = ("wall",)
-"""Group of a wall without layers, which a mesh may lack."""
 
 Marked: TypeAlias = Sequence[tuple[int, Callable[[NDArray[Any]], NDArray[Any]]]]
 """Tags, each with a function that tells which of the points (coordinates, points) it belongs to."""
@@ -284,59 +276,3 @@ def _tag_boundary(domain: Any, exterior: Marked, interior: Marked) -> Any:
     values = np.concatenate([np.full(len(part), tag, dtype=np.int32) for tag, part in found])
     facets, first = np.unique(facets, return_index=True)
     return mesh.meshtags(domain, dimension, facets.astype(np.int32), values[first])
-
-
-def from_file(communicator: Communicator, path: Path, layers: Sequence[str] = PLAIN_WALL, *, axisymmetric: bool) -> Any:
-    """Mesh of a gmsh file (.geo or .msh) whose physical groups are named bed, as the wall's `layers`, and by `BOUNDARY_NAMES`.
-
-    Bed and layers are physical surfaces, the boundary's parts physical curves; the symmetry line, if any, lies along
-    x[1] = constant, and the interface is a curve over x[0]. The distance to the wall is that to the nearest interface
-    segment, at the nodes. Raises
-    `InputError` where the file cannot be read or lacks a group.
-    """
-    try:
-        regions = {"bed": BED, **{name: WALL + number for number, name in enumerate(layers)}}
-        required = {2: ["bed", *(layers if tuple(layers) != PLAIN_WALL else ())], 1: REQUIRED}
-        domain, cell_tags, facet_tags = fenicsx.read_gmsh(path, communicator, regions, BOUNDARY_NAMES, required)
-    except OSError as error:
-        raise InputError("geometry.mesh", str(path), f"is no mesh that can be used: {error}") from error
-    segments = _gathered_segments(domain, facet_tags, INTERFACE)
-    space = fenicsx.lagrange_space(domain)
-    distance = fem.Function(space)
-    nodes = space.tabulate_dof_coordinates()[:, :2]
-    distance.x.array[:] = distance_to_segments(nodes, segments)
-    corners = np.unique(segments.reshape(-1, 2), axis=0)  # sorted along the flow
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))])
-    outer = _gathered_segments(domain, facet_tags, OUTER)
-    symmetry = _gathered_segments(domain, facet_tags, SYMMETRY)
-
-    def stations(fraction: float) -> Any:
-        bed_side = np.array([np.interp(fraction * along[-1], along, corners[:, i]) for i in range(2)])
-        named = {"bed_side": tuple(bed_side)}
-        for name, curve in (("outer", outer), ("centre", symmetry)):
-            if len(curve):
-                ends = curve.reshape(-1, 2)
-                named[name] = tuple(ends[np.argmin(np.linalg.norm(ends - bed_side, axis=1))])
-        return named
-
-    length = float(along[-1])
-    return Domain(domain, cell_tags, facet_tags, axisymmetric, distance, length, stations, layers=len(layers))
-
-
-def _gathered_segments(domain: Any, facet_tags: Any, tag: int) -> NDArray[Any]:
-    facets = facet_tags.find(tag)
-    owned = facets[facets < domain.topology.index_map(domain.topology.dim - 1).size_local]
-    mine = domain.geometry.x[fenicsx.facet_vertices(domain, owned)][:, :, :2]
-    return np.concatenate(domain.comm.allgather(mine))
-
-
-def distance_to_segments(points: NDArray[Any], segments: NDArray[Any]) -> Any:
-    """Distance of points (n, 2) to the nearest of the segments (m, 2, 2), in m."""
-    start, along = segments[:, 0], segments[:, 1] - segments[:, 0]
-    square = np.einsum("ij,ij->i", along, along)
-    result = np.empty(len(points))
-    for i, point in enumerate(points):
-        offset = point - start
-        fraction = np.clip(np.einsum("ij,ij->i", offset, along) / square, 0.0, 1.0)
-        result[i] = np.sqrt(np.min(np.sum((offset - fraction[:, None] * along) ** 2, axis=1)))
-    return result

@@ -359,37 +359,8 @@ def _complete(domain: Any) -> None:
         domain.ufl_domain()._ufl_coordinate_element = ufl.VectorElement(nodal)
 
 
-def read_gmsh(
-    path: Path,
-    communicator: Communicator,
-    regions: Mapping[str, int],
-    boundaries: Mapping[str, int],
-    required: Mapping[int, Sequence[str]],
-) -> tuple[Any, ...]:
-    """Mesh, cell tags and facet tags of a gmsh file with 2-D cells (a collective call).
-
-    Physical surfaces and curves get the numbers that `regions` and `boundaries` give to their names. Raises `OSError`
-    on every rank if gmsh cannot read the file, cannot mesh it, or it lacks one of the `required` names (by
-    dimension: 2 of surfaces, 1 of curves).
-    """
-    import gmsh
-
-    problem = None
-    if communicator.rank == 0:
-        gmsh.initialize()
-        gmsh.option.setNumber("General.Terminal", 0)
-        try:
-            gmsh.open(str(path))
-            if len(gmsh.model.mesh.getNodes()[0]) == 0:
-                gmsh.model.mesh.generate(2)
-            _require_physical_groups(gmsh.model, required)
-            _renumber_physical_groups(gmsh.model, regions, boundaries)
-        except Exception as error:  # gmsh raises plain Exception for everything
-            problem = str(error)
-            gmsh.finalize()
-    problem = communicator.bcast(problem)
-    if problem is not None:
-        raise OSError(problem)
+def mesh_of_gmsh(model: Any, communicator: Communicator, dimension: int) -> tuple[Any, ...]:
+    """Mesh, cell tags and facet tags of the model that rank 0 holds (a collective call)."""
     try:
         reader = importlib.import_module("dolfinx.io.gmshio")
     except ImportError:  # dolfinx 0.10 on
@@ -398,44 +369,9 @@ def read_gmsh(
     sharing = {}
     if "partitioner" in inspect.signature(reader.model_to_mesh).parameters and hasattr(mesh, "create_cell_partitioner"):
         sharing["partitioner"] = mesh.create_cell_partitioner(mesh.GhostMode.shared_facet)
-    domain, cell_tags, facet_tags = tuple(reader.model_to_mesh(gmsh.model, communicator, 0, gdim=2, **sharing))[:3]
-    if communicator.rank == 0:
-        gmsh.finalize()
+    domain, cell_tags, facet_tags = tuple(reader.model_to_mesh(model, communicator, 0, gdim=dimension, **sharing))[:3]
     _complete(domain)
     return domain, cell_tags, facet_tags
-
-
-def _require_physical_groups(model: Any, required: Mapping[int, Sequence[str]]) -> None:
-    """Raises `ValueError` that names what is missing and what there is."""
-    names: dict[int, list[str]] = {dimension: [] for dimension in required}
-    for dimension, tag in model.getPhysicalGroups():
-        names.setdefault(dimension, []).append(model.getPhysicalName(dimension, tag) or f"number {tag}, without a name")
-    kinds = {1: "physical curve", 2: "physical surface"}
-    missing = [(kinds[d], name) for d, wanted in required.items() for name in wanted if name not in names[d]]
-    if missing:
-        told = " and ".join(f"no {kind} named {name!r}" for kind, name in missing)
-        there = "; ".join(f"{kinds[d]}s: {', '.join(names[d]) or 'none'}" for d in sorted(required, reverse=True))
-        raise ValueError(f"it has {told} ({there})")
-
-
-def _renumber_physical_groups(model: Any, regions: Mapping[str, int], boundaries: Mapping[str, int]) -> None:
-    numbers = {2: regions, 1: boundaries}
-    groups = [
-        (dimension, numbers[dimension][name], model.getEntitiesForPhysicalGroup(dimension, tag))
-        for dimension, tag in model.getPhysicalGroups()
-        if dimension in numbers and (name := model.getPhysicalName(dimension, tag)) in numbers[dimension]
-    ]
-    model.removePhysicalGroups()
-    for dimension, number, entities in groups:
-        model.addPhysicalGroup(dimension, entities, number)
-
-
-def facet_vertices(domain: Any, facets: NDArray[Any]) -> Any:
-    """Geometry nodes at the ends of facets of a 2-D mesh, one row a facet."""
-    numbers = np.asarray(facets, dtype=np.int32)
-    if hasattr(mesh, "entities_to_geometry"):
-        return np.asarray(mesh.entities_to_geometry(domain, 1, numbers)).reshape(-1, 2)
-    return np.asarray(dolfinx.cpp.mesh.entities_to_geometry(domain._mesh, 1, numbers, False)).reshape(-1, 2)
 
 
 def cell_vertices(domain: Any) -> Any:

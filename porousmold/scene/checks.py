@@ -67,6 +67,8 @@ def _geometry(scene: Any) -> None:
         if scene.is_given(full_name):
             _refuse(scene, full_name, f"has no place in a {kind}")
     _need(scene, "bed", "bead_diameter")
+    if scene.geometry.parts != 1 and scene.geometry.symmetry != "none":
+        _refuse(scene, "geometry.parts", "must go with geometry.symmetry 'none'")
     if scene.geometry.width is None and scene.geometry.sides != "wall":
         _refuse(scene, "geometry.sides", "has no meaning without geometry.width")
     _need(scene, "operation", "initial_temperature")
@@ -125,8 +127,9 @@ def _air_loop(scene: Any) -> None:
         return
     if scene.model.flow_update == "transient":
         _refuse(scene, "model.flow_update", "must not be 'transient' with a heater or recirculation")
-    if scene.geometry.kind != "pipe" and scene.geometry.width is not None and operation.mold_width is not None:
-        _refuse(scene, "operation.mold_width", "has no place beside geometry.width")
+    has_width = scene.geometry.width is not None or scene.geometry.symmetry == "none"
+    if scene.geometry.kind != "pipe" and has_width and operation.mold_width is not None:
+        _refuse(scene, "operation.mold_width", "has no place in three dimensions")
 
 
 def _flow_and_mesh(scene: Any) -> None:

@@ -7,6 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 
+OF_A_MESH = ("geometry.mesh", "geometry.symmetry", "geometry.refine_wall", "geometry.parts")
+"""Keys that only a mesh of one's own has."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class BedSize:
     """The computed part of a straight bed (m): `half_height` is a pipe's radius, `half_width` that of a cavity of given width,
@@ -51,7 +55,7 @@ class Mold(Geometry):
     """A planar cavity, of which half is computed; of one that has a width a quarter, in three dimensions."""
 
     needed = ("length", "cavity_height")
-    foreign = ("geometry.diameter", "geometry.mesh", "geometry.symmetry")
+    foreign = ("geometry.diameter", *OF_A_MESH)
     widths = ("cavity_height", "width")
 
     def size(self, table: Any) -> BedSize:
@@ -66,7 +70,7 @@ class Pipe(Geometry):
     """A round pipe, axisymmetric."""
 
     needed = ("length", "diameter")
-    foreign = (*("geometry.cavity_height", "geometry.width", "geometry.sides", "geometry.mesh", "geometry.symmetry"),)
+    foreign = ("geometry.cavity_height", "geometry.width", "geometry.sides", *OF_A_MESH)
     widths = ("diameter",)
 
     def size(self, table: Any) -> BedSize:

@@ -47,7 +47,11 @@ KEYS: dict[str, dict[str, Key]] = {
         "sensors": Key("file", "CSV file `name, x [mm], y [mm]` of places whose temperature is recorded: x along the flow, y "
                                "from the middle"),
         "mesh": Key("file", "gmsh file (.geo, .msh) with named physical groups, for kind 'mesh'"),
-        "symmetry": _choice("of a mesh: planar, or about the axis x[1] = 0", ("planar", "axisymmetric"), "planar"),
+        "symmetry": _choice("of a mesh: planar, about the axis x[1] = 0, or none, in three dimensions",
+                            ("planar", "axisymmetric", "none"), "planar"),
+        "refine_wall": Key("flag", "put cells at the wall of a mesh that is too coarse there", False),
+        "parts": Key("integer", "of a mesh without symmetry: how many of it the whole tool is, for blower and heater", 1, low=1,
+                     high=1000, closed=True),
     },
     "bed": {
         "bead_diameter": _length("diameter of the beads"),

@@ -5,9 +5,12 @@
 value needs no compilation.
 """
 
+import math
 from dataclasses import replace
+from functools import partial
 from typing import Any, cast
 
+import numpy as np
 import ufl
 from dolfinx import fem
 
@@ -26,6 +29,7 @@ from ..mesh import domain as geometry
 from ..mesh import fenicsx
 from ..mesh.aliases import Communicator
 from ..mesh.domain import Domain
+from ..mesh.from_gmsh import from_file
 from ..scene.geometries import BedSize
 from ..solvers.coupled import CoupledTransient
 from ..solvers.developed import DevelopedFlow
@@ -37,7 +41,7 @@ from .air_loop import AirLoop
 from .boundary_values import BoundaryValues
 from .estimates import Estimates, estimate
 from .first_guess import FirstGuess
-from .meshing import straight_domain
+from .meshing import cells_at_wall, straight_domain
 from .problem import Balances, Medium, Problem
 from .specs import Specs
 from .stopwatch import Stopwatch
@@ -75,12 +79,16 @@ def build_domain(
         return straight_domain(mesh, estimates, communicator, observe), mesh.size, estimates
     assert mesh.file is not None
     names = [layer.name for layer in specs.heat.layers] or ["wall"]
-    domain = geometry.from_file(communicator, mesh.file, names, axisymmetric=mesh.axisymmetric)
+    read = partial(from_file, communicator, mesh.file, names, dimension=mesh.dimension, axisymmetric=mesh.axisymmetric)
+    domain = read()
+    size = _size_of(domain)
+    estimates = estimate(specs, size)
+    if mesh.refine_wall:
+        domain = read(cells_at_wall=partial(cells_at_wall, mesh, estimates))
     outer = specs.heat.outer_wall
     if not domain.has_outer_wall and (outer.heat_flux is not None or outer.coefficient is not None):
         raise InputError("geometry.mesh", str(mesh.file), "needs a physical curve 'outer' for the outer wall's heat")
-    size = BedSize(length=domain.length, half_height=_inlet_area(domain))
-    return domain, size, estimate(specs, size)
+    return domain, size, estimates
 
 
 def build_medium(specs: Specs, domain: Domain, estimates: Estimates, size: BedSize) -> Medium:
@@ -296,6 +304,19 @@ def with_constants(material: Any, domain: Domain) -> Any:
 def _with_constant_factor(law: Any, domain: Domain) -> Any:
     """The law with its factor as a UFL constant, unless that is 1."""
     return law if law.factor == 1.0 else replace(law, factor=domain.constant(law.factor))
+
+
+def _size_of(domain: Domain) -> BedSize:
+    """Of a mesh's bed, as if it were straight and as high as its inlet (collective)."""
+    area = _inlet_area(domain)
+    if domain.axisymmetric:
+        return BedSize(length=domain.length, half_height=math.sqrt(area / math.pi), axisymmetric=True)
+    if domain.mesh.topology.dim == 2:
+        return BedSize(length=domain.length, half_height=area)
+    at_inlet = fem.locate_dofs_topological(domain.wall_distance.function_space, 2, domain.facets(geometry.INLET))
+    heights = domain.wall_distance.x.array[at_inlet]
+    height = float(domain.communicator.allreduce(float(np.max(heights, initial=0.0)), op=max))
+    return BedSize(length=domain.length, half_height=height, half_width=area / height)
 
 
 def _inlet_area(domain: Domain) -> float:

@@ -71,6 +71,11 @@ def _announce(spec: MeshSpec, cells_along: int, across: list[domain.Across], obs
         )
 
 
+def cells_at_wall(spec: MeshSpec, estimates: Estimates, gap: float) -> NDArray[Any]:
+    """Depths (m) of the nodes that the wall of a mesh of one's own needs in a gap beside it."""
+    return domain.graded_coordinates(gap, estimates.first_cell, spec.cell_growth, spec.bead_diameter)
+
+
 def axial_nodes(length: float, cells: int, last_cell: float) -> NDArray[Any]:
     """Nodes (m) along the flow from 0 to `length`: graded from the inlet, the last of the `cells` halved until it is at most
     `last_cell` (m) long, where the wall's end lets no heat out."""

@@ -37,7 +37,9 @@ class MeshSpec:
 
     size: BedSize | None
     file: Path | None
+    dimension: int
     axisymmetric: bool
+    refine_wall: bool
     bead_diameter: float
     narrowest: float | None
     layers: tuple["LayerSpec", ...]
@@ -182,12 +184,15 @@ def _mesh(scene: Scene, laws: Laws) -> MeshSpec:
     kind = GEOMETRIES[geometry.kind]
     size = kind.size(geometry)
     widths = [getattr(geometry, n) for n in kind.widths if not (n == "width" and geometry.sides == "symmetry")]
-    dimension = 2 if size is None or size.half_width is None else 3
+    is_spatial = geometry.symmetry == "none" if size is None else size.half_width is not None
+    dimension = 3 if is_spatial else 2
     turbulent = 0 if laws.turbulence is None else len(laws.turbulence.unknowns)
     velocity_and_pressure = {"full": dimension + 1, "developed": 1, "plug": 0}[scene.model.flow]
     return MeshSpec(
         size=size,
         file=geometry.mesh,
+        dimension=dimension,
+        refine_wall=geometry.refine_wall,
         axisymmetric=geometry.symmetry == "axisymmetric" if size is None else size.axisymmetric,
         bead_diameter=scene.bed.bead_diameter,
         narrowest=min((width for width in widths if width), default=None),

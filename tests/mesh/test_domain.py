@@ -67,7 +67,7 @@ def test_distance_to_segments():
 
 
 def test_gmsh_mold_has_the_exact_wall_distance():
-    domain = geometry.from_file(MPI.COMM_SELF, MESHES / "mold.geo", axisymmetric=False)
+    domain = from_file(MPI.COMM_SELF, MESHES / "mold.geo", axisymmetric=False)
     function = domain.wall_distance
     y = function.function_space.tabulate_dof_coordinates()[:, 1]
     assert function.x.array == pytest.approx(np.abs(0.025 - y), abs=1e-12)
@@ -80,7 +80,7 @@ def test_bad_meshes_are_refused_by_one_line(tmp_path, content):
     path = tmp_path / "mesh.geo"
     path.write_bytes(content)
     with pytest.raises(InputError, match=r"geometry\.mesh"):
-        geometry.from_file(MPI.COMM_SELF, path, axisymmetric=False)
+        from_file(MPI.COMM_SELF, path, axisymmetric=False)
 
 
 @pytest.mark.parametrize("walled", [True, False])
@@ -134,7 +134,7 @@ def test_layers_of_a_mesh_are_its_groups(tmp_path):
     text = (MESHES / "mold.geo").read_text()
     path = tmp_path / "layers.geo"
     path.write_text(text.replace('Physical Surface("wall")', 'Physical Surface("skin")'))
-    domain = geometry.from_file(MPI.COMM_SELF, path, ["skin"], axisymmetric=False)
+    domain = from_file(MPI.COMM_SELF, path, ["skin"], axisymmetric=False)
     assert integral(fem.Constant(domain.mesh, 1.0) * domain.wall_measure(2)) == pytest.approx(0.003)
     with pytest.raises(InputError, match="no physical surface named 'part'"):
-        geometry.from_file(MPI.COMM_SELF, path, ["skin", "part"], axisymmetric=False)
+        from_file(MPI.COMM_SELF, path, ["skin", "part"], axisymmetric=False)

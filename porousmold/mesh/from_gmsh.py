@@ -1,0 +1,161 @@
+"""Domains from gmsh files of one's own: physical groups by their names, the distance to the wall, cells at the wall on request."""
+
+import itertools
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from dolfinx import fem
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from ..errors import InputError
+from . import fenicsx, gmsh_model
+from .aliases import Communicator
+from .domain import BED, INLET, INTERFACE, OUTER, OUTLET, SIDE, SYMMETRY, WALL, Domain
+from .near_wall_cells import gaps, with_cells_at_wall
+
+BOUNDARY_NAMES = {
+    "inlet": INLET, "outlet": OUTLET, "interface": INTERFACE, "outer": OUTER, "symmetry": SYMMETRY, "side": SIDE,
+}  # fmt: skip
+REQUIRED = ("inlet", "outlet", "interface")
+"""Boundaries that every mesh must have."""
+PLAIN_WALL = ("wall",)
+"""Group of a wall without layers, which a mesh may lack."""
+
+Facets = Mapping[int, NDArray[Any]]
+"""Corners (facets, corners, coordinates) of the boundary's parts, by tag, in m."""
+
+
+def from_file(
+    communicator: Communicator,
+    path: Path,
+    layers: Sequence[str] = PLAIN_WALL,
+    *,
+    dimension: int = 2,
+    axisymmetric: bool = False,
+    cells_at_wall: Callable[[float], NDArray[Any]] | None = None,
+) -> Any:
+    """Domain of a gmsh file (.geo or .msh) whose physical groups are named bed, as the wall's `layers`, and by `BOUNDARY_NAMES`
+    (collective).
+
+    Bed and layers are physical surfaces, in three dimensions volumes; the boundary's parts are curves, or surfaces. Symmetry,
+    if any, lies along x[1] = constant, side along x[2] = constant, and in two dimensions the interface is a curve over x[0]. The
+    distance to the wall is that to the nearest facet of the interface, at the nodes. `cells_at_wall` gives the depths (m, from 0
+    on) of the nodes of cells that fill a gap of given width between wall and bed. Raises `InputError` where the file cannot be
+    read, lacks a group, or has no place for such cells.
+    """
+    regions = {"bed": BED, **{name: WALL + number for number, name in enumerate(layers)}}
+    required = ["bed", *(layers if tuple(layers) != PLAIN_WALL else ())]
+    problem, model, facets = None, None, None
+    if communicator.rank == 0:
+        try:
+            model = gmsh_model.open_model(path, dimension, required, REQUIRED)
+            facets = _prepared(model, dimension, regions, cells_at_wall)
+        except Exception as error:  # gmsh raises plain Exception for everything
+            problem = str(error)
+    problem, facets = communicator.bcast((problem, facets))
+    try:
+        if problem is not None:
+            raise InputError("geometry.mesh", str(path), f"is no mesh that can be used: {problem}")
+        domain, cell_tags, facet_tags = fenicsx.mesh_of_gmsh(model, communicator, dimension)
+    finally:
+        if communicator.rank == 0:
+            gmsh_model.close_model()
+    space = fenicsx.lagrange_space(domain)
+    distance = fem.Function(space)
+    distance.x.array[:] = distance_to_facets(space.tabulate_dof_coordinates()[:, :dimension], facets[INTERFACE])
+    length, stations = (_along_curve if dimension == 2 else _along_surface)(facets)
+    return Domain(domain, cell_tags, facet_tags, axisymmetric, distance, length, stations, layers=len(layers))
+
+
+def _prepared(
+    model: Any, dimension: int, regions: Mapping[str, int], cells_at_wall: Callable[[float], NDArray[Any]] | None
+) -> Facets:
+    """Give the model the tags, and the cells at the wall if they are asked for; the facets of its boundary."""
+    gmsh_model.renumber_groups(model, dimension, regions, BOUNDARY_NAMES)
+    plain = gmsh_model.read_model(model, dimension)
+    if cells_at_wall is not None:
+        depths = cells_at_wall(float(np.median(gaps(plain, BED, INTERFACE))))
+        if len(depths) > 2:  # else the first cells are as low as they have to be
+            plain = with_cells_at_wall(plain, BED, INTERFACE, depths / depths[-1])
+            gmsh_model.replace_model(model, dimension, plain)
+    return {tag: plain.points[nodes][:, :, :dimension] for tag, nodes in plain.facets.items()}
+
+
+def _along_curve(facets: Facets) -> tuple[float, Any]:
+    """Length (m) along a plane bed's interface, and its stations at a fraction of that."""
+    corners = np.unique(facets[INTERFACE].reshape(-1, 2), axis=0)  # sorted along the flow
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))])
+
+    def stations(fraction: float) -> dict[str, tuple[float, ...]]:
+        return _beside(facets, np.array([np.interp(fraction * along[-1], along, corners[:, i]) for i in range(2)]))
+
+    return float(along[-1]), stations
+
+
+def _along_surface(facets: Facets) -> tuple[float, Any]:
+    """Extent (m) of an interface in three dimensions along x[0], and its stations: where it is nearest to the bed's middle
+    plane, which is at the lowest x[2] of `side` or, without that, half-way across."""
+    nodes = np.unique(facets[INTERFACE].reshape(-1, 3), axis=0)
+    low, high = nodes.min(axis=0), nodes.max(axis=0)
+    middle = low[2] if SIDE in facets else 0.5 * (low[2] + high[2])
+    floor = facets[INLET].reshape(-1, 3)[:, 1].mean()
+    upper = nodes[nodes[:, 1] > floor]
+
+    def stations(fraction: float) -> dict[str, tuple[float, ...]]:
+        place = low[0] + fraction * (high[0] - low[0])
+        return _beside(facets, upper[np.argmin(np.hypot(upper[:, 0] - place, upper[:, 2] - middle))])
+
+    return float(high[0] - low[0]), stations
+
+
+def _beside(facets: Facets, bed_side: NDArray[Any]) -> dict[str, tuple[float, ...]]:
+    named = {"bed_side": tuple(bed_side)}
+    for name, tag in (("outer", OUTER), ("centre", SYMMETRY)):
+        if tag in facets:
+            corners = facets[tag].reshape(-1, len(bed_side))
+            named[name] = tuple(corners[np.argmin(np.linalg.norm(corners - bed_side, axis=1))])
+    return named
+
+
+def distance_to_facets(points: NDArray[Any], facets: NDArray[Any]) -> Any:
+    """Distance (m) of points (n, coordinates) to the nearest of the facets (m, corners, coordinates): segments in a plane,
+    triangles or quadrilaterals in space, each of these taken as two triangles."""
+    if facets.shape[1] == 4:
+        facets = np.concatenate([facets[:, [0, 1, 2]], facets[:, [0, 2, 3]]])
+    middles = facets.mean(axis=1)
+    radius = np.linalg.norm(facets - middles[:, None], axis=2).max()
+    tree, result, open_points, count = cKDTree(middles), np.full(len(points), np.inf), np.arange(len(points)), 8
+    while len(open_points):  # a facet whose middle lies beyond the distance found plus the radius is no nearer
+        count = min(count, len(facets))
+        reached, candidates = tree.query(points[open_points], k=np.arange(1, count + 1))
+        result[open_points] = _distances(points[open_points], facets[candidates]).min(axis=1)
+        is_open = (reached[:, -1] - radius < result[open_points]) & (count < len(facets))
+        open_points, count = open_points[is_open], 2 * count
+    return result
+
+
+def _distances(points: NDArray[Any], facets: NDArray[Any]) -> Any:
+    """Distance of every point (n, coordinates) to each of its facets (n, facets, corners, coordinates)."""
+    corners = np.moveaxis(facets, 2, 0)
+    place = points[:, None]
+    result = np.min(
+        [_to_segment(place, first, last) for first, last in itertools.combinations(corners, 2)], axis=0, initial=np.inf
+    )
+    if len(corners) == 3:
+        first, second = corners[1] - corners[0], corners[2] - corners[0]
+        normal = np.cross(first, second)
+        square, offset = np.sum(normal**2, axis=-1), place - corners[0]
+        weights = [np.sum(np.cross(offset, second) * normal, axis=-1) / square]
+        weights.append(np.sum(np.cross(first, offset) * normal, axis=-1) / square)
+        above = (weights[0] >= 0.0) & (weights[1] >= 0.0) & (weights[0] + weights[1] <= 1.0)
+        result = np.where(above, np.abs(np.sum(offset * normal, axis=-1)) / np.sqrt(square), result)
+    return result
+
+
+def _to_segment(place: NDArray[Any], first: NDArray[Any], last: NDArray[Any]) -> Any:
+    along, offset = last - first, place - first
+    fraction = np.clip(np.sum(offset * along, axis=-1) / np.sum(along**2, axis=-1), 0.0, 1.0)
+    return np.linalg.norm(offset - fraction[..., None] * along, axis=-1)

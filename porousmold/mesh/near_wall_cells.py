@@ -1,0 +1,168 @@
+"""Cells at the wall for a mesh that is too coarse there: the bed draws back from the wall, graded cells fill the gap.
+
+Every node of the bed on the interface gets a copy, moved into the bed along the wall's normal by a part of the height of the
+bed's first cells; the bed's old cells keep the copies, and between the two lie as many cells as the nodes across say: prisms
+over the interface's facets. Of segments and quadrilaterals they are quadrilaterals and hexahedra; in meshes of triangles and
+tetrahedra every prism is cut into simplices, along diagonals that its neighbours share.
+"""
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .gmsh_model import PlainMesh
+
+SHARE = 0.7
+"""Of the height of the bed's first cells, which the new cells get."""
+SHARPEST_EDGE = 0.5
+"""Least cosine between the wall's normals at a node and their mean: of an edge of 120 degrees between two planes."""
+
+
+def gaps(mesh: PlainMesh, bed: int, interface: int) -> NDArray[Any]:
+    """Width (m) of the gap that can be opened at each node of the interface (sorted): a share of the height of the bed's first
+    cells, the least of those that touch it."""
+    nodes = np.unique(mesh.facets[interface])
+    normals = _normals(mesh, bed, interface)[0]
+    heights = np.full(len(mesh.points), np.inf)
+    cells = mesh.cells[bed]
+    touching = cells[np.isin(cells, nodes).any(axis=1)]
+    for corner in range(touching.shape[1]):
+        here = touching[:, corner]
+        on_wall = np.isin(here, nodes)
+        at, others = here[on_wall], touching[on_wall]
+        step = normals[at] / np.sum(normals[at] ** 2, axis=1, keepdims=True)
+        depths = np.einsum("nck,nk->nc", mesh.points[others] - mesh.points[at][:, None], step)
+        np.minimum.at(heights, at, np.where(np.isin(others, nodes), np.inf, depths).min(axis=1))
+    return SHARE * heights[nodes]
+
+
+def with_cells_at_wall(mesh: PlainMesh, bed: int, interface: int, fractions: NDArray[Any]) -> PlainMesh:
+    """The mesh with cells between wall and bed, their nodes at these fractions (from 0 to 1) of the gap.
+
+    Raises `ValueError` where the wall has an edge so sharp that no gap can be opened beside it.
+    """
+    nodes = np.unique(mesh.facets[interface])
+    normals, least_cosine = _normals(mesh, bed, interface)
+    if least_cosine < SHARPEST_EDGE:
+        raise ValueError("its wall has an edge too sharp for cells along it")
+    moved = gaps(mesh, bed, interface)[:, None] * normals[nodes]
+    moved = _along_boundary(mesh, bed, interface, nodes, moved)
+
+    count, levels = len(mesh.points), len(fractions)
+    new = [mesh.points[nodes] + fraction * moved for fraction in fractions[1:]]
+    points = np.concatenate([mesh.points, *new])
+    level = np.tile(np.arange(count), (levels, 1))  # the node of every level over a node of the interface
+    for number in range(1, levels):
+        level[number, nodes] = count + (number - 1) * len(nodes) + np.arange(len(nodes))
+
+    def filled(bases: NDArray[Any]) -> NDArray[Any]:
+        is_simplex = mesh.cells[bed].shape[1] == mesh.facets[interface].shape[1] + 1
+        if is_simplex:
+            bases = np.sort(bases, axis=1)
+        return np.concatenate([_prisms(low[bases], high[bases], cut=is_simplex) for low, high in pairwise(level)])
+
+    cells = dict(mesh.cells)
+    cells[bed] = np.concatenate([level[-1][mesh.cells[bed]], filled(mesh.facets[interface])])
+    facets = dict(mesh.facets)
+    for tag in set(facets) - {interface}:
+        inside = _of_bed(mesh, bed, facets[tag])
+        rims = _rims(facets[tag][inside], mesh.facets[interface])
+        parts = [facets[tag][~inside], level[-1][facets[tag][inside]]]
+        facets[tag] = np.concatenate([*parts, filled(rims)] if len(rims) else parts)
+    return PlainMesh(points, cells, facets)
+
+
+def _prisms(low: NDArray[Any], high: NDArray[Any], *, cut: bool) -> NDArray[Any]:
+    """Cells between two copies of facets: (facets, corners) each. Cut, simplices that follow the order of the corners."""
+    corners = low.shape[1]
+    if cut:
+        return np.concatenate([np.hstack([low[:, : k + 1], high[:, k:]]) for k in range(corners)])
+    return np.hstack([low, high[:, ::-1] if corners == 2 else high])
+
+
+def _of_bed(mesh: PlainMesh, bed: int, facets: NDArray[Any]) -> NDArray[Any]:
+    """Which of the boundary's facets belong to the bed's cells."""
+    return np.isin(facets, np.unique(mesh.cells[bed])).all(axis=1)
+
+
+def _sides(facets: NDArray[Any]) -> NDArray[Any]:
+    """What bounds facets, a row each: points of segments, edges of triangles and quadrilaterals."""
+    corners = facets.shape[1]
+    if corners == 2:
+        return facets.reshape(-1, 1)
+    following = np.roll(facets, -1, axis=1)
+    return np.stack([facets, following], axis=2).reshape(-1, 2)
+
+
+def _rims(facets: NDArray[Any], interface: NDArray[Any]) -> NDArray[Any]:
+    """Points or edges that facets of the boundary share with those of the interface."""
+    of_wall = {tuple(sorted(side)) for side in _sides(interface).tolist()}
+    return np.array([side for side in _sides(facets).tolist() if tuple(sorted(side)) in of_wall], dtype=np.int64)
+
+
+def _facet_normals(points: NDArray[Any]) -> NDArray[Any]:
+    """Unit normals of facets with these corners (facets, corners, 3)."""
+    if points.shape[1] == 2:
+        along = points[:, 1] - points[:, 0]
+        normals = np.column_stack([-along[:, 1], along[:, 0], np.zeros(len(along))])
+    else:  # of a quadrilateral that of its diagonals
+        last = points[:, 3] - points[:, 1] if points.shape[1] == 4 else points[:, 2] - points[:, 1]
+        normals = np.cross(points[:, 2] - points[:, 0], last)
+    return normals / np.linalg.norm(normals, axis=1, keepdims=True)
+
+
+def _normals(mesh: PlainMesh, bed: int, interface: int) -> tuple[NDArray[Any], float]:
+    """At every node of the interface the vector into the bed along which a step of 1 draws back from all its facets by 1, in the
+    mean; and the least cosine between a facet's normal and those of its nodes."""
+    facets = mesh.facets[interface]
+    normals = _facet_normals(mesh.points[facets])
+    inwards = _middles_of_bed(mesh, bed, facets) - mesh.points[facets].mean(axis=1)
+    normals *= np.sign(np.einsum("nk,nk->n", normals, inwards))[:, None]
+    at_nodes = np.zeros_like(mesh.points)
+    np.add.at(at_nodes, facets, normals[:, None])
+    lengths = np.linalg.norm(at_nodes, axis=1, keepdims=True)
+    at_nodes = np.divide(at_nodes, lengths, out=np.zeros_like(at_nodes), where=lengths > 0.0)
+    cosines = np.einsum("nck,nk->nc", at_nodes[facets], normals)
+    least = np.full(len(mesh.points), 1.0)
+    np.minimum.at(least, facets, cosines)
+    return at_nodes / np.maximum(least, SHARPEST_EDGE)[:, None], float(cosines.min())
+
+
+def _middles_of_bed(mesh: PlainMesh, bed: int, facets: NDArray[Any]) -> NDArray[Any]:
+    """Middle of the bed's cell behind each facet."""
+    cells = mesh.cells[bed]
+    holders: dict[int, set[int]] = {}
+    wanted = set(facets.ravel().tolist())
+    for number, nodes in enumerate(cells.tolist()):
+        for node in wanted.intersection(nodes):
+            holders.setdefault(node, set()).add(number)
+    behind = [set.intersection(*(holders.get(node, set()) for node in facet)) for facet in facets.tolist()]
+    if not all(behind):
+        raise ValueError("its interface must lie between bed and wall")
+    return mesh.points[cells[[min(found) for found in behind]]].mean(axis=1)
+
+
+def _along_boundary(
+    mesh: PlainMesh, bed: int, interface: int, nodes: NDArray[Any], moved: NDArray[Any]
+) -> NDArray[Any]:
+    """The displacements of the nodes, without their parts across the boundary's other facets of the bed: those stay in
+    their planes."""
+    result = np.zeros_like(mesh.points)
+    result[nodes] = moved
+    for tag in set(mesh.facets) - {interface}:
+        facets = mesh.facets[tag][_of_bed(mesh, bed, mesh.facets[tag])]
+        if len(facets) == 0:
+            continue
+        normals = _facet_normals(mesh.points[facets])
+        for corner in range(facets.shape[1]):
+            at = facets[:, corner]
+            across = np.zeros_like(mesh.points)
+            across[at] = normals
+            on_both = np.isin(np.arange(len(result)), nodes) & (np.abs(across).sum(axis=1) > 0.0)
+            part = np.einsum("nk,nk->n", result[on_both], across[on_both])
+            result[on_both] -= part[:, None] * across[on_both]
+    return result[nodes]
+
+
