@@ -1,5 +1,5 @@
 // A quarter of a mold's cavity below a doubly curved skin of 3 mm, drawn in shell_mold.step (mm): 600 mm long, 150 mm from its
-// middle to the side, 25 mm high at its edge and 37 mm at its crown. Lengths here in m.
+// middle to the side, 25 mm high at its edge and 36.7 mm at its crown. Lengths here in m.
 SetFactory("OpenCASCADE");
 Geometry.OCCTargetUnit = "M";
 Merge "shell_mold.step";

@@ -30,6 +30,7 @@ from porousmold.simulation.march import Simulation
 from porousmold.simulation.specs import specs_of
 
 STUDIES = Path(__file__).parent.parent / "studies"
+MESHES = STUDIES.parent / "meshes"
 ALUMINIUM, FRP, PIPE = (
     STUDIES / "mold" / "aluminium.toml",
     STUDIES / "mold" / "frp.toml",

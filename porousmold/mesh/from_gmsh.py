@@ -1,4 +1,4 @@
-"""Domains from gmsh files of one's own: physical groups by their names, the distance to the wall, cells at the wall on request."""
+"""Domains from gmsh files: physical groups by their names, the distance to the wall, cells at the wall on request."""
 
 import itertools
 from collections.abc import Callable, Mapping, Sequence
@@ -48,7 +48,7 @@ def from_file(
     """
     regions = {"bed": BED, **{name: WALL + number for number, name in enumerate(layers)}}
     required = ["bed", *(layers if tuple(layers) != PLAIN_WALL else ())]
-    problem, model, facets = None, None, None
+    problem, model, facets = None, None, None  # type: tuple[str | None, Any, Any]
     if communicator.rank == 0:
         try:
             model = gmsh_model.open_model(path, dimension, required, REQUIRED)
@@ -73,14 +73,14 @@ def from_file(
 def _prepared(
     model: Any, dimension: int, regions: Mapping[str, int], cells_at_wall: Callable[[float], NDArray[Any]] | None
 ) -> Facets:
-    """Give the model the tags, and the cells at the wall if they are asked for; the facets of its boundary."""
-    gmsh_model.renumber_groups(model, dimension, regions, BOUNDARY_NAMES)
-    plain = gmsh_model.read_model(model, dimension)
+    """Leave the model with nothing but the groups, their tags, and the cells at the wall if they are asked for; the facets of
+    its boundary."""
+    plain = gmsh_model.read_model(model, dimension, regions, BOUNDARY_NAMES)
     if cells_at_wall is not None:
         depths = cells_at_wall(float(np.median(gaps(plain, BED, INTERFACE))))
         if len(depths) > 2:  # else the first cells are as low as they have to be
             plain = with_cells_at_wall(plain, BED, INTERFACE, depths / depths[-1])
-            gmsh_model.replace_model(model, dimension, plain)
+    gmsh_model.replace_model(model, dimension, plain)
     return {tag: plain.points[nodes][:, :, :dimension] for tag, nodes in plain.facets.items()}
 
 

@@ -24,22 +24,18 @@ class PlainMesh:
 
 
 def open_model(path: Path, dimension: int, regions: Sequence[str], boundaries: Sequence[str]) -> Any:
-    """gmsh's model of a file, meshed if it was not, with physical groups of these names.
+    """gmsh's model of a file, meshed if it was not, with physical groups of these names; until `close_model`.
 
     `dimension` is that of the `regions`. Raises `ValueError` that names a missing group, and gmsh's plain `Exception`.
     """
     import gmsh
 
     gmsh.initialize()
-    try:
-        gmsh.option.setNumber("General.Terminal", 0)
-        gmsh.open(str(path))
-        if len(gmsh.model.mesh.getNodes()[0]) == 0:
-            gmsh.model.mesh.generate(dimension)
-        _require_groups(gmsh.model, {dimension: regions, dimension - 1: boundaries})
-    except Exception:
-        gmsh.finalize()
-        raise
+    gmsh.option.setNumber("General.Terminal", 0)
+    gmsh.open(str(path))
+    if len(gmsh.model.mesh.getNodes()[0]) == 0:
+        gmsh.model.mesh.generate(dimension)
+    _require_groups(gmsh.model, {dimension: regions, dimension - 1: boundaries})
     return gmsh.model
 
 
@@ -62,38 +58,38 @@ def _require_groups(model: Any, required: Mapping[int, Sequence[str]]) -> None:
         raise ValueError(f"it has {told} ({there})")
 
 
-def renumber_groups(model: Any, dimension: int, regions: Mapping[str, int], boundaries: Mapping[str, int]) -> None:
-    """Give the groups of these names these numbers, and remove all others."""
-    numbers = {dimension: regions, dimension - 1: boundaries}
-    groups = [
-        (group, numbers[group][name], model.getEntitiesForPhysicalGroup(group, tag))
-        for group, tag in model.getPhysicalGroups()
-        if group in numbers and (name := model.getPhysicalName(group, tag)) in numbers[group]
-    ]
-    model.removePhysicalGroups()
-    for group, number, entities in groups:
-        model.addPhysicalGroup(group, entities, number)
-
-
-def read_model(model: Any, dimension: int) -> PlainMesh:
-    """The cells and facets of the model's physical groups. Raises `ValueError` for other than first-order elements."""
+def read_model(model: Any, dimension: int, regions: Mapping[str, int], boundaries: Mapping[str, int]) -> PlainMesh:
+    """The cells and facets of the model's physical groups of these names, by the tags given to them. Points that belong to none
+    (those that a spline was drawn through) are left out. Raises `ValueError` for other than first-order elements."""
     tags, coordinates, _ = model.mesh.getNodes()
-    number_of = np.zeros(int(tags.max()) + 1, dtype=np.int64)
-    number_of[tags] = np.arange(len(tags))
-
-    def elements(group: int, tag: int) -> NDArray[Any]:
-        parts = []
-        for entity in model.getEntitiesForPhysicalGroup(group, tag):
-            for kind, _, nodes in zip(*model.mesh.getElements(group, entity), strict=True):
-                if kind not in ELEMENTS.values():
-                    raise ValueError("its cells must be of first order, without pyramids and prisms")
-                parts.append(number_of[nodes].reshape(len(nodes) // _corners(kind), -1))
-        return np.concatenate(parts)
-
+    numbers = {dimension: regions, dimension - 1: boundaries}
     found: dict[int, dict[int, NDArray[Any]]] = {dimension: {}, dimension - 1: {}}
     for group, tag in model.getPhysicalGroups():
-        found[group][tag] = elements(group, tag)
-    return PlainMesh(coordinates.reshape(-1, 3), found[dimension], found[dimension - 1])
+        name = model.getPhysicalName(group, tag)
+        if name in numbers.get(group, {}):
+            found[group][numbers[group][name]] = _elements(model, group, tag)
+    used = np.unique(np.concatenate([part.ravel() for part in found[dimension].values()]))
+    if not all(np.isin(part, used).all() for part in found[dimension - 1].values()):
+        raise ValueError("it has facets that belong to no cell")
+    order = np.argsort(tags)
+    points = coordinates.reshape(-1, 3)[order[np.searchsorted(tags, used, sorter=order)]]
+    cells, facets = (
+        {tag: np.searchsorted(used, part) for tag, part in found[group].items()} for group in (dimension, dimension - 1)
+    )
+    return PlainMesh(points, cells, facets)
+
+
+def _elements(model: Any, dimension: int, tag: int) -> NDArray[Any]:
+    """gmsh's numbers of the nodes of a physical group's elements, a row each."""
+    parts = []
+    for entity in model.getEntitiesForPhysicalGroup(dimension, tag):
+        for kind, _, nodes in zip(*model.mesh.getElements(dimension, entity), strict=True):
+            if kind not in ELEMENTS.values():
+                raise ValueError("its cells must be of first order, without pyramids and prisms")
+            parts.append(nodes.reshape(-1, _corners(kind)))
+    if len({part.shape[1] for part in parts}) > 1:
+        raise ValueError("its cells must all be of one kind")
+    return np.concatenate(parts).astype(np.int64)
 
 
 def _corners(kind: int) -> int:
@@ -102,7 +98,7 @@ def _corners(kind: int) -> int:
 
 def replace_model(model: Any, dimension: int, mesh: PlainMesh) -> None:
     """Put the mesh in the place of all that the model has."""
-    model.add("with cells at the wall")
+    model.add("named groups")
     numbers = np.arange(1, len(mesh.points) + 1)
     carrier = model.addDiscreteEntity(dimension)
     model.mesh.addNodes(dimension, carrier, numbers, mesh.points.ravel())

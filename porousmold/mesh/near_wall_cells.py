@@ -6,6 +6,7 @@ over the interface's facets. Of segments and quadrilaterals they are quadrilater
 tetrahedra every prism is cut into simplices, along diagonals that its neighbours share.
 """
 
+import functools
 from itertools import pairwise
 from typing import Any
 
@@ -22,20 +23,27 @@ SHARPEST_EDGE = 0.5
 
 def gaps(mesh: PlainMesh, bed: int, interface: int) -> NDArray[Any]:
     """Width (m) of the gap that can be opened at each node of the interface (sorted): a share of the height of the bed's first
-    cells, the least of those that touch it."""
-    nodes = np.unique(mesh.facets[interface])
-    normals = _normals(mesh, bed, interface)[0]
+    cells over any of the wall's facets there, the least of those cells, and nowhere more than its median."""
+    nodes, facets = np.unique(mesh.facets[interface]), mesh.facets[interface]
+    normals = _facet_normals(mesh, bed, interface)
     heights = np.full(len(mesh.points), np.inf)
     cells = mesh.cells[bed]
     touching = cells[np.isin(cells, nodes).any(axis=1)]
-    for corner in range(touching.shape[1]):
-        here = touching[:, corner]
-        on_wall = np.isin(here, nodes)
-        at, others = here[on_wall], touching[on_wall]
-        step = normals[at] / np.sum(normals[at] ** 2, axis=1, keepdims=True)
-        depths = np.einsum("nck,nk->nc", mesh.points[others] - mesh.points[at][:, None], step)
-        np.minimum.at(heights, at, np.where(np.isin(others, nodes), np.inf, depths).min(axis=1))
-    return SHARE * heights[nodes]
+    inner = ~np.isin(touching, nodes)
+    cells_at = _rows_at(touching, len(mesh.points))
+    for number, facet in enumerate(facets):
+        for node in facet:
+            rows = cells_at[node]
+            depths = (mesh.points[touching[rows]] - mesh.points[node]) @ normals[number]
+            heights[node] = min(heights[node], np.min(depths, where=inner[rows], initial=np.inf))
+    return SHARE * np.minimum(heights[nodes], np.median(heights[nodes]))
+
+
+def _rows_at(rows: NDArray[Any], count: int) -> list[NDArray[Any]]:
+    """For every node the numbers of the rows that hold it."""
+    order = np.argsort(rows, axis=None, kind="stable")
+    ends = np.cumsum(np.bincount(rows.ravel(), minlength=count))
+    return np.split(order // rows.shape[1], ends[:-1])
 
 
 def with_cells_at_wall(mesh: PlainMesh, bed: int, interface: int, fractions: NDArray[Any]) -> PlainMesh:
@@ -102,24 +110,34 @@ def _rims(facets: NDArray[Any], interface: NDArray[Any]) -> NDArray[Any]:
     return np.array([side for side in _sides(facets).tolist() if tuple(sorted(side)) in of_wall], dtype=np.int64)
 
 
-def _facet_normals(points: NDArray[Any]) -> NDArray[Any]:
-    """Unit normals of facets with these corners (facets, corners, 3)."""
-    if points.shape[1] == 2:
-        along = points[:, 1] - points[:, 0]
+def _unit_normals(corners: NDArray[Any]) -> NDArray[Any]:
+    """Of facets with these corners (facets, corners, 3)."""
+    if corners.shape[1] == 2:
+        along = corners[:, 1] - corners[:, 0]
         normals = np.column_stack([-along[:, 1], along[:, 0], np.zeros(len(along))])
     else:  # of a quadrilateral that of its diagonals
-        last = points[:, 3] - points[:, 1] if points.shape[1] == 4 else points[:, 2] - points[:, 1]
-        normals = np.cross(points[:, 2] - points[:, 0], last)
+        last = corners[:, 3] - corners[:, 1] if corners.shape[1] == 4 else corners[:, 2] - corners[:, 1]
+        normals = np.cross(corners[:, 2] - corners[:, 0], last)
     return normals / np.linalg.norm(normals, axis=1, keepdims=True)
 
 
+def _facet_normals(mesh: PlainMesh, bed: int, interface: int) -> NDArray[Any]:
+    """Unit normals of the interface's facets, into the bed. Raises `ValueError` for a facet that no cell of the bed has."""
+    facets, cells = mesh.facets[interface], mesh.cells[bed]
+    cells_at = _rows_at(cells, len(mesh.points))
+    behind = [functools.reduce(np.intersect1d, (cells_at[node] for node in facet)) for facet in facets]
+    if not all(len(found) for found in behind):
+        raise ValueError("its interface must lie beside the bed")
+    middles = mesh.points[cells[[found[0] for found in behind]]].mean(axis=1)
+    normals = _unit_normals(mesh.points[facets])
+    inwards = middles - mesh.points[facets].mean(axis=1)
+    return normals * np.sign(np.einsum("nk,nk->n", normals, inwards))[:, None]
+
+
 def _normals(mesh: PlainMesh, bed: int, interface: int) -> tuple[NDArray[Any], float]:
-    """At every node of the interface the vector into the bed along which a step of 1 draws back from all its facets by 1, in the
-    mean; and the least cosine between a facet's normal and those of its nodes."""
-    facets = mesh.facets[interface]
-    normals = _facet_normals(mesh.points[facets])
-    inwards = _middles_of_bed(mesh, bed, facets) - mesh.points[facets].mean(axis=1)
-    normals *= np.sign(np.einsum("nk,nk->n", normals, inwards))[:, None]
+    """At every node of the interface the vector into the bed along which a step of 1 draws back from all its facets by 1 at
+    least; and the least cosine between a facet's normal and the mean at its nodes."""
+    facets, normals = mesh.facets[interface], _facet_normals(mesh, bed, interface)
     at_nodes = np.zeros_like(mesh.points)
     np.add.at(at_nodes, facets, normals[:, None])
     lengths = np.linalg.norm(at_nodes, axis=1, keepdims=True)
@@ -128,20 +146,6 @@ def _normals(mesh: PlainMesh, bed: int, interface: int) -> tuple[NDArray[Any], f
     least = np.full(len(mesh.points), 1.0)
     np.minimum.at(least, facets, cosines)
     return at_nodes / np.maximum(least, SHARPEST_EDGE)[:, None], float(cosines.min())
-
-
-def _middles_of_bed(mesh: PlainMesh, bed: int, facets: NDArray[Any]) -> NDArray[Any]:
-    """Middle of the bed's cell behind each facet."""
-    cells = mesh.cells[bed]
-    holders: dict[int, set[int]] = {}
-    wanted = set(facets.ravel().tolist())
-    for number, nodes in enumerate(cells.tolist()):
-        for node in wanted.intersection(nodes):
-            holders.setdefault(node, set()).add(number)
-    behind = [set.intersection(*(holders.get(node, set()) for node in facet)) for facet in facets.tolist()]
-    if not all(behind):
-        raise ValueError("its interface must lie between bed and wall")
-    return mesh.points[cells[[min(found) for found in behind]]].mean(axis=1)
 
 
 def _along_boundary(
@@ -155,7 +159,7 @@ def _along_boundary(
         facets = mesh.facets[tag][_of_bed(mesh, bed, mesh.facets[tag])]
         if len(facets) == 0:
             continue
-        normals = _facet_normals(mesh.points[facets])
+        normals = _unit_normals(mesh.points[facets])
         for corner in range(facets.shape[1]):
             at = facets[:, corner]
             across = np.zeros_like(mesh.points)
@@ -164,5 +168,3 @@ def _along_boundary(
             part = np.einsum("nk,nk->n", result[on_both], across[on_both])
             result[on_both] -= part[:, None] * across[on_both]
     return result[nodes]
-
-

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-
 OF_A_MESH = ("geometry.mesh", "geometry.symmetry", "geometry.refine_wall", "geometry.parts")
 """Keys that only a mesh of one's own has."""
 

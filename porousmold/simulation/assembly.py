@@ -47,6 +47,8 @@ from .specs import Specs
 from .stopwatch import Stopwatch
 
 QUADRATURE_DEGREE = 2
+SAME_VOLUME = 1e-6
+"""Relative difference of volumes that rounding explains."""
 
 
 def assemble(specs: Specs, communicator: Communicator, observe: Observer = silent) -> Problem:
@@ -84,7 +86,12 @@ def build_domain(
     size = _size_of(domain)
     estimates = estimate(specs, size)
     if mesh.refine_wall:
-        domain = read(cells_at_wall=partial(cells_at_wall, mesh, estimates))
+        drawn, domain = domain, read(cells_at_wall=partial(cells_at_wall, mesh, estimates))
+        if (
+            abs(_bed_volume(domain) / _bed_volume(drawn) - 1.0) > SAME_VOLUME
+        ):  # a cell that was turned over adds its own
+            allowed = "finds no place for cells at the wall: the first cells of the mesh are too distorted"
+            raise InputError("geometry.refine_wall", True, allowed, mesh.scene_file)
     outer = specs.heat.outer_wall
     if not domain.has_outer_wall and (outer.heat_flux is not None or outer.coefficient is not None):
         raise InputError("geometry.mesh", str(mesh.file), "needs a physical curve 'outer' for the outer wall's heat")
@@ -324,6 +331,11 @@ def _inlet_area(domain: Domain) -> float:
     weight = Coordinates(domain.mesh, domain.axisymmetric).weight
     area = weight * domain.constant(1.0) * domain.facet_measure(QUADRATURE_DEGREE)(geometry.INLET)
     return float(domain.communicator.allreduce(float(fem.assemble_scalar(fenicsx.compiled_form(area)))))
+
+
+def _bed_volume(domain: Domain) -> float:
+    volume = domain.constant(1.0) * domain.cell_measure(QUADRATURE_DEGREE)(geometry.BED)
+    return float(domain.communicator.allreduce(float(fem.assemble_scalar(fenicsx.compiled_form(volume)))))
 
 
 def _at_nodes(domain: Domain, function: Any) -> fem.Function:

@@ -97,7 +97,7 @@ def _doubts_of_the_mesh(specs: Specs, domain: Domain, estimates: Estimates, firs
         )
         found.append(f"geometry.mesh is {domain.length:.4g} m long: it may be in {unit}")
     if first > COARSEST_FIRST_CELL * estimates.first_cell:
-        remedy = "cells there must be smaller in the mesh" if is_file else "see solver.first_cell"
+        remedy = "see geometry.refine_wall" if is_file else "see solver.first_cell"
         found.append(f"the first cell at the wall is {first / estimates.first_cell:.0f} times too high: {remedy}")
     if estimates.bead_biot_number > HIGHEST_BIOT_NUMBER and specs.heat.bead_modes is None:
         found.append(f"bead Biot number {estimates.bead_biot_number:.2g} > {HIGHEST_BIOT_NUMBER}: see model.bead_modes")

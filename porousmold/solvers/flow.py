@@ -160,7 +160,7 @@ class NonlinearFlow(ABC):
             time,
             f"no false transient ends, residual {self.solver.system.residual_norm:.3e}, "
             f"last update {self.solver.update:.3e}",
-            "a finer mesh (solver.axial_cells, solver.first_cell), model.turbulence = 'none', or a smaller pressure drop",
+            "a finer mesh (porousmold check says what the wall needs), model.turbulence = 'none', or a smaller pressure drop",
         )
 
     def extrapolate(self, previous: Sequence[NDArray[Any]], factor: float) -> None:

@@ -1,7 +1,6 @@
 """Meshes: grading, tags, wall distance."""
 
 import itertools
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,14 +11,11 @@ from hypothesis import strategies as st
 from mpi4py import MPI
 
 from porousmold.equations.coordinates import Coordinates
-from porousmold.errors import InputError
 from porousmold.mesh import domain as geometry
 from porousmold.mesh import fenicsx
-from porousmold.mesh.domain import distance_to_segments, graded_coordinates
+from porousmold.mesh.domain import graded_coordinates
 
 from ..support import box, integral
-
-MESHES = Path(__file__).parents[2] / "meshes"
 
 
 @given(width=st.floats(1e-3, 0.2), fraction=st.floats(1e-4, 0.4), growth=st.floats(1.02, 2.0))
@@ -58,29 +54,6 @@ def test_volumes_and_areas(axisymmetric):
     assert integral(weight * one * ds(geometry.OUTER)) == pytest.approx(
         2.0 * (2 * np.pi * 0.6 if axisymmetric else 1.0)
     )
-
-
-def test_distance_to_segments():
-    segments = np.array([[[0.0, 1.0], [1.0, 1.0]], [[1.0, 1.0], [2.0, 2.0]]])
-    points = np.array([[0.5, 0.0], [-1.0, 1.0], [2.0, 1.0]])
-    assert distance_to_segments(points, segments) == pytest.approx([1.0, 1.0, np.sqrt(0.5)])
-
-
-def test_gmsh_mold_has_the_exact_wall_distance():
-    domain = from_file(MPI.COMM_SELF, MESHES / "mold.geo", axisymmetric=False)
-    function = domain.wall_distance
-    y = function.function_space.tabulate_dof_coordinates()[:, 1]
-    assert function.x.array == pytest.approx(np.abs(0.025 - y), abs=1e-12)
-    assert domain.length == pytest.approx(1.0)
-    assert domain.has_wall
-
-
-@pytest.mark.parametrize("content", [b"", b"\x00\xff" * 50, b"Point(1) = {0, 0, 0};\n", b"no gmsh at all"])
-def test_bad_meshes_are_refused_by_one_line(tmp_path, content):
-    path = tmp_path / "mesh.geo"
-    path.write_bytes(content)
-    with pytest.raises(InputError, match=r"geometry\.mesh"):
-        from_file(MPI.COMM_SELF, path, axisymmetric=False)
 
 
 @pytest.mark.parametrize("walled", [True, False])
@@ -128,13 +101,3 @@ def test_layers_go_around_a_bed_in_three_dimensions():
     one, dx = fem.Constant(domain.mesh, 1.0), domain.cell_measure(2)
     found = [integral(one * dx(tag)) for tag in domain.wall_tags]
     assert found == pytest.approx([2.0 * (0.55 * 1.05 - 0.5), 2.0 * (0.65 * 1.15 - 0.55 * 1.05)])
-
-
-def test_layers_of_a_mesh_are_its_groups(tmp_path):
-    text = (MESHES / "mold.geo").read_text()
-    path = tmp_path / "layers.geo"
-    path.write_text(text.replace('Physical Surface("wall")', 'Physical Surface("skin")'))
-    domain = from_file(MPI.COMM_SELF, path, ["skin"], axisymmetric=False)
-    assert integral(fem.Constant(domain.mesh, 1.0) * domain.wall_measure(2)) == pytest.approx(0.003)
-    with pytest.raises(InputError, match="no physical surface named 'part'"):
-        from_file(MPI.COMM_SELF, path, ["skin", "part"], axisymmetric=False)

@@ -1,0 +1,175 @@
+"""Meshes of one's own: groups, the distance to the wall, cells put at the wall."""
+
+import numpy as np
+import pytest
+import ufl
+from dolfinx import fem
+from mpi4py import MPI
+
+from porousmold.errors import InputError
+from porousmold.mesh import domain as geometry
+from porousmold.mesh.domain import graded_coordinates
+from porousmold.mesh.from_gmsh import distance_to_facets, from_file
+from porousmold.simulation.checking import first_cell
+
+from ..support import MESHES, integral
+
+
+def test_distance_to_segments():
+    segments = np.array([[[0.0, 1.0], [1.0, 1.0]], [[1.0, 1.0], [2.0, 2.0]]])
+    points = np.array([[0.5, 0.0], [-1.0, 1.0], [2.0, 1.0]])
+    assert distance_to_facets(points, segments) == pytest.approx([1.0, 1.0, np.sqrt(0.5)])
+
+
+@pytest.mark.parametrize("corners", [3, 4])
+def test_distance_to_facets_in_space_is_the_least_over_their_points(corners):
+    """Against the nearest of many points on a wavy surface of facets as different in size as 1 to 30."""
+    lines = np.array([0.0, 0.03, 0.1, 0.3, 1.0])
+    x, z = np.meshgrid(lines, lines, indexing="ij")
+    nodes = np.stack([x, 0.2 * np.sin(3.0 * x) + 0.1 * z, z], axis=-1)
+    quadrilaterals = np.stack([nodes[:-1, :-1], nodes[1:, :-1], nodes[1:, 1:], nodes[:-1, 1:]], axis=2).reshape(
+        -1, 4, 3
+    )
+    triangles = np.concatenate([quadrilaterals[:, [0, 1, 2]], quadrilaterals[:, [0, 2, 3]]])
+    rng = np.random.default_rng(1)
+    points = rng.uniform(-0.5, 1.5, (300, 3))
+    weights = rng.dirichlet([0.7] * 3, 4000)
+    sampled = (weights @ triangles[:, None]).reshape(-1, 3)
+    nearest = np.array([np.min(np.linalg.norm(sampled - point, axis=1)) for point in points])
+    found = distance_to_facets(points, quadrilaterals if corners == 4 else triangles)
+    assert np.all(found <= nearest + 1e-12) and np.max(nearest - found) < 0.02
+    assert distance_to_facets(sampled[:500], triangles) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_gmsh_mold_has_the_exact_wall_distance():
+    domain = from_file(MPI.COMM_SELF, MESHES / "mold.geo")
+    function = domain.wall_distance
+    y = function.function_space.tabulate_dof_coordinates()[:, 1]
+    assert function.x.array == pytest.approx(np.abs(0.025 - y), abs=1e-12)
+    assert domain.length == pytest.approx(1.0)
+    assert domain.has_wall
+
+
+@pytest.mark.parametrize("content", [b"", b"\x00\xff" * 50, b"Point(1) = {0, 0, 0};\n", b"no gmsh at all"])
+def test_bad_meshes_are_refused_by_one_line(tmp_path, content):
+    path = tmp_path / "mesh.geo"
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=r"geometry\.mesh"):
+        from_file(MPI.COMM_SELF, path)
+
+
+def test_layers_of_a_mesh_are_its_groups(tmp_path):
+    text = (MESHES / "mold.geo").read_text()
+    path = tmp_path / "layers.geo"
+    path.write_text(text.replace('Physical Surface("wall")', 'Physical Surface("skin")'))
+    domain = from_file(MPI.COMM_SELF, path, ["skin"])
+    assert integral(fem.Constant(domain.mesh, 1.0) * domain.wall_measure(2)) == pytest.approx(0.003)
+    with pytest.raises(InputError, match="no physical surface named 'part'"):
+        from_file(MPI.COMM_SELF, path, ["skin", "part"])
+
+
+def test_a_mesh_of_the_other_dimension_is_refused():
+    for path, dimension, told in (
+        ("mold.geo", 3, "no physical volume"),
+        ("shell_mold.geo", 2, "physical volumes: bed"),
+    ):
+        with pytest.raises(InputError, match=told):
+            from_file(MPI.COMM_SELF, MESHES / path, dimension=dimension)
+
+
+def test_a_mold_from_a_step_file_has_the_shape_that_was_drawn():
+    """Volumes are those that OpenCASCADE gives for the solids of the file."""
+    domain = from_file(MPI.COMM_SELF, MESHES / "shell_mold.geo", dimension=3)
+    one, dx, ds = fem.Constant(domain.mesh, 1.0), domain.cell_measure(2), domain.facet_measure(2)
+    assert integral(one * dx(geometry.BED)) == pytest.approx(2.52019e-3, rel=2e-3)
+    assert integral(one * dx(geometry.WALL)) == pytest.approx(0.6 * 0.15 * 0.003, rel=1e-6)
+    assert integral(one * ds(geometry.INLET)) == pytest.approx(0.15 * 0.025, rel=1e-6)
+    assert integral(one * ds(geometry.SYMMETRY)) == pytest.approx(0.6 * 0.15, rel=1e-6)
+    assert domain.length == pytest.approx(0.6)
+    assert domain.stations(0.5)["bed_side"] == pytest.approx((0.3, 0.0367, 0.0), abs=1e-4)
+
+
+def wall_of(kind, tmp_path):
+    """A mesh with a curved wall and even cells, its dimension, and the perimeter or surface of its bed and wall."""
+    if kind == "tetrahedra":
+        text = (MESHES / "shell_mold.geo").read_text()
+        lines = [line for line in text.splitlines() if not line.startswith(("Recombine", "Transfinite Volume"))]
+        text = "\n".join(lines)
+    elif kind == "hexahedra":
+        text = (MESHES / "shell_mold.geo").read_text()
+    else:
+        text = (
+            (MESHES / "curved_mold.geo").read_text().replace(" Using Progression 1 / 1.3", "").replace("= 22;", "= 6;")
+        )
+        text = text.replace("Recombine", "//") if kind == "triangles" else text
+    path = tmp_path / "mold.geo"
+    path.write_text(text.replace('"shell_mold.step"', f'"{MESHES / "shell_mold.step"}"'))
+    return path, 3 if kind.endswith("hedra") else 2
+
+
+@pytest.mark.parametrize("kind", ["quadrilaterals", "triangles", "hexahedra", "tetrahedra"])
+def test_cells_at_the_wall_fill_the_gap(kind, tmp_path):
+    """Same volumes, so that no cell is turned over; same boundary, no facet left open; the first cell as low as was asked for."""
+    path, dimension = wall_of(kind, tmp_path)
+    wanted = 2e-4
+    drawn = from_file(MPI.COMM_SELF, path, dimension=dimension)
+    refined = from_file(
+        MPI.COMM_SELF, path, dimension=dimension, cells_at_wall=lambda gap: graded_coordinates(gap, wanted, 1.3)
+    )
+    sizes = []
+    for domain in (drawn, refined):
+        one, ds, dx = fem.Constant(domain.mesh, 1.0), domain.facet_measure(2), domain.cell_measure(2)
+        tags = [geometry.INLET, geometry.OUTLET, geometry.OUTER, geometry.SYMMETRY]
+        parts = [one * ds(tag) for tag in ([*tags, geometry.SIDE] if dimension == 3 else tags)]
+        parts += [
+            one * dx(geometry.BED),
+            one * dx(geometry.WALL),
+            one * domain.interface_measure(2),
+            one * ufl.ds(domain=domain.mesh),
+        ]
+        sizes.append([integral(part) for part in parts])
+    assert sizes[1] == pytest.approx(sizes[0], rel=1e-9)
+    counts = [domain.mesh.topology.index_map(dimension).size_local for domain in (drawn, refined)]
+    assert counts[1] > 1.5 * counts[0]
+    assert first_cell(refined) == pytest.approx(wanted, rel=0.3) and first_cell(drawn) > 5.0 * wanted
+
+
+def test_a_mesh_fine_enough_at_the_wall_stays_as_it_is():
+    drawn, asked = (
+        from_file(MPI.COMM_SELF, MESHES / "mold.geo", cells_at_wall=cells)
+        for cells in (None, lambda gap: graded_coordinates(gap, 2e-5, 1.3))
+    )
+    assert asked.mesh.topology.index_map(2).size_local == drawn.mesh.topology.index_map(2).size_local
+
+
+CORNER = """SetFactory("OpenCASCADE");
+Box(1) = {0, 0, 0, 1, 0.025, 0.05};
+Box(2) = {0, 0.025, 0, 1, 0.003, 0.05};
+Box(3) = {0, 0, 0.05, 1, 0.025, 0.003};
+Box(4) = {0, 0.025, 0.05, 1, 0.003, 0.003};
+Coherence;
+Transfinite Curve {:} = 6;
+Transfinite Surface {:};
+Recombine Surface {:};
+Transfinite Volume {:};
+Physical Volume("bed") = {1};
+Physical Volume("wall") = {2, 3, 4};
+Physical Surface("inlet") = Surface In BoundingBox {-1e-6, -1, -1, 1e-6, 0.026, 0.051};
+Physical Surface("outlet") = Surface In BoundingBox {0.999, -1, -1, 1.001, 0.026, 0.051};
+interface() = Surface In BoundingBox {-1, 0.0249, -1, 2, 0.0251, 0.051};
+interface() += Surface In BoundingBox {-1, -1, 0.0499, 2, 0.026, 0.0501};
+Physical Surface("interface") = {interface()};
+"""
+
+
+def test_a_bed_between_two_walls_gets_cells_along_their_edge(tmp_path):
+    path = tmp_path / "corner.geo"
+    path.write_text(CORNER)
+    domain = from_file(MPI.COMM_SELF, path, dimension=3, cells_at_wall=lambda gap: graded_coordinates(gap, 2e-4, 1.3))
+    one, dx, ds = fem.Constant(domain.mesh, 1.0), domain.cell_measure(2), domain.facet_measure(2)
+    assert integral(one * dx(geometry.BED)) == pytest.approx(1.0 * 0.025 * 0.05)
+    assert integral(one * ds(geometry.INLET)) == pytest.approx(0.025 * 0.05)
+    assert integral(one * ufl.ds(domain=domain.mesh)) == pytest.approx(2.0 * (0.028 * 0.053 + 0.028 + 0.053))
+    assert integral(domain.wall_distance * ds(geometry.INLET)) == pytest.approx(
+        0.5 * 0.025**2 * 0.05 - 0.025**3 / 6.0, rel=0.02
+    )
