@@ -161,7 +161,7 @@ class DevelopedFlow(NonlinearFlow):
     def _iterate(self) -> float:
         """One Newton iteration of profiles, pressure gradients and mass flow together; its relative update."""
         before = self.unknown.x.array.copy()
-        update = self.solver.newton_iteration()
+        update = self.solver.system.iterate()
         if not np.isfinite(update):
             return np.inf
         push = fenicsx.petsc_vector(self.unknown).duplicate()

@@ -256,7 +256,7 @@ class FullFlow(NonlinearFlow):
 
     def _iterate(self) -> float:
         self.renew_inlet()
-        return self.solver.newton_iteration()
+        return self.solver.system.iterate()
 
     def renew_inlet(self) -> None:
         """Take the mean square of the present entering velocity for the inlet's total pressure (collective)."""

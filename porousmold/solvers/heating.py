@@ -26,7 +26,7 @@ from ..mesh.domain import BED, Domain
 from .bead_modes import BeadModes
 from .curing import Curing
 from .flow import unknowns_outside
-from .newton import NewtonSystem, modified_newton
+from .newton import Contraction, NewtonSystem, modified_newton
 from .protocols import ArrayOf, Follower, HeatBalance, Observer, Saved, restore_functions, saved_functions, silent
 from .transport import FrozenTransport, MonotoneCells
 
@@ -43,8 +43,8 @@ BACKWARD_EULER_ERROR = 10.0
 """Weight of the estimated error where the backward Euler method takes the whole of a step."""
 FULL_CURE_ERROR = 200.0
 """Error (K) that counts as much as one of 1 in a degree of cure: about what full cure heats a laminate by."""
-STAGE_UPDATE = 1e-9
-"""Relative update at which a stage counts as solved: 3e-7 K."""
+STAGE_ERROR = 1e-8
+"""Relative error at which a stage counts as solved: 3e-6 K."""
 MOST_REPETITIONS = 12
 MOST_ITERATIONS = 20
 """Of a stage, with one Jacobian."""
@@ -127,6 +127,7 @@ class TransientHeat:
         self.balance = HeatBalance()
         self.observe: Observer = silent
         self.newton_iterations = 0
+        self._contraction = Contraction()
         self.repetitions = 0
         tables = (
             [fenicsx.dof_table(self.space.sub(part)) for part in (0, 1)] if two else [fenicsx.dof_table(self.space)]
@@ -201,6 +202,7 @@ class TransientHeat:
             "balance": vars(self.balance),
             "newton_iterations": self.newton_iterations,
             "repetitions": self.repetitions,
+            "contraction": self._contraction.ratio,
         }
         return Saved(numbers, saved_functions([*self.functions, *self.memory], "heat"))
 
@@ -208,6 +210,7 @@ class TransientHeat:
         """Go on from what `save()` gave."""
         self.balance = HeatBalance(**numbers["balance"])
         self.newton_iterations, self.repetitions = numbers["newton_iterations"], numbers["repetitions"]
+        self._contraction = Contraction(numbers["contraction"])
         restore_functions([*self.functions, *self.memory], "heat", array_of)
 
     @property
@@ -325,16 +328,19 @@ class TransientHeat:
             )
 
     def _iterate_stage(self) -> bool:
-        return modified_newton(self._iterate, most=MOST_ITERATIONS, converged=lambda update: update < STAGE_UPDATE)
+        self._contraction = self._contraction.of_the_next()
+        return modified_newton(
+            self._iterate,
+            most=MOST_ITERATIONS,
+            converged=lambda error: error < STAGE_ERROR,
+            contraction=self._contraction,
+        )
 
     def _iterate(self) -> float:
         for part in self._followers:
             part.follow()
-        converged, iterations = self._system.solve(max_iterations=1, relative_update=1e-14)
-        self.newton_iterations += iterations
-        if not iterations:
-            return 0.0 if converged else np.inf
-        return self._system.relative_update
+        self.newton_iterations += 1
+        return self._system.iterate()
 
     def estimated_error(self) -> Any:
         """Largest difference (K) between the step's end and the continuation of its first stage's slope, over all ranks.

@@ -2,6 +2,7 @@
 
 import functools
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -22,14 +23,31 @@ less time and memory."""
 
 # MUMPS: 14 is the head-room (in percent) for pivoting, which saddle points with pinned unknowns need.
 _OPTIONS = {
-    "snes_type": "newtonls",
-    "snes_linesearch_type": "basic",
-    # else a warm start, whose first residual is tiny, counts as diverged where it only has to move
-    "snes_divergence_tolerance": -1,
+    # one iteration at a time: Newton's own SNES would assemble the residual at its end, and again at the next one's start
+    "snes_type": "ksponly",
     "ksp_type": "preonly",
     "pc_type": "lu",
     "mat_mumps_icntl_14": 80,
 }
+
+
+@dataclass
+class Contraction:
+    """Ratio of the last two updates of Newton's method with kept factors; 1 where there were not two."""
+
+    ratio: float = 1.0
+
+    def error_after(self, update: float) -> float:
+        """Error that an update leaves where it and those to come contract like that, at least by a half.
+
+        Hairer, Wanner, Solving Ordinary Differential Equations II, equation (IV.8.10).
+        """
+        ratio = min(self.ratio, 0.5)
+        return update * ratio / (1.0 - ratio)
+
+    def of_the_next(self) -> "Contraction":
+        """What to expect of the next solve, whose first update tells nothing of it: their equation (IV.8.11)."""
+        return Contraction(max(self.ratio, 1e-16) ** 0.8)
 
 
 def modified_newton(
@@ -40,10 +58,12 @@ def modified_newton(
     renew_jacobian: Callable[[], None] | None = None,
     renews: Callable[[float, float], bool] = lambda update, last: True,
     gives_up: Callable[[float, float], bool] = lambda update, last: False,
+    contraction: Contraction | None = None,
 ) -> bool:
-    """Newton's method on factors that may be kept: iterate until `converged(update)`; tells whether it is.
+    """Newton's method on factors that may be kept: iterate until `converged(error)`; tells whether it is.
 
-    `iterate()` takes one iteration with the present factors and gives its relative update, infinite where it fails. With
+    `iterate()` takes one iteration with the present factors and gives its relative update, infinite where it fails; the error is
+    what `contraction` says that it leaves, brought up to date from the second one on, and without that the update. With
     `renew_jacobian` the Jacobian is renewed before an iteration where `renews(update, last)` of the two updates before (inf
     where there was none) says so. `gives_up(update, last)` ends it, as do `most` iterations and a failed one.
     """
@@ -52,7 +72,9 @@ def modified_newton(
         if renew_jacobian is not None and renews(update, last):
             renew_jacobian()
         last, update = update, iterate()
-        if converged(update):
+        if contraction is not None and 0.0 < last < float("inf"):
+            contraction.ratio = update / last
+        if converged(update if contraction is None else contraction.error_after(update)):
             return True
         if gives_up(update, last) or not np.isfinite(update):
             return False
@@ -95,6 +117,7 @@ class NewtonSystem:
         self.addend: Any = None
         self._keep_jacobian, self._jacobian_due = keep_jacobian, True
         self._pivoting, self._blocks = pivoting, blocks
+        self.relative_update = float("inf")
 
     @functools.cached_property
     def matrix(self) -> PETSc.Mat:
@@ -207,25 +230,29 @@ class NewtonSystem:
         for constant, value in zip(self._constants, values, strict=True):
             constant.value = np.asarray(value)
 
-    def solve(self, *, max_iterations: int, relative_update: float) -> tuple[Any, ...]:
-        """Iterate until |dx| < relative_update |x|; give (converged, iterations).
+    def iterate(self) -> float:
+        """One iteration of Newton's method, with kept factors if there are any (collective).
 
-        A factorisation that fails, a NaN or the iteration limit count as not converged; the unknown then holds the
-        last iterate.
+        Gives its relative update |dx|/|x|, infinite where the factorisation fails or the iterate is not finite; |x| counts as a
+        millionth per unknown at least, so that the solution zero of scaled unknowns can be told.
         """
-        self._snes.setTolerances(rtol=1e-50, atol=1e-50, stol=relative_update, max_it=max_iterations)
         self._view().copy(self._iterate)
         try:
             self._snes.solve(None, self._iterate)
-            reason = self._snes.getConvergedReason()
+            failed = self._snes.getConvergedReason() < 0
         except PETSc.Error:  # MUMPS reports a singular matrix (error 76) as an exception
-            reason = PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE
-        if reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE:
+            failed = True
+        if failed:
             self._jacobian_due = True
             self._snes.getKSP().reset()  # else the factorisation's failure sticks to later solves
         self._store(self._iterate)
-        finite = np.isfinite(self._iterate.norm())
-        return bool(reason > 0 and finite), self._snes.getIterationNumber()
+        size = self._iterate.norm()
+        if failed or not np.isfinite(size):
+            self.relative_update = float("inf")
+        else:
+            least = 1e-6 * self._iterate.getSize() ** 0.5
+            self.relative_update = float(self._snes.getSolutionUpdate().norm() / max(size, least))
+        return self.relative_update
 
     def apply_inverse(self, vector: PETSc.Vec) -> Any:
         """Solution of the linear system with the present Jacobian and its factors, of one right-hand side (PETSc)."""
@@ -243,13 +270,6 @@ class NewtonSystem:
         return self._snes.getKSP().getIterationNumber()
 
     @property
-    def residual_norm(self) -> Any:
-        """Residual norm of the last solve."""
-        return self._snes.getFunctionNorm()
-
-    @property
-    def relative_update(self) -> Any:
-        """|dx|/|x| of the last iteration of the last solve; |x| counts as a millionth per unknown at least, so that the
-        solution zero of scaled unknowns can be told."""
-        least = 1e-6 * self._iterate.getSize() ** 0.5
-        return self._snes.getSolutionUpdate().norm() / max(self._iterate.norm(), least)
+    def residual_norm(self) -> float:
+        """Residual norm at the start of the last iteration."""
+        return float(self.vector.norm())

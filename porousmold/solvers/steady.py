@@ -13,7 +13,7 @@ from dolfinx import fem
 from numpy.typing import NDArray
 
 from ..mesh import fenicsx
-from .newton import NewtonSystem, modified_newton
+from .newton import Contraction, NewtonSystem, modified_newton
 from .protocols import Observer, silent
 
 LOG = logging.getLogger(__name__)
@@ -45,8 +45,8 @@ MOST_PSEUDO_STEPS = 150
 LEAST_REMAINDER = 0.1
 """Part of the turbulence that a pseudo-time step leaves at least."""
 
-KEPT_TOLERANCE = 0.005
-"""Part of the tolerance to be met with kept factors, whose last update says less of the error."""
+KEPT_TOLERANCE = 0.1
+"""Part of the tolerance that the error left by kept factors may be: their contraction is an estimate."""
 SLOWEST_CONTRACTION = 0.7
 """Ratio of successive updates beyond which kept factors are given up."""
 LOOSER_PARTS = 5.0
@@ -117,7 +117,7 @@ class SteadySolver:
     ) -> None:
         self.system, self.unknowns, self._functions = system, unknowns, functions
         self._previous, self._inverse_step, self._transit = previous, inverse_step, transit
-        self._iterate = iterate or self.newton_iteration
+        self._iterate = iterate or system.iterate
         self._unknown = system.unknown
         self._of_turbulence = unknowns.of_turbulence
         self._communicator = self._unknown.function_space.mesh.comm
@@ -179,8 +179,9 @@ class SteadySolver:
         if modified_newton(
             self.counted_iteration,
             most=kept_iterations,
-            converged=lambda update: update < KEPT_TOLERANCE * tolerance and self.is_physical(),
+            converged=lambda error: error < KEPT_TOLERANCE * tolerance and self.is_physical(),
             gives_up=gives_up,
+            contraction=Contraction(),
         ):
             return True
         before = self._unknown.x.array.copy()
@@ -204,13 +205,6 @@ class SteadySolver:
         self.newton_iterations += 1
         self.observe("")
         return self.update
-
-    def newton_iteration(self) -> float:
-        """One iteration of the system with the present factors."""
-        converged, iterations = self.system.solve(max_iterations=1, relative_update=1e-14)
-        if not iterations:  # there is nothing left to solve, as in a fluid at rest
-            return 0.0 if converged else np.inf
-        return self.system.relative_update
 
     def _pseudo_step(self, step: float) -> float:
         """One Newton iteration of an implicit step (s) of a false transient, or of the steady equations where it is endless.
