@@ -5,6 +5,7 @@ result = run(Scene.load("studies/mold/aluminium.toml", {"wall.thickness": "2 mm"
 print(result.heating_time)
 """
 
+import importlib
 import os
 from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Any
@@ -14,23 +15,23 @@ from typing import TYPE_CHECKING, Any
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 from .errors import InputError, SolveError
-from .laws.conductivity import Anisotropic, LocalBed
-from .laws.extension import bead_conduction, dispersion, drag, nusselt, porosity, register, turbulence
-from .laws.materials import (
-    ConstantDensity,
-    Fluid,
-    IdealGasDensity,
-    LiquidDensity,
-    LogPolynomial,
-    PiecewiseLinear,
-    Polynomial,
-    Solid,
-    SutherlandViscosity,
-)
-from .laws.turbulence_models import LocalFlow, TransportTerms, TurbulenceModel, TurbulentUnknown
-from .scene.scene import Scene
 
 if TYPE_CHECKING:
+    from .laws.conductivity import Anisotropic, LocalBed
+    from .laws.extension import bead_conduction, dispersion, drag, nusselt, porosity, register, turbulence
+    from .laws.materials import (
+        ConstantDensity,
+        Fluid,
+        IdealGasDensity,
+        LiquidDensity,
+        LogPolynomial,
+        PiecewiseLinear,
+        Polynomial,
+        Solid,
+        SutherlandViscosity,
+    )
+    from .laws.turbulence_models import LocalFlow, TransportTerms, TurbulenceModel, TurbulentUnknown
+    from .scene.scene import Scene
     from .simulation.running import Result
 
 try:
@@ -38,6 +39,17 @@ try:
 except PackageNotFoundError:  # used from the source tree without installation
     __version__ = "0+source"
 
+_ROOMS = {
+    "laws.conductivity": ("Anisotropic", "LocalBed"),
+    "laws.extension": ("bead_conduction", "dispersion", "drag", "nusselt", "porosity", "register", "turbulence"),
+    "laws.materials": (
+        *("ConstantDensity", "Fluid", "IdealGasDensity", "LiquidDensity", "LogPolynomial", "PiecewiseLinear"),
+        *("Polynomial", "Solid", "SutherlandViscosity"),
+    ),
+    "laws.turbulence_models": ("LocalFlow", "TransportTerms", "TurbulenceModel", "TurbulentUnknown"),
+    "scene.scene": ("Scene",),
+}
+"""Where the public names stand: each is imported when it is first asked for, as that takes half a second in all."""
 __all__ = [
     "Anisotropic",
     "ConstantDensity",
@@ -68,8 +80,18 @@ __all__ = [
 ]
 
 
-def run(scene: Scene, *arguments: Any, **options: Any) -> "Result":
+def __getattr__(name: str) -> Any:
+    for room, names in _ROOMS.items():
+        if name in names:
+            value = getattr(importlib.import_module(f".{room}", __name__), name)
+            globals()[name] = value
+            return value
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def run(scene: "Scene", *arguments: Any, **options: Any) -> "Result":
     """Run a scene and give its result: see `porousmold.simulation.running.run`, which has the same arguments."""
+    from . import mpi  # noqa: F401 - before dolfinx
     from .simulation.running import run as run_scene  # on demand: a scene can be checked without dolfinx
 
     return run_scene(scene, *arguments, **options)

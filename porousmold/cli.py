@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NoReturn
 
+from . import __version__
 from .errors import InputError, SolveError
 from .experiment.cli import add_commands as add_experiment_commands
 from .output.console import add_extension_option, add_settings_option, add_verbosity_option, settings_of
@@ -38,7 +39,7 @@ def _status_of(command: Callable[..., Any], options: argparse.Namespace) -> Any:
     except KeyboardInterrupt:
         return _end(INTERRUPTED, "interrupted before the run began")
     except Exception:
-        from mpi4py import MPI
+        from .mpi import MPI
 
         if MPI.COMM_WORLD.size > 1:
             traceback.print_exc()
@@ -54,7 +55,7 @@ def _end(status: int, message: object) -> Any:
 
 def _on_one_rank(command: Callable[..., Any], options: argparse.Namespace) -> Any:
     """A command without parallel work, which gives its text: rank 0 does it, the others wait for its status."""
-    from mpi4py import MPI
+    from .mpi import MPI
 
     def told(options: argparse.Namespace) -> Any:
         try:
@@ -75,13 +76,14 @@ def _on_one_rank(command: Callable[..., Any], options: argparse.Namespace) -> An
 
 
 def _rank() -> Any:
-    from mpi4py import MPI
+    from .mpi import MPI
 
     return MPI.COMM_WORLD.rank
 
 
 def _parser() -> Any:
     parser = _Parser(prog="porousmold", description="Heating and cooling of bead-filled molds and pipes.")
+    parser.add_argument("--version", action="version", version=f"porousmold {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     run = commands.add_parser("run", help="run a scene to its heating time")
     run.add_argument("scene", metavar="SCENE.toml")
@@ -130,6 +132,7 @@ class _Parser(argparse.ArgumentParser):
 
 def _run(options: argparse.Namespace) -> Any:
     from .output.console import Bar, MarchProgress, log_to_console, summary_text
+    from .output.picture_process import PictureProcess
     from .scene.scene import Scene
 
     settings = settings_of(options)
@@ -138,8 +141,7 @@ def _run(options: argparse.Namespace) -> Any:
     out = Path(options.out) if options.out else Path("runs") / Path(options.scene).stem
     # dolfinx takes a second to import: only a scene that is sound pays for it
     try:
-        from mpi4py import MPI
-
+        from .mpi import MPI
         from .simulation.running import RunInterrupted, run
     except ImportError:
         if signals:  # an interrupted import of a compiled module comes as this
@@ -150,6 +152,7 @@ def _run(options: argparse.Namespace) -> Any:
     log_to_console(options.verbose, first_rank=rank == 0)
     bar = Bar(quiet=options.quiet or bool(rank) or options.verbose > 0)
     progress = MarchProgress(bar, scene.operation.heating_margin, scene.operation.end_time)
+    drawing = PictureProcess() if rank == 0 and scene.output.pictures else None
     try:
         result = run(
             scene,
@@ -160,6 +163,7 @@ def _run(options: argparse.Namespace) -> Any:
             force=options.force,
             observe=progress.phase,
         )
+        pictures = drawing.draw(out) if drawing is not None else []
     except RunInterrupted as error:
         return _end(INTERRUPTED, f"{error}; what was computed is in {out}, --resume goes on")
     except SolveError:
@@ -168,12 +172,9 @@ def _run(options: argparse.Namespace) -> Any:
         raise
     finally:
         bar.close()
+        if drawing is not None:
+            drawing.close()
     if rank == 0:
-        pictures = []
-        if scene.output.pictures:
-            from .output.pictures import draw
-
-            pictures = draw(out)
         if result.recalled:
             lacking = scene.output.fields and not (out / "fields.xdmf").is_file()
             told = ", without the fields, which it did not write: --force computes it anew" if lacking else ""
@@ -187,8 +188,7 @@ def _check(options: argparse.Namespace) -> Any:
     from .scene.scene import Scene
 
     scene = Scene.load(options.scene, settings_of(options), allow_extensions=options.allow_extensions)
-    from mpi4py import MPI
-
+    from .mpi import MPI
     from .simulation.checking import check
 
     found = check(scene, MPI.COMM_WORLD)

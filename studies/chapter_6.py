@@ -17,7 +17,7 @@ from porousmold.errors import SolveError
 from porousmold.laws.material_library import SOLIDS
 from porousmold.laws.nusselt import NUSSELT_CORRELATIONS
 from porousmold.laws.turbulence import PRANDTL_TURBULENT
-from porousmold.output.folder import read_table
+from porousmold.output.stored import read_table
 
 HERE = Path(__file__).parent
 SCENE = HERE / "pipe" / "experiment" / "experiment.toml"

@@ -17,7 +17,7 @@ import numpy as np
 from mpi4py import MPI
 from scipy.optimize import curve_fit
 
-from porousmold.laws.material_library import AIR
+from porousmold.laws.material_library import FLUIDS
 from porousmold.output.figures import STYLE, plt, save
 from porousmold.study.definition import QUIET, Study
 from porousmold.study.running import run_study
@@ -199,7 +199,7 @@ def points(curve):
             print(f"{curve.study}: {row['folder']} is {row['status']}: {row['reason']}")
             continue
         if curve.energy:  # eq. 8.13, whole cavity: the model's mass flow is that of half of it
-            value *= 2.0 * row["mass_flow_final"] * AIR.heat_capacity(363.15) * TEMPERATURE_RISE
+            value *= 2.0 * row["mass_flow_final"] * FLUIDS["air"].heat_capacity(363.15) * TEMPERATURE_RISE
         found.append((row[curve.key], value))
     return np.array(sorted(found)).T
 

@@ -17,7 +17,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from porousmold.output.folder import read_table
+from porousmold.output.stored import read_table
 
 SCENE = Path(__file__).parent / "mold" / "aluminium.toml"
 SETTINGS = {

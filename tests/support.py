@@ -19,7 +19,7 @@ from porousmold.equations.flow import FlowEquations, FlowScales
 from porousmold.equations.medium import Bed, FluidState
 from porousmold.equations.openings import Opening
 from porousmold.laws.drag import DRAG_LAWS
-from porousmold.laws.material_library import AIR, CERAMIC
+from porousmold.laws.material_library import FLUIDS, SOLIDS
 from porousmold.laws.materials import ConstantDensity, constant
 from porousmold.laws.nusselt import NUSSELT_CORRELATIONS
 from porousmold.mesh import domain as geometry
@@ -31,6 +31,7 @@ from porousmold.simulation.specs import specs_of
 
 STUDIES = Path(__file__).parent.parent / "studies"
 MESHES = STUDIES.parent / "meshes"
+AIR, CERAMIC = FLUIDS["air"], SOLIDS["ceramic"]
 ALUMINIUM, FRP, PIPE = (
     STUDIES / "mold" / "aluminium.toml",
     STUDIES / "mold" / "frp.toml",

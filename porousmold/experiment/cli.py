@@ -68,7 +68,7 @@ def _rotameter(options: argparse.Namespace) -> str:
 
 
 def _compare(options: argparse.Namespace) -> str:
-    from ..output.folder import locked_folder
+    from ..output.stored import locked_folder
     from .comparison import POSITION_ERROR, SENSOR_ERROR, average_deviation, compare
     from .pictures import draw_comparison
 

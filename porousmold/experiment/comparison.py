@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..files.tables import read_columns
-from ..output.folder import read_table
+from ..output.stored import read_table
 
 SENSOR_ERROR = 1.1
 """K, of the thesis's thermocouples (section 6.4)."""

@@ -4,10 +4,10 @@ The closures are written once with these, so that the solver (UFL), the post-pro
 the tests (floats) share one formula.
 """
 
+import sys
 from typing import Any, TypeAlias
 
 import numpy as np
-import ufl
 
 Value: TypeAlias = Any
 """A float, a numpy array, or a UFL expression: UFL itself is not typed."""
@@ -15,7 +15,8 @@ Value: TypeAlias = Any
 
 def is_symbolic(*values: Value) -> bool:
     """Tell whether any of the values is a UFL expression."""
-    return any(isinstance(value, ufl.core.expr.Expr) for value in values)
+    ufl = sys.modules.get("ufl")  # where nobody has imported it there is none; it takes a tenth of a second
+    return ufl is not None and any(isinstance(value, ufl.core.expr.Expr) for value in values)
 
 
 def number_of(value: Value) -> float:
@@ -30,22 +31,23 @@ def scaled(x: Value, factor: Value) -> Value:
 
 def exp(x: Value) -> Value:
     """exp(x)."""
-    return ufl.exp(x) if is_symbolic(x) else np.exp(x)
+    return sys.modules["ufl"].exp(x) if is_symbolic(x) else np.exp(x)
 
 
 def ln(x: Value) -> Value:
     """Natural logarithm of x > 0."""
-    return ufl.ln(x) if is_symbolic(x) else np.log(x)
+    return sys.modules["ufl"].ln(x) if is_symbolic(x) else np.log(x)
 
 
 def sqrt(x: Value) -> Value:
     """Square root of x >= 0."""
-    return ufl.sqrt(x) if is_symbolic(x) else np.sqrt(x)
+    return sys.modules["ufl"].sqrt(x) if is_symbolic(x) else np.sqrt(x)
 
 
 def where_less(a: Value, b: Value, if_less: Value, otherwise: Value) -> Value:
     """`if_less` where a < b, else `otherwise`; both branches must be finite everywhere."""
     if is_symbolic(a, b, if_less, otherwise):
+        ufl = sys.modules["ufl"]
         return ufl.conditional(ufl.lt(a, b), if_less, otherwise)
     return np.where(np.less(a, b), if_less, otherwise)[()]
 

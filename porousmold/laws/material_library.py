@@ -4,7 +4,9 @@ They stand in `library/solids.toml` and `library/fluids.toml`, as a user's own w
 are fitted by `python -m studies.fluid_properties`. `porousmold materials` lists them.
 """
 
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 from ..files.tables import read_toml
 from .material_files import read_materials
@@ -17,13 +19,15 @@ LIBRARY = Path(__file__).parent / "library"
 
 
 def _register(path: Path) -> None:
-    for name, material in read_materials(read_toml("materials", path), path.parent, None).items():
-        if isinstance(material, Fluid):
-            FLUIDS.register(name, material)
-        else:
-            SOLIDS.register(name, material)
+    """The materials of a file, each read when it is first asked for: a scene needs three of thirty."""
+    for name, table in read_toml("materials", path).items():
+        registry: Any = FLUIDS if "viscosity" in table else SOLIDS
+        registry.register_later(name, partial(_read, name, table, path.parent))
+
+
+def _read(name: str, table: dict[str, Any], folder: Path) -> Fluid | Solid:
+    return read_materials({name: table}, folder, None)[name]
 
 
 for _name in ("solids.toml", "fluids.toml"):
     _register(LIBRARY / _name)
-AIR, CERAMIC, ACRYLIC = FLUIDS["air"], SOLIDS["ceramic"], SOLIDS["acrylic"]

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
 
 from ..errors import InputError
 from ..files.tables import read_rows
@@ -70,6 +69,8 @@ class PorosityProfile:
 
     def _interpolated(self, values: NDArray[Any], wall_distance: Value, bead_diameter: float) -> Value:
         place = np.clip(np.asarray(wall_distance) / bead_diameter, 0.0, self.positions[-1])
+        from scipy.interpolate import PchipInterpolator  # a tenth of a second, which laws do without
+
         return PchipInterpolator(self.positions, values)(place)
 
     def over(

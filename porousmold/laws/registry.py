@@ -10,7 +10,7 @@ import hashlib
 import importlib.util
 import inspect
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from importlib.machinery import SourceFileLoader
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -29,6 +29,7 @@ class Registry(Mapping[str, Law], Generic[Law]):
     def __init__(self, kind: str) -> None:
         self.kind = kind
         self._laws: dict[str, Law] = {}
+        self._makers: dict[str, Callable[[], Law]] = {}
         self._own: set[str] = set()
 
     def register(self, name: str, law: Law) -> Law:
@@ -42,18 +43,25 @@ class Registry(Mapping[str, Law], Generic[Law]):
         self._laws[name] = law
         return law
 
+    def register_later(self, name: str, make: Callable[[], Law]) -> None:
+        """Add a law of the package that is made when it is first asked for."""
+        self._own.add(name)
+        self._makers[name] = make
+
     def is_own(self, name: str) -> bool:
         """Whether the law belongs to the package."""
         return name in self._own
 
     def __getitem__(self, name: str) -> Law:
+        if name not in self._laws and name in self._makers:
+            self._laws[name] = self._makers[name]()
         return self._laws[name]
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._laws)
+        return iter(dict.fromkeys([*self._makers, *self._laws]))
 
     def __len__(self) -> int:
-        return len(self._laws)
+        return len(list(iter(self)))
 
 
 def _registering_module() -> str:

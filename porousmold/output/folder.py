@@ -19,25 +19,15 @@ from ..scene.scene import Scene
 from ..solvers.protocols import Stateful
 from .checkpoint import NAME, Checkpoint, NodeOrders, packed, read
 from .quantities import Columns
+from .stored import LOCK, read_table
 
 COMPARISON = ("comparison.json", "comparison.png")
 OUTPUTS = [
     *("result.json", "history.csv", "near_wall.csv", "fields.h5", "fields.xdmf", "scene.toml"),
     *("temperatures.png", "near_wall.png", "fields.png", "skin.png", "supply.png", *COMPARISON, "report.html", NAME),
 ]
-LOCK = ".lock"
-"""File that a process which writes the folder holds."""
 FIELDS_PART = ".fields.part"
 """Folder in which the two files of the fields are written, to take their places together."""
-
-
-def locked_folder(folder: Path, purpose: str) -> Lock:
-    """The lock of a run's folder, held until it is closed; `InputError` where it cannot be had, so that nothing can be
-    `purpose` ("drawn", ...)."""
-    try:
-        return locked(folder / LOCK)
-    except OSError as error:
-        raise InputError("RUN", str(folder), f"cannot be {purpose}: {error.strerror or error}") from error
 
 
 class RunFolder:
@@ -186,11 +176,3 @@ class RunFolder:
                 for name in ("fields.h5", "fields.xdmf"):
                     (part / name).replace(self.path / name)
                 part.rmdir()
-
-
-def read_table(path: Path) -> Columns:
-    """A table that `RunFolder` wrote."""
-    with Path(path).open(newline="", encoding="utf-8") as file:
-        head, *rows = csv.reader(file)
-    names = [cell.split(" [")[0] for cell in head]
-    return Columns({name: [float(row[i]) for row in rows] for i, name in enumerate(names)})

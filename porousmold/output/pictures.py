@@ -1,8 +1,11 @@
 """Pictures of a run, drawn from the files in its folder (one process, no MPI)."""
 
 import json
+import multiprocessing
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -10,18 +13,22 @@ import h5py
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
+from scipy import sparse
 
 from ..errors import InputError
 from .figures import STYLE, plt, save
-from .folder import locked_folder, read_table
 from .quantities import ENERGY_GIVEN, ENERGY_NAMES, JOULES_A_KWH, Columns, quantity
+from .slices import slice_of, triangles_of
+from .stored import locked_folder, read_table
 
 PLACES = {"centre": ("bed centre", "-"), "bed_side": ("wall, bed side", "--"), "outer": ("wall, outside", ":")}
+INSIDE = 1e-6
+"""Of the mesh's width: how far inside it lies the section that shows its plane of symmetry."""
 # Margins are given, not found: letting matplotlib measure them doubles the time of every picture.
 
 
-def draw(folder: Path) -> Any:
-    """Draw every picture that the folder's files allow; gives the paths.
+def draw(folder: Path, processes: int = 1) -> list[Path]:
+    """Draw every picture that the folder's files allow, so many at a time; gives the paths.
 
     Raises `InputError` if it holds no run, or another process is at work there.
     """
@@ -37,16 +44,20 @@ def draw(folder: Path) -> Any:
         raise InputError("RUN", str(folder), f"has a damaged result.json: {error}") from error
     with locked_folder(folder, "drawn"), plt.rc_context(STYLE):
         history = read_table(folder / "history.csv")
-        drawn = [_temperatures(folder, history, marks)]
+        pictures = [partial(_temperatures, folder, history, marks)]
         if targets:
-            drawn.append(_skin(folder, history, marks))
+            pictures.append(partial(_skin, folder, history, marks))
         if energy is not None:
-            drawn.append(_supply(folder, history, energy))
+            pictures.append(partial(_supply, folder, history, energy))
         if (folder / "near_wall.csv").is_file():
-            drawn.append(_near_wall(folder))
+            pictures.append(partial(_near_wall, folder))
         if (folder / "fields.xdmf").is_file():
-            drawn.append(_fields(folder))
-    return drawn
+            pictures.append(partial(_fields, folder))
+        if processes == 1:
+            return [picture() for picture in pictures]
+        with ProcessPoolExecutor(processes, multiprocessing.get_context("fork")) as pool:
+            drawing = [pool.submit(picture) for picture in reversed(pictures)]  # the longest first
+            return [one.result() for one in reversed(drawing)]
 
 
 def _temperatures(folder: Path, history: Columns, marks: Mapping[str, float]) -> Path:
@@ -151,16 +162,16 @@ def _near_wall(folder: Path) -> Path:
 def _fields(folder: Path) -> Path:
     nodes, cells, steps = read_fields(folder / "fields.xdmf")
     if nodes.shape[1] == 3:  # the plane of symmetry, and a section across the flow
-        middle = np.unique(nodes[:, 0])
-        middle = middle[np.argmin(np.abs(middle - 0.5 * middle[-1]))]
-        along = "along the flow in m", 1.0, *plane_of(nodes, cells, 2, 0.0)
-        section = "beside the middle in mm", 1e3, *plane_of(nodes, cells, 0, middle)
+        low, high = nodes.min(axis=0), nodes.max(axis=0)
+        middle = 0.5 * (low[0] + high[0])
+        along = "along the flow in m", 1.0, *slice_of(nodes, cells, 2, low[2] + INSIDE * (high[2] - low[2]))
+        section = "beside the middle in mm", 1e3, *slice_of(nodes, cells, 0, middle)
         panels = [
             ("fluid and wall, plane of symmetry", "temperature", *along),
-            (f"fluid and wall, {middle:.2g} m from the inlet", "temperature", *section),
+            (f"fluid and wall, {middle - low[0]:.2g} m from the inlet", "temperature", *section),
         ]
     else:
-        everything = "along the flow in m", 1.0, nodes, triangles_of(cells), np.arange(len(nodes))
+        everything = "along the flow in m", 1.0, nodes, triangles_of(cells), sparse.identity(len(nodes), format="csr")
         panels = [("fluid and wall", "temperature", *everything), ("beads", "bead_temperature", *everything)]
     times = sorted(steps)
     reached = np.concatenate([steps[t]["temperature"] for t in times]) - 273.15
@@ -170,14 +181,13 @@ def _fields(folder: Path) -> Path:
     figure.subplots_adjust(
         left=0.08, right=0.88, bottom=0.4 / (len(times) + 0.6), top=1 - 0.25 / (len(times) + 0.6), hspace=0.2
     )
-    in_bed = steps[times[0]]["in_bed"] > 0.5
-    for column, (title, name, label, unit, places, triangles, numbers) in enumerate(panels):
-        x, y, bed = unit * places[:, 0], 1e3 * places[:, 1], in_bed[numbers]
+    for column, (title, name, label, unit, places, triangles, weights) in enumerate(panels):
+        x, y, bed = unit * places[:, 0], 1e3 * places[:, 1], weights @ steps[times[0]]["in_bed"] > 0.99
         shapes = triangles[np.all(bed[triangles], axis=1)] if name == "bead_temperature" else triangles
         axes[0, column].set_title(title)
         axes[-1, column].set_xlabel(label)
         for row, time in enumerate(times):
-            panel, values = axes[row, column], steps[time][name][numbers] - 273.15
+            panel, values = axes[row, column], weights @ steps[time][name] - 273.15
             drawn = panel.tricontourf(x, y, shapes, values, levels=levels, cmap="inferno")
             panel.set_ylim(y.min(), y.max())
             if np.any(~bed):  # the interface
@@ -188,23 +198,6 @@ def _fields(folder: Path) -> Path:
     figure.colorbar(drawn, cax=figure.add_axes((0.9, 0.12, 0.015, 0.8)), label="temperature in °C",
                     ticks=[tick for tick in ticks if levels[0] <= tick <= levels[-1]])  # fmt: skip
     return save(figure, folder / "fields.png")
-
-
-def triangles_of(cells: NDArray[Any]) -> Any:
-    """Triangles of cells that are triangles or quadrilaterals in drawing order."""
-    return np.concatenate([cells[:, [0, 1, 2]], cells[:, [0, 2, 3]]]) if cells.shape[1] == 4 else cells
-
-
-def plane_of(nodes: NDArray[Any], cells: NDArray[Any], axis: int, value: Any) -> tuple[Any, ...]:
-    """The plane x[axis] = value of a mesh of bricks: places (n, 2), triangles of them, and their numbers among `nodes`."""
-    on_plane = np.isclose(nodes[:, axis], value, rtol=1e-9, atol=1e-9)
-    cells = cells[on_plane[cells].sum(axis=1) == 4]
-    faces = cells[on_plane[cells]].reshape(-1, 4)
-    places = np.delete(nodes, axis, axis=1)[:, :: 1 if axis else -1]
-    arms = places[faces] - places[faces].mean(axis=1, keepdims=True)
-    turned = np.argsort(np.arctan2(arms[:, :, 1], arms[:, :, 0]), axis=1)
-    numbers, renumbered = np.unique(np.take_along_axis(faces, turned, axis=1), return_inverse=True)
-    return places[numbers], triangles_of(renumbered.reshape(-1, 4)), numbers
 
 
 def read_fields(path: Path) -> tuple[Any, ...]:
@@ -223,5 +216,5 @@ def read_fields(path: Path) -> tuple[Any, ...]:
             if time is not None and attribute is not None:
                 fields = steps.setdefault(float(time.attrib["Value"]), {})
                 fields[attribute.attrib["Name"]] = data(attribute).squeeze()
-    flat = cells.shape[1] < 8
+    flat = nodes.shape[1] == 2 or np.ptp(nodes[:, 2]) == 0.0
     return nodes[:, :2] if flat else nodes, cells, steps

@@ -12,8 +12,8 @@ from ..errors import InputError
 from ..files.whole_files import output_file
 from ..scene.keys import flat
 from .figures import STYLE, plt, save
-from .folder import read_table
 from .quantities import Columns
+from .stored import read_table
 
 RESULTS = {
     "heating_time": "s",

@@ -188,7 +188,7 @@ def _plug_flow(specs: Specs, medium: Medium) -> PlugFlow:
 
 def _flow_in_the_plane(specs: Specs) -> tuple[Domain, dict[str, fem.Function]]:
     """The steady flow of a three-dimensional scene in two dimensions, on one rank."""
-    from mpi4py import MPI
+    from ..mpi import MPI
 
     size = specs.mesh.size
     assert size is not None

@@ -5,10 +5,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from mpi4py import MPI
-
 from ..errors import InputError, SolveError
 from ..mesh.aliases import Communicator
+from ..mpi import MPI
 from ..output.checkpoint import Checkpoint
 from ..output.folder import RunFolder
 from ..output.quantities import Columns, Recorded

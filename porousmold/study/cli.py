@@ -94,8 +94,7 @@ def _sensitivity(options: argparse.Namespace) -> Any:
     if not 0.0 < step < 1.0:
         raise InputError("--step", step, "must be > 0 and < 1")
     out = Path(options.out) if options.out else Path("runs") / f"{Path(options.scene).stem}-sensitivity"
-    from mpi4py import MPI
-
+    from ..mpi import MPI
     from .sensitivity import cases_around, elasticities, write
 
     signals, first = StopSignals(), MPI.COMM_WORLD.rank == 0
@@ -124,8 +123,7 @@ def _uncertainty(options: argparse.Namespace) -> int:
     if options.seed < 0:
         raise InputError("--seed", options.seed, "must be >= 0")
     out = Path(options.out) if options.out else Path("runs") / f"{Path(options.scene).stem}-uncertainty"
-    from mpi4py import MPI
-
+    from ..mpi import MPI
     from .uncertainty import budget, cases_of, sampled, summary_text, write
 
     signals, first = StopSignals(), MPI.COMM_WORLD.rank == 0
@@ -157,7 +155,7 @@ def _solve_for(options: argparse.Namespace) -> int:
     aim = aim_of(options.target)
     scene = Scene.load(options.scene, settings_of(options), allow_extensions=options.allow_extensions)
     out = Path(options.out) if options.out else Path("runs") / f"{Path(options.scene).stem}-solve-for"
-    from mpi4py import MPI
+    from ..mpi import MPI
 
     signals, first = StopSignals(), MPI.COMM_WORLD.rank == 0
     bar = Bar(quiet=options.quiet or not first)
@@ -185,7 +183,7 @@ def _optimum(options: argparse.Namespace) -> Any:
 
     study, aim = load(options.study, allow_extensions=options.allow_extensions)
     out = Path(options.out) if options.out else Path("runs") / Path(options.study).stem
-    from mpi4py import MPI
+    from ..mpi import MPI
 
     signals, first = StopSignals(), MPI.COMM_WORLD.rank == 0
     bar = Bar(quiet=options.quiet or not first)
@@ -215,8 +213,7 @@ def _study(options: argparse.Namespace) -> Any:
 
     study, part = Study.load(options.study, allow_extensions=options.allow_extensions), _part(options.part)
     out = Path(options.out) if options.out else Path("runs") / Path(options.study).stem
-    from mpi4py import MPI
-
+    from ..mpi import MPI
     from .running import collect, run_study
 
     signals = StopSignals()

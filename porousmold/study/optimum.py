@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from mpi4py import MPI
 from numpy.typing import NDArray
 from scipy.interpolate import RBFInterpolator
 from scipy.optimize import minimize
@@ -24,6 +23,7 @@ from ..errors import InputError
 from ..files.tables import read_toml
 from ..files.units import to_si
 from ..files.whole_files import output_file
+from ..mpi import MPI
 from ..scene.keys import key_of
 from ..scene.language import KEYS
 from .definition import Study, check_names, table_of, unit_of_record

@@ -15,10 +15,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from mpi4py import MPI
-
 from ..errors import InputError, SolveError
 from ..files.whole_files import InUseError, locked, whole_file
+from ..mpi import MPI
 from ..scene.identity import identity_of
 from ..scene.keys import key_of
 from ..scene.language import KEYS

@@ -7,10 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from porousmold.laws.air_supply import AirSupply, Blower, temperature_of
-from porousmold.laws.material_library import AIR
+from porousmold.laws.material_library import FLUIDS
 
 CURVE = Blower((0.0, 0.05, 0.1), (20e3, 15e3, 4e3), 1.2, 1e5, 0.6)
-enthalpy = AIR.heat_capacity.integral
+enthalpy = FLUIDS["air"].heat_capacity.integral
 
 
 def test_blower_between_and_beyond_the_points_of_its_curve():
@@ -34,7 +34,7 @@ def test_what_heater_and_blower_give_is_taken_by_bed_exhaust_and_duct(
 ):
     mass_flow = 0.08
     found = AirSupply(limit, 293.15, conductance).supplied(
-        AIR, mass_flow, mass_flow * enthalpy(outlet), set_point, returned, blower
+        FLUIDS["air"], mass_flow, mass_flow * enthalpy(outlet), set_point, returned, blower
     )
     bed = mass_flow * (enthalpy(found.temperature) - enthalpy(outlet))
     assert found.heater + blower == pytest.approx(bed + found.exhaust + found.duct_loss, abs=1e-5)
@@ -46,13 +46,13 @@ def test_what_heater_and_blower_give_is_taken_by_bed_exhaust_and_duct(
 
 
 def test_an_unlimited_heater_gives_the_set_point_itself():
-    found = AirSupply(inf, 293.15, 0.0).supplied(AIR, 0.1, 0.1 * enthalpy(310.0), 363.15, 0.0, 0.0)
+    found = AirSupply(inf, 293.15, 0.0).supplied(FLUIDS["air"], 0.1, 0.1 * enthalpy(310.0), 363.15, 0.0, 0.0)
     assert found.temperature == 363.15
     assert found.heater == pytest.approx(0.1 * (enthalpy(363.15) - enthalpy(293.15)))
 
 
 def test_a_long_duct_brings_the_air_to_the_surroundings():
     supply = AirSupply(0.0, 293.15, 1e6)
-    found = supply.supplied(AIR, 0.1, 0.1 * enthalpy(400.0), 363.15, 1.0, 0.0)
+    found = supply.supplied(FLUIDS["air"], 0.1, 0.1 * enthalpy(400.0), 363.15, 1.0, 0.0)
     assert found.temperature == pytest.approx(293.15)
-    assert temperature_of(AIR, enthalpy(333.3), 300.0) == pytest.approx(333.3)
+    assert temperature_of(FLUIDS["air"], enthalpy(333.3), 300.0) == pytest.approx(333.3)

@@ -13,8 +13,8 @@ from porousmold import InputError, Scene, run
 from porousmold.cli import main
 from porousmold.files.whole_files import locked
 from porousmold.laws.porosity_profile import HEAD
-from porousmold.output.folder import LOCK
 from porousmold.output.pictures import draw, read_fields
+from porousmold.output.stored import LOCK
 
 from ..support import ALUMINIUM, COARSE, FRP, PIPE, STUDIES, coarse_scene, under_mpirun
 

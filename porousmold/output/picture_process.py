@@ -1,0 +1,60 @@
+"""The pictures of a run in a process of their own, which makes itself ready while the run is computed."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+from ..errors import InputError
+
+
+class PictureProcess:
+    """A process that imports matplotlib and waits for the folder to draw. It ends with this one, whatever happens to that."""
+
+    def __init__(self) -> None:
+        # with a session of its own, Ctrl-C reaches the run alone
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", __name__],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+        )
+
+    def draw(self, folder: Path) -> list[Path]:
+        """The pictures of a run's folder, drawn. Raises `InputError` like `pictures.draw`, and where the process has died."""
+        answer, _ = self._process.communicate(f"{folder}\n")
+        if not answer:
+            raise InputError("output.pictures", True, "could not be drawn; 'porousmold show' tries again")
+        given = json.loads(answer)
+        if "error" in given:
+            raise InputError(*given["error"])
+        return [Path(path) for path in given["drawn"]]
+
+    def close(self) -> None:
+        """End the process, if it still waits."""
+        self._process.kill()
+        self._process.wait()
+
+
+def _wait_and_draw() -> None:
+    from .figures import plt
+    from .pictures import draw
+
+    figure = plt.figure(figsize=(1.0, 1.0))  # the first one looks for fonts
+    figure.text(0.5, 0.5, "$\\phi$ in m²")
+    figure.canvas.draw()
+    plt.close(figure)
+    folder = sys.stdin.readline().rstrip("\n")
+    if not folder:
+        return
+    try:
+        answer = {"drawn": [str(path) for path in draw(Path(folder), len(os.sched_getaffinity(0)))]}
+    except InputError as error:
+        answer = {"error": [error.key, str(error.value), error.allowed]}
+    print(json.dumps(answer))
+
+
+if __name__ == "__main__":
+    _wait_and_draw()

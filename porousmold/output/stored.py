@@ -1,0 +1,28 @@
+"""The folder of a run as those find it who only read it: its lock and its tables. No dolfinx."""
+
+import csv
+from pathlib import Path
+
+from ..errors import InputError
+from ..files.whole_files import Lock, locked
+from .quantities import Columns
+
+LOCK = ".lock"
+"""File that a process which writes the folder holds."""
+
+
+def locked_folder(folder: Path, purpose: str) -> Lock:
+    """The lock of a run's folder, held until it is closed; `InputError` where it cannot be had, so that nothing can be
+    `purpose` ("drawn", ...)."""
+    try:
+        return locked(folder / LOCK)
+    except OSError as error:
+        raise InputError("RUN", str(folder), f"cannot be {purpose}: {error.strerror or error}") from error
+
+
+def read_table(path: Path) -> Columns:
+    """A table that `folder.RunFolder` wrote."""
+    with Path(path).open(newline="", encoding="utf-8") as file:
+        head, *rows = csv.reader(file)
+    names = [cell.split(" [")[0] for cell in head]
+    return Columns({name: [float(row[i]) for row in rows] for i, name in enumerate(names)})
