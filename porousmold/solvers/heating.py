@@ -43,8 +43,8 @@ BACKWARD_EULER_ERROR = 10.0
 """Weight of the estimated error where the backward Euler method takes the whole of a step."""
 FULL_CURE_ERROR = 200.0
 """Error (K) that counts as much as one of 1 in a degree of cure: about what full cure heats a laminate by."""
-STAGE_ERROR = 1e-8
-"""Relative error at which a stage counts as solved: 3e-6 K."""
+STAGE_ERROR = 1e-9
+"""Relative error at which a stage counts as solved: 3e-7 K."""
 MOST_REPETITIONS = 12
 MOST_ITERATIONS = 20
 """Of a stage, with one Jacobian."""
@@ -127,7 +127,6 @@ class TransientHeat:
         self.balance = HeatBalance()
         self.observe: Observer = silent
         self.newton_iterations = 0
-        self._contraction = Contraction()
         self.repetitions = 0
         tables = (
             [fenicsx.dof_table(self.space.sub(part)) for part in (0, 1)] if two else [fenicsx.dof_table(self.space)]
@@ -202,7 +201,6 @@ class TransientHeat:
             "balance": vars(self.balance),
             "newton_iterations": self.newton_iterations,
             "repetitions": self.repetitions,
-            "contraction": self._contraction.ratio,
         }
         return Saved(numbers, saved_functions([*self.functions, *self.memory], "heat"))
 
@@ -210,7 +208,6 @@ class TransientHeat:
         """Go on from what `save()` gave."""
         self.balance = HeatBalance(**numbers["balance"])
         self.newton_iterations, self.repetitions = numbers["newton_iterations"], numbers["repetitions"]
-        self._contraction = Contraction(numbers["contraction"])
         restore_functions([*self.functions, *self.memory], "heat", array_of)
 
     @property
@@ -328,12 +325,11 @@ class TransientHeat:
             )
 
     def _iterate_stage(self) -> bool:
-        self._contraction = self._contraction.of_the_next()
         return modified_newton(
             self._iterate,
             most=MOST_ITERATIONS,
             converged=lambda error: error < STAGE_ERROR,
-            contraction=self._contraction,
+            contraction=Contraction(),
         )
 
     def _iterate(self) -> float:

@@ -45,10 +45,6 @@ class Contraction:
         ratio = min(self.ratio, 0.5)
         return update * ratio / (1.0 - ratio)
 
-    def of_the_next(self) -> "Contraction":
-        """What to expect of the next solve, whose first update tells nothing of it: their equation (IV.8.11)."""
-        return Contraction(max(self.ratio, 1e-16) ** 0.8)
-
 
 def modified_newton(
     iterate: Callable[[], float],

@@ -45,7 +45,7 @@ MOST_PSEUDO_STEPS = 150
 LEAST_REMAINDER = 0.1
 """Part of the turbulence that a pseudo-time step leaves at least."""
 
-KEPT_TOLERANCE = 0.1
+KEPT_TOLERANCE = 0.005
 """Part of the tolerance that the error left by kept factors may be: their contraction is an estimate."""
 SLOWEST_CONTRACTION = 0.7
 """Ratio of successive updates beyond which kept factors are given up."""

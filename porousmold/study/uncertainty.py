@@ -32,7 +32,7 @@ from ..laws.porosity import POROSITY_MODELS
 from ..scene.chosen_laws import Laws
 from ..scene.scene import Scene
 from ..scene.tolerances import TOLERANCES, tolerance_of
-from ..simulation.accuracy import MESH_ORDER
+from ..simulation.accuracy import ORDER
 from .definition import Case, Study
 from .parameters import case_around, value_of
 from .running import run_study
@@ -186,7 +186,7 @@ def budget(scene: Scene, out: Path, *, progress: Any = None, stop: Callable[[], 
         found.append(Contribution(name, f"or {law}", half, "" if half is not None else reasons[f"{name},{law}"]))
     if "finer" in times:
         finer = times["finer"]
-        cells = None if finer is None else abs(math.log(finer / here)) / (1.0 - FINER**-MESH_ORDER)
+        cells = None if finer is None else abs(math.log(finer / here)) / (1.0 - FINER**-ORDER)
         found.append(
             Contribution(
                 "discretisation", "finer cells, smaller steps", cells, "" if cells is not None else reasons["finer"]

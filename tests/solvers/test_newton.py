@@ -30,18 +30,6 @@ def test_the_error_that_is_left_is_the_sum_of_the_updates_to_come(ratio):
     assert errors[-1] == pytest.approx(sum(ratio**number for number in range(4, 100)), rel=1e-6)
 
 
-def test_a_known_contraction_ends_after_one_iteration_where_it_is_enough():
-    known = Contraction(1e-10).of_the_next()
-    assert known.ratio == pytest.approx(1e-8)
-    assert modified_newton(contracting(1e-10, 1e-3), most=1, converged=lambda error: error < 1e-9, contraction=known)
-    assert not modified_newton(
-        contracting(0.1, 1e-3),
-        most=1,
-        converged=lambda error: error < 1e-9,
-        contraction=Contraction(1e-2).of_the_next(),
-    )
-
-
 def test_without_a_contraction_the_update_itself_counts():
     assert not modified_newton(contracting(0.1), most=3, converged=lambda error: error < 5e-3)
     assert modified_newton(contracting(0.1), most=4, converged=lambda error: error < 5e-3)
