@@ -44,7 +44,7 @@ hard-cases: .venv/installed  ## every hard case and what happened: docs/hard-cas
 random-scenes: .venv/installed  ## 200 scenes drawn at random, their answers and errors: docs/random-scenes.md
 	$(PYTHON) -m studies.random_scenes
 
-accuracy: .venv/installed  ## solver.accuracy: its estimate against the true error, 30 scenes
+accuracy: .venv/installed  ## solver.accuracy: its estimate against the true error, and its cost, 40 scenes
 	$(PYTHON) -m studies.accuracy
 
 regression-store: .venv/installed  ## numbers that a refactoring must leave alone: runs/regression.json

@@ -8,6 +8,7 @@ import statistics
 import subprocess
 import sys
 import time
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,8 @@ from mpi4py import MPI
 
 from porousmold import Scene
 from porousmold.errors import SolveError
-from porousmold.output.figures import plt, save
+from porousmold.output.figures import STYLE, plt, save
+from porousmold.simulation.accuracy import run_to_accuracy
 from porousmold.simulation.march import Simulation
 from porousmold.simulation.specs import specs_of
 from studies.page import yardstick
@@ -48,6 +50,26 @@ REPEATED = {"full": {}, "full, mesh x 0.5, steps x 0.5": CHEAP, "developed": LAD
 LAST_SECTION = "## Five times the same, whole process"
 MESHES, STEPS = (0.4, 0.5, 0.7, 1.0, 1.5), (0.3, 0.5, 1.0)
 REPETITIONS = 5
+ACCURACIES = (0.01, 0.003, 0.001, 0.0003)
+LEAST_SHOWN = 1e-5
+PEERS = {"aluminium mold": [(0.0069, 32.6), (0.0057, 9.1), (0.0007, 5.0)]}
+"""Errors and Y of docs/openfoam.md, spin-up included."""
+
+
+@dataclass
+class Point:
+    """A run in the picture: error of its heating time and solver time in Y; of the grids with its refinements."""
+
+    scene: str
+    choice: str
+    error: float
+    time: float
+    mesh: float = 0.0
+    steps: float = 0.0
+    estimate: float = 0.0
+
+    def __post_init__(self):
+        self.error = max(self.error, LEAST_SHOWN)
 
 
 def marched(path, settings):
@@ -74,7 +96,7 @@ HEAD = ["| choice | heating time, s | error | solver, Y | unknowns | imbalance |
 
 
 def scene_tables(name, path, points):
-    """Tables of one scene; appends (label, error, solver Y) to `points`."""
+    """Tables of one scene; appends a `Point` of every run to `points`."""
     reference_settings = {"solver.mesh_refinement": 2.0, "solver.step_refinement": 2.0}
     base = marched(path, reference_settings)[0]
     transient = marched(path, {"model.flow_update": "transient"})
@@ -95,7 +117,7 @@ def scene_tables(name, path, points):
         lines.append(row(choice, result, base, unit))
         print(lines[-1], flush=True)
         if result:
-            points.append((name, choice, abs(result[0] / base - 1), result[1] / unit))
+            points.append(Point(name, choice, abs(result[0] / base - 1), result[1] / unit))
     lines += ["", "### Meshes and steps", "", *HEAD]
     for choice in ("full", "developed"):
         for mesh in MESHES:
@@ -106,7 +128,25 @@ def scene_tables(name, path, points):
                 lines.append(row(f"{choice}, mesh x {mesh:g}, steps x {steps:g}", result, base, unit))
                 print(lines[-1], flush=True)
                 if result:
-                    points.append((name, choice, abs(result[0] / base - 1), result[1] / unit))
+                    error = abs(result[0] / base - 1)
+                    points.append(Point(name, choice, error, result[1] / unit, mesh, steps))
+    lines += ["", "### Accuracy on request", ""]
+    lines += ["| solver.accuracy | heating time, s | error | its estimate | all runs, Y |", "|---|---|---|---|---|"]
+    for accuracy in ACCURACIES:
+        unit, results = yardstick(), []
+
+        def march(scene, results=results):
+            results.append(marched(path, {f"solver.{n}_refinement": getattr(scene.solver, f"{n}_refinement")
+                                          for n in ("mesh", "step")}))  # fmt: skip
+            if results[-1] is None:
+                raise SolveError("flow", 0.0, "no steady flow", "a finer mesh")
+            return results[-1][0]
+
+        estimate = run_to_accuracy(Scene.load(path, {"solver.accuracy": accuracy}), march)
+        heating, total = results[-1][0], sum(result[1] for result in results if result) / unit
+        lines.append(f"| {accuracy:g} | {heating:.1f} | {heating / base - 1:+.3%} | {estimate:.3%} | {total:.2f} |")
+        print(lines[-1], flush=True)
+        points.append(Point(name, "accuracy", abs(heating / base - 1), total, estimate=estimate))
     return lines
 
 
@@ -133,30 +173,47 @@ def repeated():
     return lines
 
 
+def front(points):
+    """Those that no other one beats in both error and time, by falling error."""
+    best, chosen = np.inf, []
+    for point in sorted(points, key=lambda point: (point.error, point.time)):
+        if point.time < best:
+            best = point.time
+            chosen.append(point)
+    return chosen
+
+
 def picture(points, path):
-    """Log-log picture of solver time against error."""
-    figure, axes = plt.subplots(figsize=(7.5, 5.0))
-    markers = dict(zip(SCENES, "os^", strict=True))
-    for choice, colour in (("full", "C0"), ("developed", "C1"), (None, "0.6")):
-        for name, marker in markers.items():
-            chosen = [
-                (e, s)
-                for n, c, e, s in points
-                if n == name and (c == choice if choice else c not in ("full", "developed"))
-            ]
-            if chosen:
-                errors, seconds = zip(*chosen, strict=True)
-                axes.loglog(
-                    np.maximum(errors, 1e-5),
-                    seconds,
-                    marker,
-                    color=colour,
-                    label=f"{choice or 'other choices'}, {name}",
-                )
-    axes.axvline(0.003, color="0.7", linewidth=1.0, linestyle="--")
-    axes.set_xlabel("relative error of the heating time against the refined full model")
-    axes.set_ylabel("solver time, yardsticks Y")
-    axes.legend(fontsize=7, ncol=2)
+    """Work against precision, a panel a scene: the grids of both flows, their front, runs to an accuracy, and OpenFOAM."""
+    dashes = {1.0: "-", 0.5: "--", 0.3: ":"}
+    with plt.rc_context(STYLE):
+        figure, all_axes = plt.subplots(
+            1, len(SCENES), figsize=(13.5, 5.0), sharey=True, sharex=True, layout="constrained"
+        )
+    for axes, name in zip(all_axes, SCENES, strict=True):
+        own = [point for point in points if point.scene == name and point.mesh]
+        for choice, colour in (("full", "tab:blue"), ("developed", "tab:orange")):
+            for steps, dash in dashes.items():
+                line = sorted((p for p in own if p.choice == choice and p.steps == steps), key=lambda p: p.mesh)
+                label = f"{choice} flow, steps x {steps:g}"
+                axes.loglog([p.error for p in line], [p.time for p in line], dash, marker="o", ms=3.5, lw=1.1, color=colour,
+                            label=label)  # fmt: skip
+        best = front(own)
+        axes.loglog([p.error for p in best], [p.time for p in best], "-", color="0.5", lw=7, alpha=0.3, zorder=0,
+                    label="front of the best choices")  # fmt: skip
+        for number, point in enumerate(p for p in points if p.scene == name and p.estimate):
+            axes.plot([point.error, point.estimate], 2 * [point.time], "-", color="tab:green", lw=1.0)
+            axes.plot(point.error, point.time, "*", ms=11, color="tab:green",
+                      label="solver.accuracy; bar to its own estimate" if not number else None)  # fmt: skip
+        if name in PEERS:
+            errors, times = zip(*PEERS[name], strict=True)
+            axes.plot(
+                errors, times, "s", ms=6, mfc="none", color="k", label="OpenFOAM, turbulence given (docs/openfoam.md)"
+            )
+        axes.axvline(0.003, color="0.7", linewidth=1.0, linestyle="--")
+        axes.set(title=name, xlabel="relative error of the heating time", xlim=(LEAST_SHOWN, 0.02))
+    all_axes[0].set_ylabel("solver time in Y")
+    figure.legend(*all_axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=9)
     save(figure, path)
 
 
