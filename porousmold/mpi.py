@@ -4,6 +4,7 @@ Import MPI from here, before anything that imports dolfinx.
 """
 
 import os
+import sys
 
 _LAUNCHERS = ("OMPI_", "PMIX_", "PMI_", "PRTE_", "SLURM_", "FLUX_", "PALS_", "HYDRA_")
 """Beginnings of the names of variables that launchers give to their processes."""
@@ -14,7 +15,10 @@ _ALONE = {
     "OMPI_MCA_osc": "^ucx",
 }
 
-if any(name.startswith(_LAUNCHERS) for name in os.environ):
+IS_ALONE = "mpi4py.MPI" not in sys.modules and not any(name.startswith(_LAUNCHERS) for name in os.environ)
+"""Whether this process has no network to talk to others, and so may fork others that work for themselves."""
+
+if not IS_ALONE:
     from mpi4py import MPI
 else:
     os.environ.update(_ALONE)
@@ -24,4 +28,4 @@ else:
         for _name in _ALONE:  # else an mpirun that this process starts would find no network either
             del os.environ[_name]
 
-__all__ = ["MPI"]
+__all__ = ["IS_ALONE", "MPI"]

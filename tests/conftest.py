@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 from hypothesis import settings
+from mpi4py import MPI  # noqa: F401 - first, so that studies in tests fork no workers (`porousmold.mpi.IS_ALONE`)
 
 # a busy machine is no failure; pytest's own time-out guards against what never ends
 settings.register_profile("porousmold", deadline=None)

@@ -4,7 +4,6 @@ No other file asks for a version or for `hasattr` of dolfinx, UFL or basix.
 """
 
 import contextlib
-import ctypes
 import fcntl
 import functools
 import hashlib
@@ -13,8 +12,8 @@ import inspect
 import logging
 import math
 import os
-import signal
 from collections.abc import Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +26,7 @@ from dolfinx.fem import petsc as fem_petsc
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
+from ..files.children import forked
 from .aliases import Communicator, Expression
 
 try:
@@ -241,8 +241,6 @@ class LaterForm:
         return compiled
 
 
-PR_SET_PDEATHSIG = 1
-"""Of Linux's prctl: the signal that a process gets when its parent ends."""
 _PENDING: list[LaterForm] = []
 """Forms begun since the last `finish_compiling`."""
 
@@ -265,23 +263,7 @@ def _begin_to_compile(form: Expression) -> int | None:
     """Number of a process that compiles the form into the cache; None where it stands there."""
     if _known(form).exists():
         return None
-    parent = os.getpid()
-    child = os.fork()
-    if child:
-        return child
-    try:
-        # it ends with its parent, whose locks it holds as well
-        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
-        if os.getppid() != parent:
-            return None
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, signal.SIG_DFL)
-        silent = os.open(os.devnull, os.O_RDWR)
-        for stream in (0, 1, 2):
-            os.dup2(silent, stream)
-        compiled_form(form)
-    finally:
-        os._exit(0)
+    return forked(partial(compiled_form, form))
 
 
 def compiled_form(form: Expression) -> Any:

@@ -8,21 +8,26 @@ ends with its process: what a killed worker leaves behind is found missing, and 
 import csv
 import io
 import json
+import os
+import signal
 import tempfile
 import time as clock
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from ..errors import InputError, SolveError
+from ..files.children import forked
 from ..files.whole_files import InUseError, locked, whole_file
-from ..mpi import MPI
+from ..mpi import IS_ALONE, MPI
 from ..scene.identity import identity_of
 from ..scene.keys import key_of
 from ..scene.language import KEYS
 from ..scene.series import TimeSeries
 from ..simulation.running import RunInterrupted, run
+from ..simulation.specs import specs_of
 from .definition import unit_of_record
 
 MISSING, BEGUN = "missing", "begun"
@@ -50,6 +55,7 @@ def run_study(
 ) -> Any:
     """Run what is missing of a study (collective over all ranks) and give its rows on every rank.
 
+    A single process of its own (`mpi.IS_ALONE`) forks others, one for each core, where the scenes are of two dimensions.
     group: ranks per case. part: (i, n) takes every n-th case from the i-th. progress: called on rank 0 as progress(cases
     ended) whenever it looks. stop: as for `run`; the rows that are there are given. Raises `InputError` if the folder cannot
     be written or `group` does not fit.
@@ -72,6 +78,39 @@ def run_study(
         if clock.monotonic() > looked[0] + SECONDS_BETWEEN_LOOKS:
             tell()
 
+    def work(stop: Callable[[], bool], told: Callable[..., None]) -> str | None:
+        return _work_through(study, cases, out, workers, told, stop)
+
+    children = _children(study, cases, out, work) if world.size == 1 and part == (1, 1) else []
+    problem = work(stop, told)
+    while children and not problem and not stop():
+        children = [child for child in children if os.waitpid(child, os.WNOHANG) == (0, 0)]
+        told()
+        clock.sleep(0.05)
+    for child in children:
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+    problem = problem or work(stop, told)  # what a child has left, if it died
+    problems = [text for text in world.allgather(problem) if text]
+    if problems:
+        raise InputError("--out", str(out), f"cannot be written: {problems[0]}")
+    tell()
+    return collect(study, out)
+
+
+def _children(study: Any, cases: Sequence[Any], out: Path, work: Callable[..., Any]) -> list[int]:
+    """Numbers of processes that work through the missing cases beside this one, a core each."""
+    missing = [case for case in cases if case.scene is not None and row_of(case, out, study.record).status == MISSING]
+    if not IS_ALONE or any(specs_of(case.scene).mesh.dimension == 3 for case in missing[:1]):
+        return []
+    count = min(len(os.sched_getaffinity(0)), len(missing)) - 1
+    return [forked(partial(work, lambda: False, lambda *_: None)) for _ in range(count)]
+
+
+def _work_through(
+    study: Any, cases: Sequence[Any], out: Path, workers: Any, told: Callable[..., None], stop: Callable[[], bool]
+) -> str | None:
+    """Run every case that is missing and not taken; gives what kept one from being written (collective)."""
     problem = None
     for case in cases:
         if workers.bcast(bool(stop())):
@@ -91,11 +130,7 @@ def run_study(
         if problem:
             break
         told()
-    problems = [text for text in world.allgather(problem) if text]
-    if problems:
-        raise InputError("--out", str(out), f"cannot be written: {problems[0]}")
-    tell()
-    return collect(study, out)
+    return problem
 
 
 def _on_leader(workers: Any, action: Callable[..., Any], *arguments: Any) -> tuple[Any, ...]:

@@ -2,6 +2,9 @@
 
 import csv
 import json
+import os
+import subprocess
+import sys
 
 import pytest
 
@@ -96,6 +99,18 @@ def test_parts_of_an_array_job_make_one_table(study_file, tmp_path, capsys):
     assert main(["study", str(study_file), "--out", str(tmp_path / "none"), "--collect"]) == 2
     nowhere = ["-m", "porousmold", "study", str(study_file), "--out", str(tmp_path / "none"), "--collect"]
     assert under_mpirun(2, *nowhere, timeout=60).returncode == 2  # every rank is told
+
+
+def test_a_study_alone_on_a_machine_gives_the_table_of_one_process(study_file, tmp_path):
+    """A command of its own forks a worker for every core: the same rows, and nobody is left behind."""
+    alone, together = tmp_path / "alone", tmp_path / "together"
+    run_study(Study.load(study_file), alone)
+    code = "import os, sys; os.sched_getaffinity = lambda pid: {0, 1, 2}; from porousmold.cli import main; sys.exit(main())"
+    command = [sys.executable, "-c", code, "study", str(study_file), "--out", str(together), "--quiet"]
+    outside = {name: value for name, value in os.environ.items() if not name.startswith(("OMPI_", "PMIX_"))}
+    assert subprocess.run(command, env=outside, timeout=300).returncode == 2  # with a refused case
+    assert (together / "table.csv").read_text() == (alone / "table.csv").read_text()
+    assert str(together) not in subprocess.run(["ps", "-ax", "-o", "args"], capture_output=True, text=True).stdout
 
 
 @pytest.mark.parametrize("group", [1, 2])
