@@ -2,8 +2,9 @@ r"""Elasticities of the heating time at a scene: what shortens it, and by how mu
 
 The elasticity of t to a parameter p is d ln t/d ln p, the per cent of t for a per cent of p. It is taken by central
 differences of the logarithms, e = [ln t(p (1 + h)) - ln t(p/(1 + h))]/[2 ln(1 + h)], of the order h^2; the relative
-discretisation error, nearly the same in both runs, hardly enters. Temperatures count as the difference of inlet and initial
-temperature, which drives everything.
+discretisation error, nearly the same in both runs, hardly enters: with 0.7 of the scene's cells in each direction and half its
+steps elasticities are those of the scene to 0.008 (aluminium mold; in half the time). Temperatures count as the difference of
+inlet and initial temperature, which drives everything.
 """
 
 import json
@@ -26,6 +27,8 @@ PARAMETERS = (
     "operation.outlet_pressure", "operation.inlet_temperature", "operation.heating_margin", "model.exchange_factor",
 )  # fmt: skip
 STEP = 0.05
+COARSER = {"solver.mesh_refinement": 0.7, "solver.step_refinement": 0.5}
+"""Factors on the scene's own refinements."""
 
 
 @dataclass(frozen=True)
@@ -50,10 +53,20 @@ def parameters_of(scene: Scene) -> Any:
     return found
 
 
+def coarser(scene: Scene) -> Scene:
+    """The scene on `COARSER` cells and steps, where it does not ask for an accuracy of its own; a mesh stays as it is."""
+    if scene.solver.accuracy is not None:
+        return scene
+    chosen = {name: factor * scene.value(name) for name, factor in COARSER.items()}
+    if scene.geometry.kind == "mesh":
+        chosen.pop("solver.mesh_refinement")
+    return scene.changed(chosen)
+
+
 def cases_around(scene: Scene, step: float = STEP) -> Any:
     """The cases whose heating times give the elasticities: a higher and a lower value of every parameter."""
     initial = scene.operation.initial_temperature
-    cases = []
+    scene, cases = coarser(scene), []
     for name, value in parameters_of(scene).items():
         for side, factor in (("up", 1.0 + step), ("down", 1.0 / (1.0 + step))):
             changed = value * factor

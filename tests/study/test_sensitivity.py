@@ -4,11 +4,14 @@ import pytest
 
 from porousmold import Scene
 from porousmold.cli import main
-from porousmold.study.sensitivity import elasticities, parameters_of, write
+from porousmold.study import sensitivity
+from porousmold.study.sensitivity import COARSER, coarser, elasticities, parameters_of, write
 
 from ..support import ALUMINIUM, PIPE, STUDIES
 
-CHEAP = {"model.flow": "plug", "model.turbulence": "none", "solver.axial_cells": 6}
+CHEAP = {"model.flow": "plug", "model.turbulence": "none", "solver.axial_cells": 6,
+         "solver.mesh_refinement": 1.0 / COARSER["solver.mesh_refinement"],
+         "solver.step_refinement": 1.0 / COARSER["solver.step_refinement"]}  # fmt: skip
 
 
 @pytest.mark.heavy
@@ -34,6 +37,24 @@ def test_parameters_are_those_that_the_scene_has():
     ]
     insulated = Scene.load(ALUMINIUM, {"model.wall": "insulated"})
     assert not [name for name in parameters_of(insulated) if name.startswith("wall.")]
+
+
+def test_elasticities_are_taken_on_coarser_cells():
+    assert coarser(Scene.load(ALUMINIUM)).solver.mesh_refinement == 0.7
+    assert coarser(Scene.load(ALUMINIUM, {"solver.accuracy": 0.01})).solver.accuracy == 0.01
+    curved = coarser(Scene.load(STUDIES / "mold" / "curved.toml"))
+    assert curved.solver.step_refinement == 0.5 and curved.solver.mesh_refinement == 1.0
+
+
+@pytest.mark.heavy
+def test_coarser_cells_give_the_elasticities_of_the_scene(tmp_path, monkeypatch):
+    names = ("operation.pressure_drop", "wall.thickness")
+    monkeypatch.setattr(sensitivity, "PARAMETERS", names)
+    coarse = {e.parameter: e.value for e in elasticities(Scene.load(ALUMINIUM), tmp_path / "coarse")}
+    monkeypatch.setattr(sensitivity, "COARSER", {})
+    own = {e.parameter: e.value for e in elasticities(Scene.load(ALUMINIUM), tmp_path / "own")}
+    for name in names:
+        assert coarse[name] == pytest.approx(own[name], abs=0.01)
 
 
 def test_impossible_steps_are_refused(capsys):
