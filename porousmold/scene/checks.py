@@ -6,7 +6,7 @@ from ..errors import InputError
 from ..laws.material_library import SOLIDS
 from ..laws.porosity import POROSITY_MODELS
 from .air_loop import has_air_loop, is_round, read_curve
-from .geometries import GEOMETRIES
+from .geometries import GEOMETRIES, dimension_of
 from .language import KEYS
 from .sensors import sensor_names
 from .tolerances import tolerance_of
@@ -127,8 +127,7 @@ def _air_loop(scene: Any) -> None:
         return
     if scene.model.flow_update == "transient":
         _refuse(scene, "model.flow_update", "must not be 'transient' with a heater or recirculation")
-    has_width = scene.geometry.width is not None or scene.geometry.symmetry == "none"
-    if scene.geometry.kind != "pipe" and has_width and operation.mold_width is not None:
+    if dimension_of(scene.geometry) == 3 and operation.mold_width is not None:
         _refuse(scene, "operation.mold_width", "has no place in three dimensions")
 
 

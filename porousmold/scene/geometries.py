@@ -90,4 +90,9 @@ class Mesh(Geometry):
         return None
 
 
+def dimension_of(table: Any) -> int:
+    """Dimensions of space of the values of [geometry]."""
+    return 3 if table.width is not None or table.symmetry == "none" else 2
+
+
 GEOMETRIES: Mapping[str, Geometry] = {"mold": Mold(), "pipe": Pipe(), "mesh": Mesh()}

@@ -13,7 +13,7 @@ from ..laws.porosity import Porosity
 from ..laws.turbulence_models import TurbulenceModel
 from ..scene.checks import ASKED, DRIVES, RESERVED_PLACES, SMALLEST_RATIO, target_name
 from ..scene.chosen_laws import Laws
-from ..scene.geometries import GEOMETRIES, BedSize
+from ..scene.geometries import GEOMETRIES, BedSize, dimension_of
 from ..scene.scene import Scene
 from ..scene.sensors import sensor_names
 from ..scene.series import TimeSeries
@@ -184,8 +184,7 @@ def _mesh(scene: Scene, laws: Laws) -> MeshSpec:
     kind = GEOMETRIES[geometry.kind]
     size = kind.size(geometry)
     widths = [getattr(geometry, n) for n in kind.widths if not (n == "width" and geometry.sides == "symmetry")]
-    is_spatial = geometry.symmetry == "none" if size is None else size.half_width is not None
-    dimension = 3 if is_spatial else 2
+    dimension = dimension_of(geometry)
     turbulent = 0 if laws.turbulence is None else len(laws.turbulence.unknowns)
     velocity_and_pressure = {"full": dimension + 1, "developed": 1, "plug": 0}[scene.model.flow]
     return MeshSpec(

@@ -22,12 +22,12 @@ from ..errors import InputError, SolveError
 from ..files.children import forked
 from ..files.whole_files import InUseError, locked, whole_file
 from ..mpi import IS_ALONE, MPI
+from ..scene.geometries import dimension_of
 from ..scene.identity import identity_of
 from ..scene.keys import key_of
 from ..scene.language import KEYS
 from ..scene.series import TimeSeries
 from ..simulation.running import RunInterrupted, run
-from ..simulation.specs import specs_of
 from .definition import unit_of_record
 
 MISSING, BEGUN = "missing", "begun"
@@ -101,7 +101,7 @@ def run_study(
 def _children(study: Any, cases: Sequence[Any], out: Path, work: Callable[..., Any]) -> list[int]:
     """Numbers of processes that work through the missing cases beside this one, a core each."""
     missing = [case for case in cases if case.scene is not None and row_of(case, out, study.record).status == MISSING]
-    if not IS_ALONE or any(specs_of(case.scene).mesh.dimension == 3 for case in missing[:1]):
+    if not IS_ALONE or any(dimension_of(case.scene.geometry) == 3 for case in missing):  # one of those fills the memory
         return []
     count = min(len(os.sched_getaffinity(0)), len(missing)) - 1
     return [forked(partial(work, lambda: False, lambda *_: None)) for _ in range(count)]
