@@ -77,9 +77,10 @@ def _prepared(
     its boundary."""
     plain = gmsh_model.read_model(model, dimension, regions, BOUNDARY_NAMES)
     if cells_at_wall is not None:
-        depths = cells_at_wall(float(np.median(gaps(plain, BED, INTERFACE))))
+        widths = gaps(plain, BED, INTERFACE)
+        depths = cells_at_wall(float(np.median(widths)))
         if len(depths) > 2:  # else the first cells are as low as they have to be
-            plain = with_cells_at_wall(plain, BED, INTERFACE, depths / depths[-1])
+            plain = with_cells_at_wall(plain, BED, INTERFACE, widths, depths / depths[-1])
     gmsh_model.replace_model(model, dimension, plain)
     return {tag: plain.points[nodes][:, :, :dimension] for tag, nodes in plain.facets.items()}
 

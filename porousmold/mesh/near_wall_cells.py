@@ -46,8 +46,11 @@ def _rows_at(rows: NDArray[Any], count: int) -> list[NDArray[Any]]:
     return np.split(order // rows.shape[1], ends[:-1])
 
 
-def with_cells_at_wall(mesh: PlainMesh, bed: int, interface: int, fractions: NDArray[Any]) -> PlainMesh:
-    """The mesh with cells between wall and bed, their nodes at these fractions (from 0 to 1) of the gap.
+def with_cells_at_wall(
+    mesh: PlainMesh, bed: int, interface: int, widths: NDArray[Any], fractions: NDArray[Any]
+) -> PlainMesh:
+    """The mesh with cells between wall and bed, their nodes at these fractions (from 0 to 1) of the gap of `widths`, as `gaps`
+    gives them.
 
     Raises `ValueError` where the wall has an edge so sharp that no gap can be opened beside it.
     """
@@ -55,7 +58,7 @@ def with_cells_at_wall(mesh: PlainMesh, bed: int, interface: int, fractions: NDA
     normals, least_cosine = _normals(mesh, bed, interface)
     if least_cosine < SHARPEST_EDGE:
         raise ValueError("its wall has an edge too sharp for cells along it")
-    moved = gaps(mesh, bed, interface)[:, None] * normals[nodes]
+    moved = widths[:, None] * normals[nodes]
     moved = _along_boundary(mesh, bed, interface, nodes, moved)
 
     count, levels = len(mesh.points), len(fractions)

@@ -329,13 +329,16 @@ def _size_of(domain: Domain) -> BedSize:
 def _inlet_area(domain: Domain) -> float:
     """Area of the inlet (m2; m in a plane), about an axis of the whole ring (collective)."""
     weight = Coordinates(domain.mesh, domain.axisymmetric).weight
-    area = weight * domain.constant(1.0) * domain.facet_measure(QUADRATURE_DEGREE)(geometry.INLET)
-    return float(domain.communicator.allreduce(float(fem.assemble_scalar(fenicsx.compiled_form(area)))))
+    return _integral(domain, weight * domain.constant(1.0) * domain.facet_measure(QUADRATURE_DEGREE)(geometry.INLET))
 
 
 def _bed_volume(domain: Domain) -> float:
-    volume = domain.constant(1.0) * domain.cell_measure(QUADRATURE_DEGREE)(geometry.BED)
-    return float(domain.communicator.allreduce(float(fem.assemble_scalar(fenicsx.compiled_form(volume)))))
+    return _integral(domain, domain.constant(1.0) * domain.cell_measure(QUADRATURE_DEGREE)(geometry.BED))
+
+
+def _integral(domain: Domain, form: Any) -> float:
+    """Over all ranks (collective)."""
+    return float(domain.communicator.allreduce(float(fem.assemble_scalar(fenicsx.compiled_form(form)))))
 
 
 def _at_nodes(domain: Domain, function: Any) -> fem.Function:

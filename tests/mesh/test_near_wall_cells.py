@@ -18,13 +18,18 @@ def strip(slope=0.0):
     return PlainMesh(points, {BED: cells}, {INTERFACE: np.array([[4, 5], [5, 6], [6, 7]]), INLET: np.array([[0, 4]])})
 
 
+def refined(mesh, fractions):
+    """The mesh with cells in the gaps that can be opened."""
+    return with_cells_at_wall(mesh, BED, INTERFACE, gaps(mesh, BED, INTERFACE), fractions)
+
+
 def test_the_gap_is_a_share_of_the_first_cells():
     assert gaps(strip(), BED, INTERFACE) == pytest.approx(2.0 * SHARE)
 
 
 def test_new_nodes_lie_at_the_fractions_of_the_gap():
     fractions = np.array([0.0, 0.1, 0.4, 1.0])
-    found = with_cells_at_wall(strip(), BED, INTERFACE, fractions)
+    found = refined(strip(), fractions)
     depths = 2.0 - found.points[found.points[:, 0] == 1.0, 1]
     assert sorted(depths) == pytest.approx([0.0, *(2.0 * SHARE * fractions[1:]), 2.0])
     assert len(found.cells[BED]) == 3 * 4 and len(found.facets[INLET]) == 4
@@ -32,7 +37,7 @@ def test_new_nodes_lie_at_the_fractions_of_the_gap():
 
 
 def test_the_inlet_stays_in_its_plane_beside_a_sloping_wall():
-    found = with_cells_at_wall(strip(0.2), BED, INTERFACE, np.linspace(0.0, 1.0, 4))
+    found = refined(strip(0.2), np.linspace(0.0, 1.0, 4))
     assert found.points[np.unique(found.facets[INLET]), 0] == pytest.approx(0.0, abs=1e-12)
 
 
@@ -40,7 +45,7 @@ def test_a_wall_with_a_sharp_edge_is_refused():
     points = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 0.3, 0.0]])
     wedge = PlainMesh(points, {BED: np.array([[0, 1, 2]])}, {INTERFACE: np.array([[0, 1], [0, 2]])})
     with pytest.raises(ValueError, match="edge too sharp"):
-        with_cells_at_wall(wedge, BED, INTERFACE, np.linspace(0.0, 1.0, 3))
+        with_cells_at_wall(wedge, BED, INTERFACE, np.full(3, 0.1), np.linspace(0.0, 1.0, 3))
 
 
 def test_an_interface_beside_no_cell_is_refused():
