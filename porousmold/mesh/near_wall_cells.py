@@ -160,14 +160,7 @@ def _along_boundary(
     result[nodes] = moved
     for tag in set(mesh.facets) - {interface}:
         facets = mesh.facets[tag][_of_bed(mesh, bed, mesh.facets[tag])]
-        if len(facets) == 0:
-            continue
         normals = _unit_normals(mesh.points[facets])
-        for corner in range(facets.shape[1]):
-            at = facets[:, corner]
-            across = np.zeros_like(mesh.points)
-            across[at] = normals
-            on_both = np.isin(np.arange(len(result)), nodes) & (np.abs(across).sum(axis=1) > 0.0)
-            part = np.einsum("nk,nk->n", result[on_both], across[on_both])
-            result[on_both] -= part[:, None] * across[on_both]
+        for at in facets.T:
+            result[at] -= np.einsum("nk,nk->n", result[at], normals)[:, None] * normals
     return result[nodes]
