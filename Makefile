@@ -5,7 +5,7 @@ export OMP_NUM_THREADS := 1
 MPIRUN := mpirun --oversubscribe $(if $(filter 0,$(shell id -u)),--allow-run-as-root)
 PARTS := 3
 
-.PHONY: heat test test-quick test-fast test-heavy test-mpi check install tables packing speed-against-error hard-cases random-scenes accuracy regression regression-store sweep growth figures chapter-6 bead-interior permeability workshop fluid-properties validation kill-test fuzz-test test-debian13 clean
+.PHONY: heat test test-quick test-fast test-heavy test-mpi check install tables packing speed-against-error hard-cases random-scenes accuracy model-choice regression regression-store sweep growth figures chapter-6 bead-interior permeability workshop fluid-properties validation kill-test fuzz-test test-debian13 clean
 
 heat: .venv/installed  ## heat the aluminium mold: summary and pictures in runs/aluminium
 	$(PYTHON) -m porousmold run studies/mold/aluminium.toml --out runs/aluminium --force
@@ -46,6 +46,9 @@ random-scenes: .venv/installed  ## 200 scenes drawn at random, their answers and
 
 accuracy: .venv/installed  ## solver.accuracy: its estimate against the true error, and its cost, 40 scenes
 	$(PYTHON) -m studies.accuracy
+
+model-choice: .venv/installed  ## model.choose: the cheapest model beside the fullest, 40 scenes
+	$(PYTHON) -m studies.model_choice
 
 regression-store: .venv/installed  ## numbers that a refactoring must leave alone: runs/regression.json
 	$(PYTHON) -m studies.regression store runs/regression.json

@@ -15,7 +15,7 @@ from ..errors import InputError
 from ..files.whole_files import output_file
 from ..scene.keys import flat, key_of
 from ..scene.language import KEYS
-from .console import closures_text
+from .console import closures_text, model_text
 from .pictures import draw
 from .quantities import ENERGY_GIVEN, ENERGY_NAMES, JOULES_A_KWH
 from .study_pictures import draw_study
@@ -97,7 +97,7 @@ def _of_run(folder: Path) -> tuple[Any, ...]:
     if time is not None or not met:
         parts.append(f'<p class="large">Heating time: {reached}{known}</p>')
     parts += [f'<p class="warning">{_text(text)}</p>' for text in summary["warnings"]]
-    parts += _targets(summary) + _uncertainty_of(folder)
+    parts += _targets(summary) + _model(summary) + _uncertainty_of(folder)
     bounds = summary["temperature_bounds"] or [float("nan")] * 2
     parts.append(f"<h2>Result</h2><p>Flows and heats are those of what is computed: {_text(basis(scene))}.</p>")
     parts.append(_table(["quantity", "value", "unit"], [
@@ -184,6 +184,29 @@ def basis(scene: Any) -> str:
     if geometry["kind"] == "mesh":
         return "what the mesh shows" + (", per metre width" if geometry.get("symmetry") != "axisymmetric" else "")
     return "a quarter of the cavity" if "width" in geometry else "half of the cavity, per metre width"
+
+
+def _model(summary: Any) -> list[str]:
+    """What the chosen model leaves out."""
+    found = summary.get("model_choice")
+    if found is None:
+        return []
+    rows = [
+        [
+            one["leaves_out"],
+            f"{one['key']} = {one['value']}" if one["value"] is not None else f"no {one['key']}",
+            "left out" if one["chosen"] else "kept",
+            f"{one['worth']:+.3%}" if one["worth"] is not None else "-",
+            one["reason"],
+        ]
+        for one in found["choices"]
+    ]
+    head = ["what", "by", "", "changes the heating time by", "why it is kept"]
+    return [
+        "<h2>Model</h2>",
+        f"<p>{_text(model_text(found))}. Differences of runs on coarse cells.</p>",
+        _table(head, rows),
+    ]
 
 
 def _targets(summary: Any) -> list[str]:

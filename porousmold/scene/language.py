@@ -132,6 +132,10 @@ KEYS: dict[str, dict[str, Key]] = {
         "end_time": Key("s", "stop here if not heated before", 1e5, low=0.0, high=1e9),
     },
     "model": {
+        "choose": _choice("the keys of [model] that are left open: as their defaults are, or the cheapest within model.accuracy",
+                          ("as-given", "cheapest"), "as-given"),
+        "accuracy": Key("", "largest relative change of the heating time by what model.choose leaves out", 0.01, low=1e-4,
+                        high=0.5, closed=True),
         "flow": _choice("two-dimensional flow, profiles developed at every station, or one uniform mass flux",
                         ("full", "developed", "plug"), "full"),
         "turbulence": _choice("turbulence and bead sources", TURBULENCE_MODELS, _THESIS["model.turbulence"]),

@@ -35,6 +35,9 @@ class Estimates:
 
     `conduction_ratio` is what the beads conduct by the scene's law over what measurements give for the whole bed across the flow.
 
+    `transfer_units` are those of the exchange between fluid and beads over the bed's length, `wall_biot_number` the largest of
+    the wall's layers.
+
     `front_width` is the standard deviation (m) of the thermal front at the outlet, `wall_time` that (s) in which the wall
     follows the bed, `end_length` that over which the wall's insulated end at the outlet is felt along it, `inlet_time` that (s)
     in which the inlet's temperature changes; `wall_cells` are those through each of its layers.
@@ -47,6 +50,8 @@ class Estimates:
     reynolds_number: float
     exchange_coefficient: float
     bead_biot_number: float
+    transfer_units: float
+    wall_biot_number: float
     conduction_ratio: float
     first_cell: float
     wall_cells: tuple[int, ...]
@@ -107,6 +112,8 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
         reynolds_number=reynolds,
         exchange_coefficient=coefficient,
         bead_biot_number=coefficient * diameter / 6.0 / conductivity,
+        transfer_units=exchange * size.length / advection,
+        wall_biot_number=wall.biot_number,
         conduction_ratio=_conduction_ratio(specs, core),
         first_cell=min(in_wall_units, 0.01 * diameter),
         wall_cells=wall.cells,
@@ -190,12 +197,13 @@ def _speed(specs: Specs, size: BedSize, fluid: _Fluid) -> float:
 
 
 class _Wall(NamedTuple):
-    """Heat capacity (J/K), cells through each layer, and `end_length`, `time` of `Estimates`."""
+    """Heat capacity (J/K), cells through each layer, and `end_length`, `time`, `wall_biot_number` of `Estimates`."""
 
     heat_capacity: float
     cells: tuple[int, ...]
     end_length: float
     time: float
+    biot_number: float
 
 
 def _wall(specs: Specs, size: BedSize, film: float, wall_coefficient: float, duration: float) -> _Wall:
@@ -208,7 +216,7 @@ def _wall(specs: Specs, size: BedSize, film: float, wall_coefficient: float, dur
         if layer.thickness is not None
     ]
     if not given:
-        return _Wall(0.0, (1,), size.length, 0.0)
+        return _Wall(0.0, (1,), size.length, 0.0, 0.0)
     stores = [storage * thickness for thickness, _, storage in given]
     capacity = time = passed = 0.0
     resistance, cells = 1.0 / wall_coefficient, []
@@ -228,7 +236,8 @@ def _wall(specs: Specs, size: BedSize, film: float, wall_coefficient: float, dur
     thickness, conductivity, _ = max(given, key=lambda layer: layer[0] * layer[1])
     biot = film * thickness / conductivity
     end_length = max(thickness * max(1.0, 1.0 / math.sqrt(biot)), LEAST_END_LENGTH * size.length)
-    return _Wall(capacity, tuple(cells), end_length, time)
+    largest = max(wall_coefficient * thickness / conductivity for thickness, conductivity, _ in given)
+    return _Wall(capacity, tuple(cells), end_length, time, largest)
 
 
 def wall_nusselt_number(reynolds_number: float) -> float:

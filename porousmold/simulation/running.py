@@ -16,6 +16,7 @@ from ..scene.scene import Scene
 from ..solvers.protocols import Observer, silent
 from .accuracy import run_to_accuracy
 from .march import Simulation
+from .model_choice import CHEAPEST, ModelChoice, choose_model
 from .observation import field_snapshots, profile_near_wall
 from .outcome import summarise
 from .specs import specs_of
@@ -95,7 +96,7 @@ def run(
 
 
 class _Run:
-    """The marches of one run: a single one, or those that `solver.accuracy` asks for.
+    """The marches of one run: a single one, or those that `solver.accuracy` and `model.choose` ask for.
 
     `_outcomes` holds what came of the marches before the present one: a heating time (s), None, or `FAILED`.
     """
@@ -113,8 +114,9 @@ class _Run:
         self._start = clock.perf_counter()
         self._scene, self._folder, self._communicator = scene, folder, communicator
         self._progress, self._stop, self._observe = progress, stop, observe or silent
-        # the marches that an accuracy asks for must be alike
-        self._identity = identity_of(scene, going_on=scene.solver.accuracy is None)
+        # several marches of one run must be alike
+        is_single = scene.solver.accuracy is None and scene.model.choose != CHEAPEST
+        self._identity = identity_of(scene, going_on=is_single)
         if saved is not None and folder is not None and saved.identity != self._identity:
             allowed = "holds a checkpoint of another scene, or of other program code; start without --resume"
             raise InputError("--resume", str(folder.path), allowed)
@@ -124,12 +126,13 @@ class _Run:
         self._last: list[Any] = []
         self._simulation: Simulation
         self._marched = scene
+        self._choice: ModelChoice | None = None
 
     def result(self) -> Result:
         """March to the end, write everything, and give the `Result`."""
         failure = interruption = error = None
         try:
-            error = run_to_accuracy(self._scene, self._march)
+            error = run_to_accuracy(self._model(), self._march)
         except SolveError as problem:
             failure = problem
         except KeyboardInterrupt as problem:
@@ -143,6 +146,14 @@ class _Run:
         if interruption is not None:
             raise RunInterrupted(f"stopped at t = {self._simulation.time:.6g} s") from interruption
         return Result.of(summary, self._simulation.recorder.history)
+
+    def _model(self) -> Scene:
+        """The scene with the model that it is to be computed with."""
+        if self._scene.model.choose != CHEAPEST:
+            return self._scene
+        self._observe("comparing models")
+        self._choice = choose_model(self._scene, self._march)
+        return self._choice.scene
 
     def _march(self, scene: Scene) -> float | None:
         """March a scene; one that was marched before the checkpoint is only recalled."""
@@ -189,9 +200,10 @@ class _Run:
         simulation, folder, wanted = self._simulation, self._folder, self._scene.solver.accuracy
         summary = summarise(self._marched, simulation, error, failure, interrupted=interrupted)
         summary["identity"] = identity_of(self._scene)
+        summary["model_choice"] = None if self._choice is None else self._choice.as_table()
         if error is not None and error > wanted:
             summary["warnings"].append(f"the estimated error {error:.2g} exceeds the accuracy asked for")
-        if wanted is None and FAILED in self._outcomes:
+        if wanted is None and self._marched.solver.mesh_refinement > self._scene.solver.mesh_refinement:
             summary["warnings"].append(
                 "a solve failed on the scene's own cells; this is with mesh_refinement "
                 f"{self._marched.solver.mesh_refinement:g}"

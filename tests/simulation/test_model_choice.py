@@ -1,0 +1,103 @@
+"""The cheapest model: what is left out is worth less than was allowed, what is given is kept, and nothing is left out unseen."""
+
+import pytest
+from mpi4py import MPI
+
+from porousmold import InputError, Scene, run
+from porousmold.errors import SolveError
+from porousmold.simulation.model_choice import choose_model
+from tests.support import ALUMINIUM
+
+CHEAPEST = {"model.choose": "cheapest", "model.accuracy": 0.01}
+WORTH = {"plug": 0.3, "developed": 2e-4, "frozen": 0.05, "thin": -4e-3, "one-temperature": 0.02, "none": 0.1}
+
+
+def chosen_of(settings, worth=WORTH, isothermal=3e-3):
+    """The `ModelChoice` of the aluminium mold where each simplification has a known worth; and the scenes that were run."""
+    scenes = []
+
+    def march(scene):
+        scenes.append(scene)
+        model = scene.model
+        time = 1000.0 * (1.0 if model.bead_modes is not None else 1.0 + isothermal)
+        for value in (model.flow, model.turbulence, model.flow_update, model.wall, model.energy):
+            time *= 1.0 + worth.get(value, 0.0)
+        return time
+
+    return choose_model(Scene.load(ALUMINIUM, {**CHEAPEST, **settings}), march), scenes
+
+
+def test_what_is_worth_little_is_left_out_and_adds_up():
+    found, scenes = chosen_of({})
+    model = found.scene.model
+    assert (model.flow, model.wall, model.bead_modes) == ("developed", "thin", None)
+    assert (model.turbulence, model.flow_update, model.energy) == (
+        "damped-nakayama-kuwahara",
+        "quasi-steady",
+        "two-temperature",
+    )
+    assert found.worth == pytest.approx(2e-4 + 3e-3 + 4e-3, rel=1e-2)
+    assert found.scene.model.choose == "as-given"
+    assert all(scene.solver.mesh_refinement == 0.5 for scene in scenes)
+
+
+def test_differences_of_opposite_signs_do_not_cancel():
+    found, _ = chosen_of({"model.accuracy": 0.005}, {**WORTH, "developed": 4e-3, "thin": -4e-3}, isothermal=2e-4)
+    assert found.scene.model.flow == "developed" and found.scene.model.wall == "conjugate"
+
+
+def test_given_keys_are_kept():
+    found, scenes = chosen_of({"model.wall": "conjugate", "model.flow": "full", "model.bead_modes": 3})
+    assert all((s.model.wall, s.model.flow, s.model.bead_modes) == ("conjugate", "full", 3) for s in scenes)
+    assert {choice.key for choice in found.choices} == {"model.turbulence", "model.flow_update", "model.energy"}
+
+
+def test_plug_flow_spares_the_comparison_with_developed_flow_and_turbulence():
+    found, _ = chosen_of({}, {**WORTH, "plug": 1e-3, "none": 0.0})
+    assert (found.scene.model.flow, found.scene.model.turbulence) == ("plug", "none")
+    assert [choice.key for choice in found.choices].count("model.flow") == 1
+
+
+def test_what_cannot_be_worth_little_is_kept_without_a_run():
+    found, scenes = chosen_of({})
+    kept = {choice.key: choice for choice in found.choices if choice.worth is None}
+    assert set(kept) == {"model.turbulence", "model.flow_update", "model.energy"}
+    assert "transfer units" in kept["model.energy"].reason
+    assert not any(scene.model.energy == "one-temperature" for scene in scenes)
+
+
+def test_nothing_is_left_out_without_a_comparison():
+    scene = Scene.load(ALUMINIUM, CHEAPEST)
+    assert "heating time" in choose_model(scene, lambda scene: None).note
+
+    def failing(scene):
+        raise SolveError("flow", 0.0, "detail", "advice")
+
+    found = choose_model(scene, failing)
+    assert found.scene.model.flow == "full" and found.worth == 0.0 and "flow" in found.note
+
+
+def test_a_simplification_without_an_answer_is_not_taken():
+    def march(scene):
+        if scene.model.flow != "full":
+            raise SolveError("flow", 0.0, "detail", "advice")
+        return 1000.0
+
+    assert choose_model(Scene.load(ALUMINIUM, CHEAPEST), march).scene.model.flow == "full"
+
+
+def test_accuracy_of_the_model_needs_the_choice():
+    with pytest.raises(InputError, match=r"model\.choose"):
+        Scene.load(ALUMINIUM, {"model.accuracy": 0.01})
+
+
+def test_the_chosen_model_is_within_the_accuracy_of_the_fullest(tmp_path):
+    scene = Scene.load(ALUMINIUM, {**CHEAPEST, "output.pictures": False})
+    full = run(Scene.load(ALUMINIUM, {"model.bead_modes": 1}), communicator=MPI.COMM_SELF)
+    result = run(scene, tmp_path / "run", communicator=MPI.COMM_SELF)
+    assert result.heating_time == pytest.approx(full.heating_time, rel=0.01)
+    found = result.summary["model_choice"]
+    assert 0.0 < found["worth"] <= found["accuracy"] == 0.01
+    assert sum(result.summary["unknowns"].values()) < sum(full.summary["unknowns"].values())
+    again = run(scene, tmp_path / "run", communicator=MPI.COMM_SELF)
+    assert again.recalled and again.heating_time == result.heating_time
