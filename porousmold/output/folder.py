@@ -20,6 +20,7 @@ from ..solvers.protocols import Stateful
 from .checkpoint import NAME, Checkpoint, NodeOrders, packed, read
 from .quantities import Columns
 from .stored import LOCK, read_table
+from .xdmf import one_grid_a_time
 
 COMPARISON = ("comparison.json", "comparison.png")
 OUTPUTS = [
@@ -173,6 +174,7 @@ class RunFolder:
                     file.write_function(function, time)
         with self._on_first_rank() as first:
             if first:  # fields.xdmf names fields.h5, which is to be there before it
+                one_grid_a_time(part / "fields.xdmf")
                 for name in ("fields.h5", "fields.xdmf"):
                     (part / name).replace(self.path / name)
                 part.rmdir()

@@ -2,17 +2,14 @@
 
 import json
 import multiprocessing
-import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 from scipy import sparse
 
 from ..errors import InputError
@@ -20,6 +17,7 @@ from .figures import STYLE, plt, save
 from .quantities import ENERGY_GIVEN, ENERGY_NAMES, JOULES_A_KWH, Columns, quantity
 from .slices import slice_of, triangles_of
 from .stored import locked_folder, read_table
+from .xdmf import read_fields
 
 PLACES = {"centre": ("bed centre", "-"), "bed_side": ("wall, bed side", "--"), "outer": ("wall, outside", ":")}
 INSIDE = 1e-6
@@ -199,22 +197,3 @@ def _fields(folder: Path) -> Path:
                     ticks=[tick for tick in ticks if levels[0] <= tick <= levels[-1]])  # fmt: skip
     return save(figure, folder / "fields.png")
 
-
-def read_fields(path: Path) -> tuple[Any, ...]:
-    """Nodes (n, 2 or 3) in m, cells (rows of node numbers in drawing order) and {time: {name: nodal values}} of an XDMF file."""
-    root = ElementTree.parse(path).getroot()
-    with h5py.File(Path(path).with_suffix(".h5"), "r") as file:
-
-        def data(element: Any) -> Any:
-            return file[element.findtext("DataItem").strip().split(":", 1)[1]][()]
-
-        nodes = data(next(root.iter("Geometry")))
-        cells = data(next(root.iter("Topology")))
-        steps: dict[float, dict[str, NDArray[Any]]] = {}
-        for grid in root.iter("Grid"):
-            time, attribute = grid.find("Time"), grid.find("Attribute")
-            if time is not None and attribute is not None:
-                fields = steps.setdefault(float(time.attrib["Value"]), {})
-                fields[attribute.attrib["Name"]] = data(attribute).squeeze()
-    flat = nodes.shape[1] == 2 or np.ptp(nodes[:, 2]) == 0.0
-    return nodes[:, :2] if flat else nodes, cells, steps

@@ -56,6 +56,7 @@ QUANTITIES: Mapping[str, Quantity] = {
     "dissipation_rate": Quantity(r"\epsilon", "dissipation rate", "m2/s3"),
     "eddy_viscosity_ratio": Quantity(r"\mu_t/\mu", "eddy viscosity over viscosity", "1"),
     "in_bed": Quantity("", "1 in the bed, 0 in the wall", "1"),
+    "region": Quantity("", "0 of cells of the bed, 1, 2, ... of the wall's layers outwards", "1"),
 }
 FAMILIES: Mapping[str, Quantity] = {
     "temperature": Quantity("T", "temperature of fluid or wall", "K"),

@@ -150,6 +150,7 @@ class Scene:
         """Full names of keys whose values come from elsewhere in this scene."""
         names = list(GEOMETRIES[self.geometry.kind].foreign)
         names += ["operation.inlet_temperature"] if self.operation.programme else []
+        names += ["model.accuracy"] if self.model.choose == "as-given" else []
         return names + (["wall.material"] if self.wall.layer else [])
 
     def as_tables(self) -> dict[str, dict[str, Any]]:

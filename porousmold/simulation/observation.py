@@ -4,11 +4,13 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
+import ufl
 from dolfinx import fem
 from numpy.typing import NDArray
 
 from ..laws.turbulence_models import LocalFlow
 from ..mesh import domain as geometry
+from ..mesh import fenicsx
 from ..mesh.probe import PointProbe
 from ..output.quantities import Columns
 from .problem import Problem
@@ -30,8 +32,7 @@ def profile_near_wall(problem: Problem, fraction: float = 0.5, points: int = 120
     values = {name: probe(function) for name, function in problem.flow.fields().items()}
     temperature, beads = (probe(function)[:, 0] for function in (problem.temperature, problem.bead_temperature))
     specs, laws = problem.specs, problem.specs.laws
-    diameter = specs.mesh.bead_diameter
-    porosity = specs.porosity.volume(distance, diameter)
+    porosity = specs.porosity.volume(distance, specs.mesh.bead_diameter)
     speed = np.linalg.norm(values["velocity"], axis=1)
     profile = Columns()
     profile.add("wall_distance", distance)
@@ -40,17 +41,33 @@ def profile_near_wall(problem: Problem, fraction: float = 0.5, points: int = 120
     profile.add("fluid_temperature", temperature)
     profile.add("bead_temperature", beads)
     if laws.turbulence is not None:
-        viscosity = laws.fluid.viscosity(temperature)
-        density = laws.fluid.density(values["pressure"][:, 0] + specs.flow.outlet_pressure, temperature)
-        off_wall = np.maximum(distance, 1e-12)
-        local = LocalFlow(porosity, diameter, off_wall, density, viscosity, speed, problem.medium.estimates.speed)
-        shear = np.gradient(speed, distance) ** 2
         unknowns = [values[unknown.name][:, 0] for unknown in laws.turbulence.unknowns]
         if unknowns:
             profile.add(laws.turbulence.unknowns[0].name, unknowns[0])
-        eddies = laws.turbulence.state(unknowns, local, shear).eddy_viscosity
-        profile.add("eddy_viscosity_ratio", eddies / viscosity)
+        shear = np.gradient(speed, distance) ** 2
+        ratio = _eddy_viscosity_ratio(problem, distance, speed, values["pressure"][:, 0], temperature, unknowns, shear)
+        profile.add("eddy_viscosity_ratio", ratio)
     return profile
+
+
+def _eddy_viscosity_ratio(
+    problem: Problem,
+    distance: NDArray[Any],
+    speed: NDArray[Any],
+    pressure: NDArray[Any],
+    temperature: NDArray[Any],
+    unknowns: Sequence[NDArray[Any]],
+    shear_rate_squared: NDArray[Any],
+) -> Any:
+    """mu_t/mu at points of the bed, from the turbulence's unknowns and the rest of the flow there (SI)."""
+    specs, laws = problem.specs, problem.specs.laws
+    assert laws.turbulence is not None
+    diameter = specs.mesh.bead_diameter
+    viscosity = laws.fluid.viscosity(temperature)
+    density = laws.fluid.density(pressure + specs.flow.outlet_pressure, temperature)
+    porosity, off_wall = specs.porosity.volume(distance, diameter), np.maximum(distance, 1e-12)
+    local = LocalFlow(porosity, diameter, off_wall, density, viscosity, speed, problem.medium.estimates.speed)
+    return laws.turbulence.state(unknowns, local, shear_rate_squared).eddy_viscosity / viscosity
 
 
 def field_snapshots(
@@ -60,9 +77,7 @@ def field_snapshots(
     wanted = end_time * 0.5 ** np.arange(problem.specs.output.field_times - 1, -1, -1)
     times = np.array([snapshot[0] for snapshot in snapshots])
     space = problem.medium.flow_temperature.function_space
-    in_bed = fem.Function(space, name="in_bed")
-    dimension = problem.domain.mesh.topology.dim
-    in_bed.x.array[fem.locate_dofs_topological(space, dimension, problem.domain.cells(geometry.BED))] = 1.0
+    of_the_bed = _FieldsOfTheBed(problem, space)
     now, flow_temperature = problem.state(), problem.medium.flow_temperature.x.array.copy()
     for index in sorted({int(np.argmin(np.abs(times - time))) for time in wanted}):
         time, state = snapshots[index]
@@ -70,6 +85,43 @@ def field_snapshots(
         temperature, beads = problem.temperature, problem.bead_temperature
         problem.medium.flow_temperature.x.array[:] = temperature.x.array  # the density that the velocity belongs to
         temperature.name, beads.name = "temperature", "bead_temperature"
-        yield time, [in_bed, temperature, beads, *problem.flow.fields().values()]
+        yield time, [temperature, beads, *problem.flow.fields().values(), *of_the_bed.now()]
     problem.set_state(now)
     problem.medium.flow_temperature.x.array[:] = flow_temperature
+
+
+class _FieldsOfTheBed:
+    """Where bed and wall are, the porosity, and the eddy viscosity of the present flow, as functions."""
+
+    def __init__(self, problem: Problem, space: Any) -> None:
+        self._problem, domain = problem, problem.domain
+        mesh = domain.mesh
+        self._nodes = fem.locate_dofs_topological(space, mesh.topology.dim, domain.cells(geometry.BED))
+        self._distance = fenicsx.nodal_values(domain.wall_distance, space).clip(min=0.0)[self._nodes]
+        self._in_bed, self._porosity, self._eddies = (
+            fem.Function(space, name=name) for name in ("in_bed", "porosity", "eddy_viscosity_ratio")
+        )
+        self._in_bed.x.array[self._nodes] = 1.0
+        self._porosity.x.array[self._nodes] = problem.specs.porosity.volume(
+            self._distance, problem.specs.mesh.bead_diameter
+        )
+        self._region = fem.Function(fenicsx.cell_constant_space(mesh), name="region")
+        for number, tag in enumerate(domain.wall_tags, start=1):
+            self._region.x.array[domain.cells(tag)] = number
+
+    def now(self) -> list[fem.Function]:
+        """The functions, with what changes with the flow renewed."""
+        turbulence = self._problem.specs.laws.turbulence
+        if turbulence is None:
+            return [self._in_bed, self._porosity, self._region]
+        fields, space = self._problem.flow.fields(), self._eddies.function_space
+        velocity, at = fields["velocity"], self._nodes
+        strain = ufl.sym(ufl.grad(velocity))
+        shear_rate_squared = fenicsx.nodal_values(2.0 * ufl.inner(strain, strain), space)[at]
+        speed = np.linalg.norm(velocity.x.array.reshape(len(self._eddies.x.array), -1), axis=1)[at]
+        pressure, temperature = fields["pressure"].x.array[at], self._problem.temperature.x.array[at]
+        unknowns = [fields[unknown.name].x.array[at] for unknown in turbulence.unknowns]
+        self._eddies.x.array[at] = _eddy_viscosity_ratio(
+            self._problem, self._distance, speed, pressure, temperature, unknowns, shear_rate_squared
+        )
+        return [self._in_bed, self._porosity, self._region, self._eddies]

@@ -5,6 +5,7 @@ import json
 import subprocess
 import sys
 
+import meshio
 import numpy as np
 import pytest
 from mpi4py import MPI
@@ -13,7 +14,8 @@ from porousmold import InputError, Scene, run
 from porousmold.cli import main
 from porousmold.files.whole_files import locked
 from porousmold.laws.porosity_profile import HEAD
-from porousmold.output.pictures import draw, read_fields
+from porousmold.output.pictures import draw
+from porousmold.output.xdmf import read_fields
 from porousmold.output.stored import LOCK
 
 from ..support import ALUMINIUM, COARSE, FRP, PIPE, STUDIES, coarse_scene, under_mpirun
@@ -71,6 +73,24 @@ def test_fields_are_within_the_bounds_at_four_times(folder):
         assert {"temperature", "bead_temperature", "velocity", "pressure", "in_bed"} <= set(fields)
         assert fields["temperature"].min() >= low - 1e-9 and fields["temperature"].max() <= high + 1e-9
         assert len(fields["temperature"]) == len(nodes)
+
+
+def test_other_programs_read_all_fields_of_a_time_as_one_grid(folder):
+    """meshio, which ParaView's users convert with, takes the first collection over time for all there is."""
+    with meshio.xdmf.TimeSeriesReader(folder / "fields.xdmf") as reader:
+        points, (cells,) = reader.read_points_cells()
+        assert reader.num_steps == 4
+        for step in range(4):
+            _, at_points, in_cells = reader.read_data(step)
+            names = {"temperature", "bead_temperature", "velocity", "pressure", "porosity", "eddy_viscosity_ratio"}
+            assert names <= set(at_points) and all(len(values) == len(points) for values in at_points.values())
+    (region,) = in_cells["region"]
+    y = points[cells.data][:, :, 1].mean(axis=1)
+    assert np.array_equal(region.ravel() == 1, y > 0.025) and set(region.ravel()) == {0.0, 1.0}
+    at_wall, inside = np.isclose(points[:, 1], 0.025), points[:, 1] < 0.02
+    porosity = at_points["porosity"].ravel()
+    assert porosity[at_wall] == pytest.approx(1.0) and porosity[inside] == pytest.approx(0.4, rel=1e-3)
+    assert at_points["eddy_viscosity_ratio"].max() > 1.0 and abs(at_points["eddy_viscosity_ratio"][at_wall]).max() < 1e-9
 
 
 def test_fields_of_plug_flow_are_those_of_their_time(tmp_path):
