@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     )
     from .laws.turbulence_models import LocalFlow, TransportTerms, TurbulenceModel, TurbulentUnknown
     from .scene.scene import Scene
-    from .simulation.running import Result
+    from .simulation.result import Result
 
 try:
     __version__ = version("porousmold")

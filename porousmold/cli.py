@@ -1,6 +1,8 @@
 """The command `porousmold`."""
 
 import argparse
+import json
+import os
 import sys
 import traceback
 from collections.abc import Callable
@@ -17,11 +19,43 @@ from .simulation.stop_signals import StopSignals
 from .study.cli import add_commands as add_study_commands
 
 DONE, BAD_INPUT, SOLVE_FAILED, INTERRUPTED = 0, 2, 3, 130
+STATUSES = """exit status:
+  0    done
+  1    a fault of the program itself, with a traceback
+  2    bad input, told in one line; nothing was written. Of a study: cases were refused
+  3    a solve failed; what was computed until then is kept. Of a study: cases failed
+  130  interrupted (Ctrl-C, SIGTERM); --resume or the same command goes on
+"""
+EXAMPLES = {
+    "run": ["SCENE.toml", "SCENE.toml --set wall.thickness='2 mm' --out runs/thin"],
+    "check": ["SCENE.toml --set solver.mesh_refinement=2"],
+    "materials": ["", "my_materials.toml"],
+    "pack": ["--container cylinder --diameter '100 mm' --bead-diameter '6 mm' --bed-height '150 mm' --out runs/bed.h5"],
+    "porosity": ["runs/bed.h5 --bed-height '150 mm' --out runs/profile.csv"],
+    "permeability": ["scale.csv --setup setup.toml"],
+    "test-range": ["setup.toml --error 0.05"],
+    "rotameter": ["log.csv --diameter '101.6 mm' --reference-temperature '21 degC' --interval '120 s' --out inlet"],
+    "compare": ["runs/mold measured.csv", "runs/mold runs/thin"],
+    "study": ["STUDY.toml", "STUDY.toml --part 1/3 --out runs/study", "STUDY.toml --plot"],
+    "sensitivity": ["SCENE.toml"],
+    "uncertainty": ["SCENE.toml --sample 100"],
+    "solve-for": ["SCENE.toml --key wall.thickness --target 'heating_time = 15 min'"],
+    "optimum": ["STUDY.toml"],
+    "keys": ["", "--result", "--json-schema"],
+    "show": ["runs/mold", "runs/mold --animate"],
+    "report": ["runs/mold"],
+}
+"""Arguments of each command as they are used, shown below its help."""
 
 
 def main(arguments: list[str] | None = None) -> Any:
     """Entry point: parse, dispatch, and turn errors into one line and an exit status."""
-    options = _parser().parse_args(arguments)
+    parser = _parser()
+    if "_ARGCOMPLETE" in os.environ:  # a shell asks what may stand here
+        import argcomplete
+
+        argcomplete.autocomplete(parser)
+    options = parser.parse_args(arguments)
     if hasattr(options, "serial"):
         return _on_one_rank(options.serial, options)
     return _status_of(options.command, options)
@@ -82,7 +116,9 @@ def _rank() -> Any:
 
 
 def _parser() -> Any:
-    parser = _Parser(prog="porousmold", description="Heating and cooling of bead-filled molds and pipes.")
+    parser = _Parser(
+        prog="porousmold", description="Heating and cooling of bead-filled molds and pipes.", epilog=STATUSES
+    )
     parser.add_argument("--version", action="version", version=f"porousmold {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     run = commands.add_parser("run", help="run a scene to its heating time")
@@ -111,19 +147,30 @@ def _parser() -> Any:
     add_permeability_commands(commands)
     add_experiment_commands(commands)
     add_study_commands(commands)
-    keys = commands.add_parser("keys", help="list every key of a scene with its unit, default and meaning")
-    keys.set_defaults(command=_keys)
+    keys = commands.add_parser("keys", help="list every key of a scene, or of a result, with unit, default and meaning")
+    keys.add_argument("--result", action="store_true", help="those of result.json")
+    keys.add_argument("--json-schema", action="store_true", help="as JSON Schema, for editors and other programs")
+    keys.set_defaults(serial=_keys)
     show = commands.add_parser("show", help="draw the pictures of a run again")
     show.add_argument("run", metavar="RUN")
+    show.add_argument(
+        "--animate", action="store_true", help="also heating.gif, the fields over time (see output.field_times)"
+    )
     show.set_defaults(command=_show)
     report = commands.add_parser("report", help="one HTML page about a run or a study, everything in it")
     report.add_argument("folder", metavar="RUN|STUDY")
     report.set_defaults(serial=_report)
+    for name, command in commands.choices.items():
+        lines = [f"  porousmold {name} {arguments}".rstrip() for arguments in EXAMPLES[name]]
+        command.epilog = "\n".join([f"example{'s' if len(lines) > 1 else ''}:", *lines])
     return parser
 
 
 class _Parser(argparse.ArgumentParser):
-    """Refuses with one line, like everything else."""
+    """Refuses with one line, like everything else; its help ends with lines as they stand."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(formatter_class=argparse.RawDescriptionHelpFormatter, **options)
 
     def error(self, message: str) -> NoReturn:
         """End the program with one line and the status of bad input."""
@@ -149,7 +196,7 @@ def _run(options: argparse.Namespace) -> Any:
         raise
     signals.listen()
     rank = MPI.COMM_WORLD.rank
-    log_to_console(options.verbose, first_rank=rank == 0)
+    log_to_console(options.verbose, first_rank=rank == 0, file=options.log)
     bar = Bar(quiet=options.quiet or bool(rank) or options.verbose > 0)
     progress = MarchProgress(bar, scene.operation.heating_margin, scene.operation.end_time)
     drawing = PictureProcess() if rank == 0 and scene.output.pictures else None
@@ -204,18 +251,20 @@ def _materials(options: argparse.Namespace) -> str:
     return table(None if options.file is None else Path(options.file))
 
 
-def _keys(options: argparse.Namespace) -> Any:
-    from .scene.language import reference
+def _keys(options: argparse.Namespace) -> str:
+    from .output import result_keys
+    from .scene import json_schema, language
 
-    print(reference(), end="")
-    return DONE
+    if options.json_schema:
+        return json.dumps(result_keys.result_schema() if options.result else json_schema.scene_schema(), indent=2)
+    return (result_keys.reference() if options.result else language.reference()).rstrip("\n")
 
 
 def _show(options: argparse.Namespace) -> Any:
-    from .output.pictures import draw
+    from .output.pictures import animate, draw
 
     if _rank() == 0:
-        for path in draw(options.run):
+        for path in [*draw(options.run), *([animate(options.run)] if options.animate else [])]:
             print(path)
     return DONE
 

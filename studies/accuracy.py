@@ -46,7 +46,9 @@ class Runs:
         self.steps.append(scene.solver.step_refinement)
         try:
             self.times.append(None)
-            self.times[-1] = Simulation(specs_of(scene), MPI.COMM_SELF).march().recorder.heating_time
+            simulation = Simulation(specs_of(scene), MPI.COMM_SELF)
+            self.times[-1] = simulation.march().recorder.heating_time
+            simulation.free()
         finally:
             self.seconds.append(time.process_time() - start)
         return self.times[-1]

@@ -3,6 +3,7 @@
 import argparse
 import logging
 import math
+import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -44,7 +45,7 @@ def settings_of(options: argparse.Namespace) -> dict[str, str]:
 
 
 def add_verbosity_option(command: argparse.ArgumentParser) -> None:
-    """-v for every time step, -vv for every iteration of a flow that is sought."""
+    """-v for every time step, -vv for every iteration of a flow that is sought, --log for both in a file."""
     command.add_argument(
         "-v",
         "--verbose",
@@ -52,25 +53,37 @@ def add_verbosity_option(command: argparse.ArgumentParser) -> None:
         default=0,
         help="tell every time step; twice: every iteration of the flow, with the residual of each part",
     )
+    command.add_argument("--log", metavar="FILE", help="write every step and iteration into a file")
 
 
-def log_to_console(verbosity: int, *, first_rank: bool) -> None:
-    """Have the program's loggers tell on stderr what `-v` asks for; all ranks take part, the first one tells."""
+def log_to_console(verbosity: int, *, first_rank: bool, file: str | None = None) -> None:
+    """Have the program's loggers tell on stderr what `-v` asks for, and everything in a file; all ranks take part, the first one
+    tells. Raises `InputError` for a file that cannot be written."""
     logger = logging.getLogger(__package__.split(".")[0])
-    logger.setLevel((logging.WARNING, logging.INFO, logging.DEBUG)[min(verbosity, 2)])
+    console = (logging.WARNING, logging.INFO, logging.DEBUG)[min(verbosity, 2)]
+    logger.setLevel(console if file is None else logging.DEBUG)
     logger.propagate = False
     logger.handlers = [logging.StreamHandler() if first_rank else logging.NullHandler()]
+    logger.handlers[0].setLevel(console)
+    if file is not None and first_rank:
+        try:
+            kept = logging.FileHandler(file, mode="w", encoding="utf-8")
+        except OSError as error:
+            raise InputError("--log", file, f"cannot be written: {error.strerror}") from error
+        kept.setFormatter(logging.Formatter("%(asctime)s %(name)s: %(message)s"))
+        logger.addHandler(kept)
 
 
 class Bar:
-    """The progress bar of every command, of tqdm; not there until something is shown, and silent where `quiet`."""
+    """The progress bar of every command, of tqdm; not there until something is shown, and silent where `quiet`, or without a
+    terminal unless it is wanted `always`."""
 
-    def __init__(self, *, quiet: bool = False) -> None:
-        self._quiet, self._bar = quiet, None
+    def __init__(self, *, quiet: bool = False, always: bool = False) -> None:
+        self._quiet, self._bar = quiet or not (always or sys.stderr.isatty()), None
 
     def _shown(self, initial: float = 0.0) -> Any:
         if self._bar is None:
-            from tqdm import tqdm
+            from tqdm.auto import tqdm  # in a notebook its own bar
 
             self._bar = tqdm(total=1.0, initial=initial, desc="starting", bar_format=STARTING)
         return self._bar

@@ -1,11 +1,14 @@
-"""matplotlib for pictures in files: no display, one look."""
+"""matplotlib for pictures in files: no display, one look. In a notebook its own backend stays."""
 
-import matplotlib
-
-matplotlib.use("Agg")
+import os
+import sys
 from pathlib import Path
 from typing import Any
 
+import matplotlib
+
+if "matplotlib.pyplot" not in sys.modules and not os.environ.get("MPLBACKEND", "").startswith("module://"):
+    matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
 STYLE = {"font.size": 11, "axes.grid": True, "grid.alpha": 0.3, "figure.dpi": 130}

@@ -6,10 +6,12 @@ from collections.abc import Mapping
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from matplotlib.animation import PillowWriter
 from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
 from scipy import sparse
 
 from ..errors import InputError
@@ -20,6 +22,9 @@ from .stored import locked_folder, read_table
 from .xdmf import read_fields
 
 PLACES = {"centre": ("bed centre", "-"), "bed_side": ("wall, bed side", "--"), "outer": ("wall, outside", ":")}
+SHORT = 180.0
+"""Seconds up to which a run is drawn over seconds, not minutes."""
+FRAMES_A_SECOND = 8
 INSIDE = 1e-6
 """Of the mesh's width: how far inside it lies the section that shows its plane of symmetry."""
 # Margins are given, not found: letting matplotlib measure them doubles the time of every picture.
@@ -35,9 +40,7 @@ def draw(folder: Path, processes: int = 1) -> list[Path]:
         raise InputError("RUN", str(folder), "is not the folder of a run (no result.json and history.csv)")
     try:
         summary = json.loads((folder / "result.json").read_text(encoding="utf-8"))
-        marks = {f"heated, {summary['heating_time']:.0f} s": summary["heating_time"]} if summary["heating_time"] else {}
-        targets, energy = summary["targets"], summary["energy"]
-        marks |= {f"{name}, {time:.0f} s": time for name, time in targets.items() if time is not None}
+        marks, targets, energy = marks_of(summary), summary["targets"], summary["energy"]
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputError("RUN", str(folder), f"has a damaged result.json: {error}") from error
     with locked_folder(folder, "drawn"), plt.rc_context(STYLE):
@@ -58,77 +61,95 @@ def draw(folder: Path, processes: int = 1) -> list[Path]:
             return [one.result() for one in reversed(drawing)]
 
 
+def marks_of(summary: Mapping[str, Any]) -> dict[str, float]:
+    """Times (s) to be marked in pictures, of the content of result.json, by what they are called there."""
+    marks = {f"heated, {summary['heating_time']:.0f} s": summary["heating_time"]} if summary["heating_time"] else {}
+    return marks | {f"{name}, {time:.0f} s": time for name, time in summary["targets"].items() if time is not None}
+
+
 def _temperatures(folder: Path, history: Columns, marks: Mapping[str, float]) -> Path:
-    minutes = np.array(history["time"]) / 60.0
     figure, axes = plt.subplots(figsize=(8.0, 5.0))
     figure.subplots_adjust(left=0.09, right=0.98, bottom=0.11, top=0.97)
+    draw_temperatures(axes, history, marks)
+    return save(figure, folder / "temperatures.png")
+
+
+def _time_axis(history: Any) -> tuple[NDArray[Any], str, float]:
+    """Times as they are drawn, their unit, and the factor on seconds."""
+    seconds = np.array(history["time"])
+    unit, scale = ("s", 1.0) if seconds[-1] < SHORT else ("min", 1.0 / 60.0)
+    return scale * seconds, unit, scale
+
+
+def draw_temperatures(axes: Any, history: Any, marks: Mapping[str, float]) -> None:
+    """Draw temperatures against time: `history` has columns by name, `marks` times (s) by what they are called."""
+    times, unit, scale = _time_axis(history)
     labels = list(dict.fromkeys(name.rsplit("_", 1)[1] for name in history if name.startswith("temperature_")))
     colours = plt.get_cmap("viridis")(np.linspace(0.0, 0.85, len(labels)))
     for label, colour in zip(labels, colours, strict=True):
         for place, (_, dashes) in PLACES.items():
             name = f"temperature_{place}_{label}"
             if name in history:
-                axes.plot(minutes, np.array(history[name]) - 273.15, dashes, color=colour, linewidth=1.6)
-    axes.plot(minutes, np.array(history["inlet_temperature"]) - 273.15, color="0.4", linewidth=1.0)
+                axes.plot(times, np.array(history[name]) - 273.15, dashes, color=colour, linewidth=1.6)
+    axes.plot(times, np.array(history["inlet_temperature"]) - 273.15, color="0.4", linewidth=1.0)
     entries = [
         plt.Line2D([], [], color=colour, label=f"z = {label}") for label, colour in zip(labels, colours, strict=True)
     ]
     shown = [p for p in PLACES if any(name.startswith(f"temperature_{p}") for name in history)]
     entries += [plt.Line2D([], [], color="k", linestyle=PLACES[p][1], label=PLACES[p][0]) for p in shown]
     entries.append(plt.Line2D([], [], color="0.4", linewidth=1.0, label="inlet"))
-    if history["set_point"] != history["inlet_temperature"]:
-        axes.plot(minutes, np.array(history["set_point"]) - 273.15, "--", color="0.6", linewidth=1.0)
+    if not np.array_equal(history["set_point"], history["inlet_temperature"]):
+        axes.plot(times, np.array(history["set_point"]) - 273.15, "--", color="0.6", linewidth=1.0)
         entries.append(plt.Line2D([], [], color="0.6", linestyle="--", linewidth=1.0, label="set-point"))
-    entries += _mark(axes, marks)
-    axes.set(xlabel="time in min", ylabel="temperature in °C", xlim=(0, minutes[-1] or 1))
+    entries += _mark(axes, marks, scale)
+    axes.set(xlabel=f"time in {unit}", ylabel="temperature in °C", xlim=(0, times[-1] or 1))
     axes.legend(handles=entries, fontsize=9, loc="lower right")
-    return save(figure, folder / "temperatures.png")
 
 
-def _mark(axes: Any, marks: Mapping[str, float]) -> list[Any]:
-    """Vertical lines at times (s), and their entries of the legend."""
+def _mark(axes: Any, marks: Mapping[str, float], scale: float) -> list[Any]:
+    """Vertical lines at times (s), drawn times the scale, and their entries of the legend."""
     colours = ["tab:red", "tab:green", "tab:purple", "tab:orange", "tab:brown"]
     entries = []
     for number, (label, time) in enumerate(marks.items()):
         colour = colours[number % len(colours)]
-        axes.axvline(time / 60.0, color=colour, linewidth=1.2)
+        axes.axvline(scale * time, color=colour, linewidth=1.2)
         entries.append(plt.Line2D([], [], color=colour, label=label))
     return entries
 
 
 def _skin(folder: Path, history: Columns, marks: Mapping[str, float]) -> Path:
     """How even the wall's bed side is, where it is coldest and hottest, and how far layers have cured."""
-    minutes = np.array(history["time"]) / 60.0
+    times, unit, scale = _time_axis(history)
     cured = [name for name in history if name.startswith("cure_")]
     figure, axes = plt.subplots(2 + bool(cured), 1, figsize=(8.0, 2.2 * (2 + bool(cured)) + 0.6), sharex=True)
     height = figure.get_size_inches()[1]
     figure.subplots_adjust(left=0.1, right=0.97, bottom=0.55 / height, top=1.0 - 0.15 / height, hspace=0.12)
     low, high = (np.array(history[f"{end}_bed_side"]) for end in ("lowest", "highest"))
-    axes[0].plot(minutes, high - low, color="tab:blue")
+    axes[0].plot(times, high - low, color="tab:blue")
     axes[0].set_ylabel("bed side: hottest\nminus coldest in K", fontsize=9)
     axes[0].set_ylim(0, None)
-    axes[0].legend(handles=_mark(axes[0], marks), fontsize=8, loc="upper center")
+    axes[0].legend(handles=_mark(axes[0], marks, scale), fontsize=8, loc="upper center")
     for end, colour in (("coldest", "tab:blue"), ("hottest", "tab:red")):
-        axes[1].plot(minutes, history[f"{end}_place"], color=colour, label=end)
+        axes[1].plot(times, history[f"{end}_place"], color=colour, label=end)
     axes[1].set_ylabel("along the flow\nin m", fontsize=9)
     axes[1].legend(fontsize=8, loc="center right")
     for name in cured:
-        axes[2].plot(minutes, history[name], label=name.removeprefix("cure_"))
+        axes[2].plot(times, history[name], label=name.removeprefix("cure_"))
         axes[2].set_ylabel("least degree\nof cure", fontsize=9)
         axes[2].set_ylim(0, 1)
         axes[2].legend(fontsize=8, loc="lower right")
-    axes[-1].set(xlabel="time in min", xlim=(0, minutes[-1] or 1))
+    axes[-1].set(xlabel=f"time in {unit}", xlim=(0, times[-1] or 1))
     return save(figure, folder / "skin.png")
 
 
 def _supply(folder: Path, history: Columns, energy: Mapping[str, float]) -> Path:
     """Powers of heater and blower against time, and where their energy went."""
-    minutes = np.array(history["time"]) / 60.0
+    times, unit, _ = _time_axis(history)
     figure, (powers, uses) = plt.subplots(1, 2, figsize=(11.0, 3.8), width_ratios=(1.3, 1.0))
     figure.subplots_adjust(left=0.07, right=0.98, bottom=0.15, top=0.9, wspace=0.32)
     for name, colour in (("heater_power", "tab:red"), ("blower_power", "tab:blue")):
-        powers.plot(minutes, np.array(history[name]) / 1e3, color=colour, label=name.removesuffix("_power"))
-    powers.set(xlabel="time in min", ylabel="power in kW", xlim=(0, minutes[-1] or 1), ylim=(0, None))
+        powers.plot(times, np.array(history[name]) / 1e3, color=colour, label=name.removesuffix("_power"))
+    powers.set(xlabel=f"time in {unit}", ylabel="power in kW", xlim=(0, times[-1] or 1), ylim=(0, None))
     powers.set_title("whole tool", fontsize=10)
     powers.legend(fontsize=9)
     shown = {name: energy[name] for name in ENERGY_NAMES if abs(energy[name]) > 0.0}
@@ -157,43 +178,104 @@ def _near_wall(folder: Path) -> Path:
     return save(figure, folder / "near_wall.png")
 
 
-def _fields(folder: Path) -> Path:
-    nodes, cells, steps = read_fields(folder / "fields.xdmf")
-    if nodes.shape[1] == 3:  # the plane of symmetry, and a section across the flow
-        low, high = nodes.min(axis=0), nodes.max(axis=0)
-        middle = 0.5 * (low[0] + high[0])
-        along = "along the flow in m", 1.0, *slice_of(nodes, cells, 2, low[2] + INSIDE * (high[2] - low[2]))
-        section = "beside the middle in mm", 1e3, *slice_of(nodes, cells, 0, middle)
-        panels = [
-            ("fluid and wall, plane of symmetry", "temperature", *along),
-            (f"fluid and wall, {middle - low[0]:.2g} m from the inlet", "temperature", *section),
-        ]
-    else:
-        everything = "along the flow in m", 1.0, nodes, triangles_of(cells), sparse.identity(len(nodes), format="csr")
-        panels = [("fluid and wall", "temperature", *everything), ("beads", "bead_temperature", *everything)]
-    times = sorted(steps)
-    reached = np.concatenate([steps[t]["temperature"] for t in times]) - 273.15
+class _Section(NamedTuple):
+    """What one column of the fields' picture shows: a field on triangles of places, of which `weights` give the values."""
+
+    title: str
+    field: str
+    along: str
+    x: NDArray[Any]
+    y: NDArray[Any]
+    triangles: NDArray[Any]
+    weights: Any
+
+    def draw(self, axes: Any, fields: Mapping[str, NDArray[Any]], levels: NDArray[Any]) -> Any:
+        """Draw the field of a time as filled contours, with the interface of bed and wall."""
+        bed, values = self.weights @ fields["in_bed"] > 0.99, self.weights @ fields[self.field] - 273.15
+        in_bed = np.all(bed[self.triangles], axis=1)
+        shapes = self.triangles[in_bed] if self.field == "bead_temperature" else self.triangles
+        drawn = axes.tricontourf(self.x, self.y, shapes, values, levels=levels, cmap="inferno")
+        axes.set_ylim(self.y.min(), self.y.max())
+        if np.any(~bed):
+            axes.tricontour(self.x, self.y, self.triangles, bed, levels=[0.99], colors="w", linewidths=0.7)
+        axes.grid(False)
+        return drawn
+
+
+def _sections(nodes: NDArray[Any], cells: NDArray[Any]) -> list[_Section]:
+    """Of a flat mesh fluid and beads; of another one the plane of symmetry and a section across the flow."""
+    if nodes.shape[1] == 2:
+        everything = nodes[:, 0], 1e3 * nodes[:, 1], triangles_of(cells), sparse.identity(len(nodes), format="csr")
+        named = (("fluid and wall", "temperature"), ("beads", "bead_temperature"))
+        return [_Section(title, name, "along the flow in m", *everything) for title, name in named]
+    low, high = nodes.min(axis=0), nodes.max(axis=0)
+    middle = 0.5 * (low[0] + high[0])
+    cuts = (
+        ("fluid and wall, plane of symmetry", "along the flow in m", 1.0, 2, low[2] + INSIDE * (high[2] - low[2])),
+        (f"fluid and wall, {middle - low[0]:.2g} m from the inlet", "beside the middle in mm", 1e3, 0, middle),
+    )
+    sections = []
+    for title, along, unit, axis, value in cuts:
+        places, triangles, weights = slice_of(nodes, cells, axis, value)
+        x, y = unit * places[:, 0], 1e3 * places[:, 1]
+        sections.append(_Section(title, "temperature", along, x, y, triangles, weights))
+    return sections
+
+
+def _levels(steps: Mapping[float, Mapping[str, NDArray[Any]]]) -> tuple[NDArray[Any], list[float]]:
+    """Contours (°C) over all times, and ticks among them."""
+    reached = np.concatenate([fields["temperature"] for fields in steps.values()]) - 273.15
     levels = np.linspace(reached.min(), reached.max() + 1e-9, 25)
     ticks = MaxNLocator(6).tick_values(reached.min(), reached.max())
+    return levels, [tick for tick in ticks if levels[0] <= tick <= levels[-1]]
+
+
+def _fields(folder: Path) -> Path:
+    nodes, cells, steps = read_fields(folder / "fields.xdmf")
+    sections, (levels, ticks), times = _sections(nodes, cells), _levels(steps), sorted(steps)
     figure, axes = plt.subplots(len(times), 2, figsize=(11.0, 1.5 * len(times) + 0.9), squeeze=False, sharex="col")
     figure.subplots_adjust(
         left=0.08, right=0.88, bottom=0.4 / (len(times) + 0.6), top=1 - 0.25 / (len(times) + 0.6), hspace=0.2
     )
-    for column, (title, name, label, unit, places, triangles, weights) in enumerate(panels):
-        x, y, bed = unit * places[:, 0], 1e3 * places[:, 1], weights @ steps[times[0]]["in_bed"] > 0.99
-        shapes = triangles[np.all(bed[triangles], axis=1)] if name == "bead_temperature" else triangles
-        axes[0, column].set_title(title)
-        axes[-1, column].set_xlabel(label)
+    for column, section in enumerate(sections):
+        axes[0, column].set_title(section.title)
+        axes[-1, column].set_xlabel(section.along)
         for row, time in enumerate(times):
-            panel, values = axes[row, column], weights @ steps[time][name] - 273.15
-            drawn = panel.tricontourf(x, y, shapes, values, levels=levels, cmap="inferno")
-            panel.set_ylim(y.min(), y.max())
-            if np.any(~bed):  # the interface
-                panel.tricontour(x, y, triangles, bed, levels=[0.99], colors="w", linewidths=0.7)
-            panel.grid(False)
+            drawn = section.draw(axes[row, column], steps[time], levels)
     for row, time in enumerate(times):
         axes[row, 0].set_ylabel(f"t = {time:.0f} s\nacross in mm", fontsize=9)
-    figure.colorbar(drawn, cax=figure.add_axes((0.9, 0.12, 0.015, 0.8)), label="temperature in °C",
-                    ticks=[tick for tick in ticks if levels[0] <= tick <= levels[-1]])  # fmt: skip
+    _colour_bar(figure, drawn, ticks)
     return save(figure, folder / "fields.png")
 
+
+def _colour_bar(figure: Any, drawn: Any, ticks: list[float]) -> None:
+    figure.colorbar(drawn, cax=figure.add_axes((0.9, 0.12, 0.015, 0.8)), label="temperature in °C", ticks=ticks)
+
+
+def animate(folder: Path) -> Path:
+    """heating.gif of the fields of a run at all times that were kept (`output.field_times`); gives its path.
+
+    Raises `InputError` if the folder holds no fields, or another process is at work there.
+    """
+    folder = Path(folder)
+    if not (folder / "fields.xdmf").is_file():
+        raise InputError("RUN", str(folder), "holds no fields (output.fields)")
+    with locked_folder(folder, "drawn"), plt.rc_context(STYLE):
+        nodes, cells, steps = read_fields(folder / "fields.xdmf")
+        sections, (levels, ticks), times = _sections(nodes, cells), _levels(steps), sorted(steps)
+        figure, axes = plt.subplots(1, 2, figsize=(11.0, 2.6))
+        figure.subplots_adjust(left=0.08, right=0.88, bottom=0.22, top=0.8)
+        writer, path = PillowWriter(fps=FRAMES_A_SECOND), folder / "heating.gif"
+        with writer.saving(figure, path, dpi=100):
+            for time in times:
+                for panel, section in zip(axes, sections, strict=True):
+                    panel.clear()
+                    drawn = section.draw(panel, steps[time], levels)
+                    panel.set(title=section.title, xlabel=section.along)
+                axes[0].set_ylabel("across in mm")
+                figure.suptitle(f"t = {time / 60.0:.1f} min", x=0.01, ha="left", fontsize=11)
+                if time == times[0]:
+                    _colour_bar(figure, drawn, ticks)
+                writer.grab_frame()
+        plt.close(figure)
+    return path

@@ -1,7 +1,6 @@
 """One self-contained HTML page about a run or a study, for mailing: everything in it, nothing from a network."""
 
 import base64
-import csv
 import html
 import json
 import tomllib
@@ -18,6 +17,7 @@ from ..scene.language import KEYS
 from .console import closures_text, model_text
 from .pictures import draw
 from .quantities import ENERGY_GIVEN, ENERGY_NAMES, JOULES_A_KWH
+from .stored import read_study
 from .study_pictures import draw_study
 
 _STYLE = """
@@ -287,16 +287,11 @@ def _optimum(folder: Path) -> str:
 
 
 def _of_study(folder: Path) -> tuple[Any, ...]:
-    try:
-        entries = json.loads((folder / "table.json").read_text(encoding="utf-8"))
-        with (folder / "table.csv").open(newline="", encoding="utf-8") as file:
-            head = next(csv.reader(file))
-        rows = [
-            [float(v) if isinstance(v, int | float) else ("-" if v is None else v) for v in e.values()] for e in entries
-        ]
-        statuses = [entry["status"] for entry in entries]
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, StopIteration) as error:
-        raise InputError("RUN", str(folder), f"has a damaged table: {error}") from error
+    entries, head = read_study(folder)
+    rows = [
+        [float(v) if isinstance(v, int | float) else ("-" if v is None else v) for v in e.values()] for e in entries
+    ]
+    statuses = [entry["status"] for entry in entries]
     counts = ", ".join(f"{statuses.count(status)} {status}" for status in dict.fromkeys(statuses))
     body = _optimum(folder) if (folder / "optimum.json").is_file() else ""
     body += _uncertainty(folder) if (folder / "uncertainty.json").is_file() else ""

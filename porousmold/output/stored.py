@@ -1,7 +1,9 @@
 """The folder of a run as those find it who only read it: its lock and its tables. No dolfinx."""
 
 import csv
+import json
 from pathlib import Path
+from typing import Any
 
 from ..errors import InputError
 from ..files.whole_files import Lock, locked
@@ -26,3 +28,16 @@ def read_table(path: Path) -> Columns:
         head, *rows = csv.reader(file)
     names = [cell.split(" [")[0] for cell in head]
     return Columns({name: [float(row[i]) for row in rows] for i, name in enumerate(names)})
+
+
+def read_study(folder: Path) -> tuple[list[dict[str, Any]], list[str]]:
+    """Cases (entries of table.json) and head (of table.csv) of the folder of a study; raises `InputError` if it is damaged."""
+    try:
+        entries = json.loads((folder / "table.json").read_text(encoding="utf-8"))
+        with (folder / "table.csv").open(newline="", encoding="utf-8") as file:
+            head = next(csv.reader(file))
+        if not all(isinstance(entry, dict) and "status" in entry for entry in entries):
+            raise ValueError("a case without a status")
+    except (OSError, ValueError, TypeError, StopIteration) as error:
+        raise InputError("RUN", str(folder), f"has a damaged table: {error}") from error
+    return entries, head

@@ -1,4 +1,4 @@
-"""Pictures of a study: curves over one varied number, a heat map over two."""
+"""Pictures of a study: curves over one key or two, heat maps over two numbers, parallel coordinates over more."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -8,51 +8,122 @@ import numpy as np
 
 from .figures import STYLE, plt, save
 
+Entries = list[Mapping[str, Any]]
+MOST_CURVES, MOST_PANELS = 8, 4
+BEFORE_THE_UNIT = " ["
 
-def draw_study(folder: Path, entries: Sequence[Mapping[str, Any]], head: Sequence[str]) -> Path | None:
-    """curves.png of every record over the one number that varies, or map.png of the first record over two; None for other
-    studies.
 
-    `entries` are those of table.json, `head` the head of table.csv.
+class _Study:
+    """Cases with an answer: what varies over them, what was recorded of all, and labels with units.
+
+    `entries` are those of table.json, `head` the head of table.csv."""
+
+    def __init__(self, entries: Sequence[Mapping[str, Any]], head: Sequence[str]) -> None:
+        names = list(entries[0]) if entries else []
+        end = names.index("status") if "status" in names else 0
+        varied, records = names[:end], names[end + 1 : names.index("reason")] if end else []
+        self.labels = dict(zip(names, head, strict=False))
+        first = records[:1]
+        self.known = [entry for entry in entries if all(_is_number(entry[name]) for name in first)] if records else []
+        self.varied = [name for name in varied if len({str(entry[name]) for entry in self.known}) > 1]
+        self.numbers = [name for name in self.varied if all(_is_number(entry[name]) for entry in self.known)]
+        self.records = [name for name in records if all(_is_number(entry[name]) for entry in self.known)]
+
+
+def draw_study(folder: Path, entries: Sequence[Mapping[str, Any]], head: Sequence[str]) -> list[Path]:
+    """Pictures of a study in its folder; gives their paths.
+
+    curves.png over one number, a curve for each value of a second key; map.png of the first record over two numbers;
+    parallel.png over three keys or more. None for a study with fewer than three answers.
     """
-    names = list(entries[0]) if entries else []
-    if "status" not in names:
-        return None
-    varied, records = names[: names.index("status")], names[names.index("status") + 1 : names.index("reason")]
-    labels = dict(zip(names, head, strict=False))
-    known = [e for e in entries if all(_is_number(e[name]) for name in (*varied, *records[:1]))]
-    if len(known) < 3 or len(varied) not in (1, 2) or not records:
-        return None
+    study = _Study(entries, head)
+    if len(study.known) < 3 or not study.records or not study.varied:
+        return []
     with plt.rc_context(STYLE):
-        return (_curves if len(varied) == 1 else _map)(folder, known, varied, records, labels)
+        drawn = []
+        if len(study.varied) <= 2 and study.numbers:
+            drawn.append(_curves(folder, study))
+        if len(study.numbers) == 2 == len(study.varied):
+            drawn += _map(folder, study)
+        if len(study.varied) > 2:
+            drawn.append(_parallel(folder, study))
+    return drawn
+
+
+def plot_in_terminal(entries: Sequence[Mapping[str, Any]], head: Sequence[str]) -> str:
+    """The first record over the first key as a picture of characters; a key that holds words is taken in the order of its cases.
+
+    Empty for a study with fewer than two answers.
+    """
+    study = _Study(entries, head)
+    if len(study.known) < 2 or not study.records or not study.varied:
+        return ""
+    import plotext
+
+    key, record = (study.numbers or study.varied)[0], study.records[0]
+    plotext.clear_figure()
+    plotext.theme("clear")
+    plotext.plotsize(78, 20)
+    for label, members in _families(study, key).items():
+        x = [entry[key] for entry in members] if study.numbers else list(range(1, len(members) + 1))
+        y = [entry[record] for entry in members]
+        plotext.plot(x, y, marker="dot", label=label or None)
+    plotext.xlabel(study.labels[key])
+    plotext.title(study.labels[record])
+    return str(plotext.build())
 
 
 def _is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and bool(np.isfinite(value))
 
 
-def _curves(
-    folder: Path, known: list[Mapping[str, Any]], varied: list[str], records: list[str], labels: Mapping[str, str]
-) -> Path:
-    ordered = sorted(known, key=lambda entry: entry[varied[0]])
-    shown = [name for name in records if all(_is_number(entry[name]) for entry in ordered)][:4]
-    figure, all_axes = plt.subplots(1, len(shown), figsize=(1.0 + 4.4 * len(shown), 3.8), squeeze=False)
-    figure.subplots_adjust(left=0.9 / (1.0 + 4.4 * len(shown)), right=0.98, bottom=0.16, top=0.96, wspace=0.3)
+def _families(study: _Study, key: str) -> dict[str, Entries]:
+    """The cases in the order of a key, by the value of the other one, which is in the name."""
+    others = [name for name in study.varied if name != key][:1]
+    ordered = sorted(study.known, key=lambda entry: entry[key]) if key in study.numbers else study.known
+    if not others:
+        return {"": list(ordered)}
+    named: dict[str, Entries] = {}
+    for entry in ordered:
+        value = entry[others[0]]
+        name, unit = study.labels[others[0]].partition(BEFORE_THE_UNIT)[::2]
+        shown = f"{value:.4g}" if _is_number(value) else str(value)
+        named.setdefault(f"{name} = {shown} {unit.rstrip(']')}".rstrip(), []).append(entry)
+    return named
+
+
+def _curves(folder: Path, study: _Study) -> Path:
+    key = max(study.numbers, key=lambda name: len({entry[name] for entry in study.known}))
+    families, shown = _families(study, key), study.records[:MOST_PANELS]
+    width = 1.0 + 4.4 * len(shown)
+    figure, all_axes = plt.subplots(1, len(shown), figsize=(width, 3.8), squeeze=False)
+    figure.subplots_adjust(left=0.95 / width, right=1.0 - 0.1 / width, bottom=0.16, top=0.96, wspace=0.3)
     for axes, name in zip(all_axes[0], shown, strict=True):
-        axes.plot([entry[varied[0]] for entry in ordered], [entry[name] for entry in ordered], "o-")
-        axes.set(xlabel=labels[varied[0]], ylabel=labels[name])
+        for label, members in list(families.items())[:MOST_CURVES]:
+            axes.plot([e[key] for e in members], [e[name] for e in members], "o-", markersize=4, label=label)
+        axes.set(xlabel=study.labels[key], ylabel=study.labels[name])
+        _plain_numbers(axes.yaxis)
+    if "" not in families:
+        all_axes[0, 0].legend(fontsize=8)
     return save(figure, folder / "curves.png")
 
 
-def _map(
-    folder: Path, known: list[Mapping[str, Any]], varied: list[str], records: list[str], labels: Mapping[str, str]
-) -> Path | None:
-    x, y = (sorted({entry[name] for entry in known}) for name in varied)
+def _plain_numbers(axis: Any) -> None:
+    """No offset added to the numbers of an axis; large ones by a power of ten in multiples of three."""
+    from matplotlib.ticker import EngFormatter, ScalarFormatter
+
+    low, high = axis.get_view_interval()
+    large = max(abs(low), abs(high)) >= 1e5
+    axis.set_major_formatter(EngFormatter(sep="") if large else ScalarFormatter(useOffset=False))
+
+
+def _map(folder: Path, study: _Study) -> list[Path]:
+    x, y = (sorted({entry[name] for entry in study.known}) for name in study.numbers)
     if min(len(x), len(y)) < 2:
-        return None
+        return []
     values = np.full((len(y), len(x)), np.nan)
-    for entry in known:
-        values[y.index(entry[varied[1]]), x.index(entry[varied[0]])] = entry[records[0]]
+    for entry in study.known:
+        values[y.index(entry[study.numbers[1]]), x.index(entry[study.numbers[0]])] = entry[study.records[0]]
     figure, axes = plt.subplots(figsize=(7.0, 4.6))
     figure.subplots_adjust(left=0.14, right=0.97, bottom=0.14, top=0.95)
     drawn = axes.imshow(values, origin="lower", aspect="auto", cmap="viridis")
@@ -61,7 +132,41 @@ def _map(
     for (row, column), value in np.ndenumerate(values):
         if np.isfinite(value) and values.size <= 100:
             axes.text(column, row, f"{value:.4g}", ha="center", va="center", color="w", fontsize=8)
-    axes.set(xlabel=labels[varied[0]], ylabel=labels[varied[1]])
+    axes.set(xlabel=study.labels[study.numbers[0]], ylabel=study.labels[study.numbers[1]])
     axes.grid(False)
-    figure.colorbar(drawn, label=labels[records[0]])
-    return save(figure, folder / "map.png")
+    figure.colorbar(drawn, label=study.labels[study.records[0]])
+    return [save(figure, folder / "map.png")]
+
+
+def _parallel(folder: Path, study: _Study) -> Path:
+    """A line for each case across one axis for each key and record, coloured by the first record."""
+    names = [*study.varied, *study.records[:2]]
+    columns, ticks = [], []
+    for name in names:
+        values = [entry[name] for entry in study.known]
+        if name in study.varied and name not in study.numbers:
+            words = sorted({str(value) for value in values})
+            heights = {word: number / max(len(words) - 1, 1) for number, word in enumerate(words)}
+            columns.append(np.array([heights[str(value)] for value in values]))
+            ticks.append([(heights[word], word) for word in words])
+        else:
+            low, high = min(values), max(values)
+            columns.append((np.array(values) - low) / ((high - low) or 1.0))
+            ticks.append([(part, f"{low + part * (high - low):.4g}") for part in (0.0, 0.5, 1.0)])
+    record = np.array([entry[study.records[0]] for entry in study.known])
+    figure, axes = plt.subplots(figsize=(2.0 + 1.7 * len(names), 4.6))
+    figure.subplots_adjust(left=0.08, right=0.98, bottom=0.16, top=0.96)
+    colours = plt.Normalize(record.min(), record.max() or 1.0)
+    for row, value in zip(np.array(columns).T, record, strict=True):
+        axes.plot(range(len(names)), row, color=plt.get_cmap("viridis")(colours(value)), linewidth=1.0, alpha=0.8)
+    for number, marks in enumerate(ticks):
+        axes.axvline(number, color="0.3", linewidth=0.8)
+        for height, text in marks:
+            axes.annotate(text, (number, height), xytext=(3, 1), textcoords="offset points", fontsize=8)
+    labels = [study.labels[name].replace(BEFORE_THE_UNIT, "\n[") for name in names]
+    axes.set_xticks(range(len(names)), [label.replace(".", ".\n", 1) for label in labels], fontsize=8)
+    axes.set_yticks([])
+    axes.set_xlim(-0.1, len(names) - 0.6)
+    axes.grid(False)
+    figure.colorbar(plt.cm.ScalarMappable(colours, "viridis"), ax=axes, label=study.labels[study.records[0]])
+    return save(figure, folder / "parallel.png")

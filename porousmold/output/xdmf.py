@@ -31,7 +31,8 @@ def one_grid_a_time(path: Path) -> None:
     for time_value, attributes in sorted(fields.items(), key=lambda item: float(item[0])):
         step = ElementTree.SubElement(steps, "Grid", Name="fields", GridType="Uniform")
         ElementTree.SubElement(step, "Time", Value=time_value)
-        step.extend([copy.deepcopy(mesh.find("Topology")), copy.deepcopy(mesh.find("Geometry")), *attributes])
+        step.extend([copy.deepcopy(part) for part in mesh if part.tag in ("Topology", "Geometry")])
+        step.extend(attributes)
     ElementTree.indent(tree)
     tree.write(path, encoding="utf-8", xml_declaration=True)
 

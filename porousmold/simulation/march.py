@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..errors import SolveError
 from ..mesh.aliases import Communicator
+from ..solvers.newton import free_systems
 from ..solvers.protocols import ArrayOf, HeatBalance, Observer, Saved, silent
 from ..solvers.time_control import TimeControl
 from .assembly import assemble
@@ -42,6 +43,10 @@ class Simulation:
         self._bounds = temperature_bounds(specs.heat)
         if specs.flow.rev_terms == "as-published":  # its pressure term drives flow across the openings
             self._bounds = -math.inf, math.inf
+
+    def free(self) -> None:
+        """Free what PETSc holds of it; what was recorded stays (collective)."""
+        free_systems(self.problem.domain.mesh)
 
     def _time_control(self) -> TimeControl:
         time = self.specs.time

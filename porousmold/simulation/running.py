@@ -2,15 +2,14 @@
 
 import time as clock
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 from ..errors import InputError, SolveError
 from ..mesh.aliases import Communicator
 from ..mpi import MPI
 from ..output.checkpoint import Checkpoint
+from ..output.console import Bar, MarchProgress
 from ..output.folder import RunFolder
-from ..output.quantities import Columns, Recorded
 from ..scene.identity import identity_of
 from ..scene.scene import Scene
 from ..solvers.protocols import Observer, silent
@@ -19,6 +18,7 @@ from .march import Simulation
 from .model_choice import CHEAPEST, ModelChoice, choose_model
 from .observation import field_snapshots, profile_near_wall
 from .outcome import summarise
+from .result import Result
 from .specs import specs_of
 
 FAILED = "failed"
@@ -30,30 +30,6 @@ ROOM, FIELDS_KEPT = 10 * 2**20, 120
 Progress = Callable[[float, float, Simulation], None]
 
 
-@dataclass
-class Result:
-    """What a run gives: `summary` is the content of result.json, `history` the recorded columns as arrays with a `unit`;
-    `recalled` tells that it was done before and stood in the folder."""
-
-    summary: dict[str, Any]
-    history: dict[str, Recorded]
-    recalled: bool = False
-
-    @classmethod
-    def of(cls, summary: dict[str, Any], columns: Columns, *, recalled: bool = False) -> "Result":
-        """Of a summary and the history's columns."""
-        return cls(summary, {name: Recorded.of(name, columns[name]) for name in columns}, recalled)
-
-    def __getitem__(self, name: str) -> Recorded:
-        """A column of the history, for example result["temperature_outer_L"]; its `unit` is that of its values."""
-        return self.history[name]
-
-    @property
-    def heating_time(self) -> float | None:
-        """Heating time of the whole wall, s; None if not reached."""
-        return self.summary["heating_time"]
-
-
 class RunInterrupted(Exception):  # noqa: N818 - as KeyboardInterrupt, no error
     """The user stopped the run; what was computed is written."""
 
@@ -62,7 +38,7 @@ def run(
     scene: Scene,
     out: Any = None,
     communicator: Communicator = None,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
     stop: Callable[[], bool] = lambda: False,
     resume: bool = False,
     force: bool = False,
@@ -70,14 +46,22 @@ def run(
 ) -> Result:
     """Run a scene on a communicator (default: all ranks; collective) and give its `Result`.
 
-    out: folder to write, or None to write nothing. progress: called as progress(time, deficit, simulation) after every
-    step; observe: called as observe(text) with what is being done between steps. stop: called at every iteration; where it
-    is true the run ends with `RunInterrupted`, its results written as of the last step. resume:
-    go on from the checkpoint in `out`, if there is one. A run of the same scene and code that is done in `out` is given as it
-    stands; the place of any other, and that of an interrupted one without `resume`, is taken only with `force`, which computes
-    anew. Raises `InputError` before anything is written, and `SolveError` after what was computed has been written.
+    out: folder to write, or None to write nothing. progress: True shows a bar, a function is called as progress(time,
+    deficit, simulation) after every step; observe: called as observe(text) with what is being done between steps. stop:
+    called at every iteration; where it is true the run ends with `RunInterrupted`, its results written as of the last step.
+    resume: go on from the checkpoint in `out`, if there is one. A run of the same scene and code that is done in `out` is
+    given as it stands; the place of any other, and that of an interrupted one without `resume`, is taken only with `force`,
+    which computes anew. Raises `InputError` before anything is written, and `SolveError` after what was computed has been
+    written.
     """
     communicator = communicator or MPI.COMM_WORLD
+    if isinstance(progress, bool):
+        bar = Bar(quiet=not progress or communicator.rank > 0, always=True)
+        shown = MarchProgress(bar, scene.operation.heating_margin, scene.operation.end_time)
+        try:
+            return run(scene, out, communicator, shown, stop, resume, force, observe or shown.phase)
+        finally:
+            bar.close()
     if out is None:
         return _Run(scene, None, communicator, progress, stop, observe).result()
     folder = RunFolder(out, communicator, kept=True)
@@ -141,11 +125,16 @@ class _Run:
             interruption = problem
             self._stop()  # a rank that was told by another one sees its own signal
         summary = self._write(error, failure, interrupted=interruption is not None)
+        self._free()
         if failure is not None:
             raise failure
         if interruption is not None:
             raise RunInterrupted(f"stopped at t = {self._simulation.time:.6g} s") from interruption
         return Result.of(summary, self._simulation.recorder.history)
+
+    def _free(self) -> None:
+        if hasattr(self, "_simulation"):
+            self._simulation.free()
 
     def _model(self) -> Scene:
         """The scene with the model that it is to be computed with."""
@@ -165,6 +154,7 @@ class _Run:
             if outcome == FAILED:
                 raise SolveError("march", 0.0, "failed before the checkpoint", "")
             return outcome
+        self._free()
         simulation = Simulation(specs_of(scene), self._communicator, self._observe)
         if self._folder is not None and not self._outcomes:
             self._folder.require(ROOM + FIELDS_KEPT * 8 * sum(simulation.problem.unknowns.values()))

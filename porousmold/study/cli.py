@@ -11,6 +11,7 @@ from typing import Any
 from ..errors import InputError
 from ..files.units import to_si
 from ..output.console import Bar, add_extension_option, add_settings_option, settings_of
+from ..output.stored import read_study
 from ..simulation.stop_signals import StopSignals
 
 DONE, REFUSED, FAILED, INTERRUPTED = 0, 2, 3, 130
@@ -28,6 +29,7 @@ def add_commands(commands: Any) -> None:
     )
     study.add_argument("--collect", action="store_true", help="run nothing, write the tables of what is there")
     study.add_argument("--quiet", action="store_true", help="no progress bar, no summary")
+    study.add_argument("--plot", action="store_true", help="draw the first record in the terminal, too")
     add_extension_option(study)
     study.set_defaults(command=_study)
     sensitivity = commands.add_parser(
@@ -107,6 +109,7 @@ def _sensitivity(options: argparse.Namespace) -> Any:
     if first:
         picture = write(found, out)
         if not options.quiet:
+            print(f"{'parameter':30s} per cent of the heating time for a per cent of it")
             for entry in found:
                 print(f"{entry.parameter:30s} {entry.value:+.3f}" if entry.value is not None
                       else f"{entry.parameter:30s} none: {entry.reason}")  # fmt: skip
@@ -229,23 +232,33 @@ def _study(options: argparse.Namespace) -> Any:
             rows = run_study(study, out, group=options.group, part=part, progress=progress, stop=signals.__bool__)
         finally:
             bar.close()
-    if first and not options.quiet:
-        print(summary_text(study, rows, out))
+    if first:
+        from ..output.study_pictures import draw_study, plot_in_terminal
+
+        entries, head = read_study(out)
+        pictures = draw_study(out, entries, head)
+        if not options.quiet:
+            print(summary_text(study, rows, out, pictures))
+        if options.plot:
+            print(plot_in_terminal(entries, head))
     if signals:
         return INTERRUPTED
     statuses = {row.status for row in rows}
     return REFUSED if "refused" in statuses else FAILED if "failed" in statuses else DONE
 
 
-def summary_text(study: Any, rows: Sequence[Any], out: Path) -> str:
+def summary_text(study: Any, rows: Sequence[Any], out: Path, pictures: Sequence[Path] = ()) -> str:
     """The short readable end of a study: how many cases ended how, the range of what was recorded, the reasons."""
     counts = {status: sum(row.status == status for row in rows) for status in ("done", "failed", "refused", "missing")}
+    from .definition import unit_of_record
+
     lines = [f"{len(rows)} cases: " + ", ".join(f"{count} {status}" for status, count in counts.items() if count)]
     for name in study.record:
         values = [row.values[name] for row in rows if isinstance(row.values[name], int | float)]
         values = [value for value in values if math.isfinite(value)]
         if values:
-            lines.append(f"{name}: {min(values):.6g} to {max(values):.6g}")
+            unit = unit_of_record(name)
+            lines.append(f"{name}: {min(values):.6g} to {max(values):.6g}{'' if unit in (None, '1') else f' {unit}'}")
     lines += [f"{row.status}: {row.case.name}: {row.reason}" for row in rows if row.reason][:10]
-    lines.append(f"written to {out}: table.csv, table.json")
+    lines.append(f"written to {out}: {', '.join(['table.csv', 'table.json', *(path.name for path in pictures)])}")
     return "\n".join(lines)

@@ -15,8 +15,15 @@ def test_a_quiet_bar_shows_nothing(capsys):
     assert capsys.readouterr().err == ""
 
 
-def test_a_bar_shows_phase_and_progress(capsys):
+def test_there_is_no_bar_without_a_terminal(capsys):
     bar = Bar()
+    bar.show(0.5, 1.0, "half", PART)
+    bar.close()
+    assert capsys.readouterr().err == ""
+
+
+def test_a_bar_shows_phase_and_progress(capsys):
+    bar = Bar(always=True)
     bar.phase("meshing")
     bar.show(0.5, 1.0, "half", PART)
     bar.close()

@@ -15,8 +15,8 @@ from porousmold.cli import main
 from porousmold.files.whole_files import locked
 from porousmold.laws.porosity_profile import HEAD
 from porousmold.output.pictures import draw
-from porousmold.output.xdmf import read_fields
 from porousmold.output.stored import LOCK
+from porousmold.output.xdmf import read_fields
 
 from ..support import ALUMINIUM, COARSE, FRP, PIPE, STUDIES, coarse_scene, under_mpirun
 
@@ -90,7 +90,9 @@ def test_other_programs_read_all_fields_of_a_time_as_one_grid(folder):
     at_wall, inside = np.isclose(points[:, 1], 0.025), points[:, 1] < 0.02
     porosity = at_points["porosity"].ravel()
     assert porosity[at_wall] == pytest.approx(1.0) and porosity[inside] == pytest.approx(0.4, rel=1e-3)
-    assert at_points["eddy_viscosity_ratio"].max() > 1.0 and abs(at_points["eddy_viscosity_ratio"][at_wall]).max() < 1e-9
+    assert (
+        at_points["eddy_viscosity_ratio"].max() > 1.0 and abs(at_points["eddy_viscosity_ratio"][at_wall]).max() < 1e-9
+    )
 
 
 def test_fields_of_plug_flow_are_those_of_their_time(tmp_path):

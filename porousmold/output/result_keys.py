@@ -1,0 +1,100 @@
+"""Every key of result.json: unit, meaning, and a JSON Schema of the file."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from ..scene.json_schema import DIALECT
+
+
+@dataclass(frozen=True)
+class ResultKey:
+    """`kind` is a type of JSON, `unit` the SI unit of a number. An `optional` one may be null."""
+
+    kind: str
+    meaning: str
+    unit: str = ""
+    optional: bool = False
+
+
+def _number(unit: str, meaning: str, *, optional: bool = False) -> ResultKey:
+    return ResultKey("number", meaning, unit, optional)
+
+
+RESULT_KEYS: Mapping[str, ResultKey] = {
+    "status": ResultKey("string", "done, failed or interrupted"),
+    "failure": ResultKey("string", "why it failed: time, block, residuals, what to try", optional=True),
+    "heating_time": _number(
+        "s", "when the wall's worst point is within the margin of the inlet temperature", optional=True
+    ),
+    "heating_time_error": _number("1", "estimated relative error of the discretisation", optional=True),
+    "heating_time_bed_side": _number("s", "the same of the wall's bed side alone", optional=True),
+    "targets": ResultKey("object", "time (s) at which each target was met, or null"),
+    "target_meanings": ResultKey("object", "each target in words"),
+    "end_time": _number("s", "end of the run"),
+    "mass_flow_initial": _number("kg/s", "at the start, of what is computed", optional=True),
+    "mass_flow_final": _number("kg/s", "at the end, of what is computed", optional=True),
+    "mass_imbalance": _number("1", "(in - out)/out of the mass flow at the end", optional=True),
+    "energy_imbalance": _number("1", "part of the heat from the fluid that is unaccounted for"),
+    "energy_rev_residual": _number("1", "heat created by REV terms over that from the fluid"),
+    "heat_by_fluid": _number("J", "heat left behind by the fluid"),
+    "heat_stored": _number("J", "heat stored in fluid, beads and wall"),
+    "fluid_heat": _number("J", "heat that brings the fluid to the inlet temperature", optional=True),
+    "pumping_work": _number("J", "work of driving the fluid through the bed", optional=True),
+    "energy_spent": _number("J", "sum of both", optional=True),
+    "mean_power": _number("W", "energy_spent over the heating time", optional=True),
+    "energy": ResultKey(
+        "object", "energy (J) of the whole tool by source and use, peak_power (W), cost", optional=True
+    ),
+    "temperature_bounds": ResultKey("array", "lowest and highest temperature (K)", optional=True),
+    "time_steps": ResultKey("integer", "time steps"),
+    "rejected_steps": ResultKey("integer", "time steps that were repeated smaller"),
+    "repeated_steps": ResultKey("integer", "time steps whose heat was solved again with the flow put right"),
+    "flow_regimes": ResultKey("array", "laminar or turbulent, in the order in which they occurred"),
+    "flow_solves": ResultKey("integer", "solves of the flow"),
+    "continuation_steps": ResultKey("integer", "steps of the false transient that led to the first flow"),
+    "newton_iterations": ResultKey("object", "of flow and energy"),
+    "unknowns": ResultKey("object", "of flow and energy"),
+    "bead_biot_number": _number("1", "h R/(3 lambda_s), estimated"),
+    "bead_reynolds_number": _number("1", "superficial, estimated"),
+    "given": ResultKey("object", "the keys that the scene gives, as they were written"),
+    "date": ResultKey("string", "date and time of the run, ISO 8601"),
+    "model": ResultKey("object", "the table [model] with every default"),
+    "closures": ResultKey("object", "set of closures, and what departs from it"),
+    "sources": ResultKey("object", "source of every closure"),
+    "materials": ResultKey("object", "materials used: value at the mean temperature, unit and source of each property"),
+    "versions": ResultKey("object", "of everything that computes, and the number of ranks"),
+    "warnings": ResultKey("array", "limits of the model that this run touched"),
+    "identity": ResultKey("string", "digest of the scene, its files, its laws and the code that computes"),
+    "model_choice": ResultKey("object", "what model.choose left out, and what that is worth", optional=True),
+    "wall_seconds": ResultKey("object", "seconds of wall-clock time in all and by purpose"),
+}
+
+
+def result_schema() -> dict[str, Any]:
+    """JSON Schema (draft 2020-12) of result.json."""
+    properties = {
+        name: {
+            "type": [key.kind, "null"] if key.optional else key.kind,
+            "description": f"{key.meaning} [{key.unit}]" if key.unit else key.meaning,
+        }
+        for name, key in RESULT_KEYS.items()
+    }
+    return {
+        "$schema": DIALECT,
+        "title": "Result of a run of porousmold",
+        "type": "object",
+        "properties": properties,
+        "required": list(RESULT_KEYS),
+        "additionalProperties": False,
+    }
+
+
+def reference() -> str:
+    """Markdown page of every key of result.json."""
+    rows = [
+        f"| {name} | {key.unit or key.kind} | {key.meaning}{' (may be null)' if key.optional else ''} |"
+        for name, key in RESULT_KEYS.items()
+    ]
+    head = ["# Keys of a result", "", "Written by `porousmold keys --result`: the content of `result.json`."]
+    return "\n".join([*head, "", "| key | unit or kind | meaning |", "|---|---|---|", *rows]) + "\n"

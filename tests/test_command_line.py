@@ -1,0 +1,52 @@
+"""The command line as people expect it: help with examples that can be parsed, completion, a log file, exit statuses."""
+
+import os
+import shlex
+import subprocess
+import sys
+
+import pytest
+
+from porousmold.cli import EXAMPLES, STATUSES, _parser, main
+
+from .support import ALUMINIUM, COARSE
+
+SETTINGS = [word for name, value in COARSE.items() for word in ("--set", f"{name}={value}")]
+
+
+@pytest.mark.parametrize("command", EXAMPLES)
+def test_each_command_has_examples_that_can_be_parsed(command, capsys):
+    for arguments in EXAMPLES[command]:
+        _parser().parse_args([command, *shlex.split(arguments)])
+    with pytest.raises(SystemExit) as ended:
+        main([command, "--help"])
+    assert ended.value.code == 0 and f"porousmold {command}" in capsys.readouterr().out.split("example")[-1]
+
+
+def test_help_tells_the_exit_statuses(capsys):
+    with pytest.raises(SystemExit):
+        main(["--help"])
+    assert STATUSES in capsys.readouterr().out
+
+
+def test_a_shell_completes_commands():
+    asked = {
+        "_ARGCOMPLETE": "1",
+        "COMP_LINE": "porousmold sens",
+        "COMP_POINT": "15",
+        "_ARGCOMPLETE_STDOUT_FILENAME": "/dev/stdout",
+    }
+    done = subprocess.run(
+        [sys.executable, "-m", "porousmold"], env={**os.environ, **asked}, capture_output=True, text=True, check=False
+    )
+    assert "sensitivity" in done.stdout and "report" not in done.stdout
+
+
+def test_the_log_holds_steps_and_iterations_and_the_console_nothing(tmp_path, capsys):
+    log = tmp_path / "run.log"
+    words = ["run", str(ALUMINIUM), *SETTINGS, "--set", "operation.end_time=20", "--out", str(tmp_path / "run")]
+    assert main([*words, "--quiet", "--log", str(log)]) == 0
+    text = log.read_text(encoding="utf-8")
+    assert "iteration 1: " in text and "to 20 s: " in text and capsys.readouterr().err == ""
+    assert main([*words, "--quiet", "--force", "--log", str(tmp_path / "absent" / "run.log")]) == 2
+    assert "--log" in capsys.readouterr().err
