@@ -5,22 +5,22 @@ export OMP_NUM_THREADS := 1
 MPIRUN := mpirun --oversubscribe $(if $(filter 0,$(shell id -u)),--allow-run-as-root)
 PARTS := 3
 
-.PHONY: heat test test-quick test-fast test-heavy test-mpi check install tables packing speed-against-error hard-cases random-scenes accuracy model-choice regression regression-store sweep growth figures chapter-6 bead-interior permeability workshop fluid-properties validation kill-test fuzz-test test-debian13 clean
+.PHONY: heat docs docs-test test test-quick test-fast test-heavy test-mpi check install tables packing speed-against-error hard-cases random-scenes accuracy model-choice regression regression-store sweep growth figures chapter-6 bead-interior permeability workshop fluid-properties validation kill-test fuzz-test test-debian13 clean
 
 heat: .venv/installed  ## heat the aluminium mold: summary and pictures in runs/aluminium
 	$(PYTHON) -m porousmold run studies/mold/aluminium.toml --out runs/aluminium --force
 
 test-quick: .venv/installed  ## unit tests: no whole runs, within a minute once forms are compiled
-	$(PYTHON) -m pytest -q -n $(PARTS) --timeout=120 -m "not slow" tests
+	$(PYTHON) -m pytest -q -n $(PARTS) --timeout=120 -m "not slow and not docs" tests
 
 test: .venv/installed  ## style, types, all tests on 1, 2 and 3 ranks
 	$(MAKE) --no-print-directory check test-fast test-mpi
 
 test-fast: .venv/installed  ## the tests on one rank
-	$(PYTHON) -m pytest -q -n $(PARTS) --timeout=600 -m "not heavy" tests
+	$(PYTHON) -m pytest -q -n $(PARTS) --timeout=600 -m "not heavy and not docs" tests
 
 test-heavy: .venv/installed  ## the few tests that take half a minute or more each
-	$(PYTHON) -m pytest -q -n 2 --timeout=600 -m heavy tests
+	$(PYTHON) -m pytest -q -n 2 --timeout=600 -m "heavy and not docs" tests
 
 test-mpi: .venv/installed  ## the parallel tests on 2 and 3 ranks
 	timeout 600 $(MPIRUN) -n 2 $(PYTHON) -m pytest -q -x --timeout=500 -m mpi tests
@@ -92,11 +92,21 @@ fuzz-test: .venv/installed  ## 500 mutated scene and study files: a run or one l
 test-debian13: .venv/installed  ## the fast tests on Debian 13 (dolfinx 0.9), in a root of its own outside the tree
 	tools/test-debian13
 
+docs: .venv/docs  ## the documentation site: docs/_build/index.html
+	$(PYTHON) -m sphinx -q -W --keep-going -b html docs docs/_build
+
+docs-test: .venv/docs  ## every command of README, tutorials and notebooks is run
+	$(PYTHON) -m pytest -q -n 2 --timeout=600 -m docs tests
+
 install: .venv/installed
 
-.venv/installed: pyproject.toml tools/install tools/packages
+.venv/installed: pyproject.toml tools/install tools/install-packages tools/packages
 	tools/install
 	touch $@
 
+.venv/docs: .venv/installed tools/docs-packages
+	tools/install-packages tools/docs-packages
+	touch $@
+
 clean:  ## remove the environment and the runs
-	rm -rf .venv runs
+	rm -rf .venv runs docs/_build

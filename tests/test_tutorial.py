@@ -9,7 +9,7 @@ from mpi4py import MPI
 
 from porousmold import Scene, run
 
-PAGE = (Path(__file__).parent.parent / "docs" / "tutorial-own-mold.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parent.parent / "docs" / "tutorials" / "own-mold.md").read_text(encoding="utf-8")
 
 
 @pytest.mark.slow

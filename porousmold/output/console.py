@@ -4,6 +4,7 @@ import argparse
 import logging
 import math
 import sys
+import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -83,7 +84,9 @@ class Bar:
 
     def _shown(self, initial: float = 0.0) -> Any:
         if self._bar is None:
-            from tqdm.auto import tqdm  # in a notebook its own bar
+            with warnings.catch_warnings():  # that a notebook without ipywidgets gets the bar of a terminal
+                warnings.simplefilter("ignore")
+                from tqdm.auto import tqdm
 
             self._bar = tqdm(total=1.0, initial=initial, desc="starting", bar_format=STARTING)
         return self._bar

@@ -240,21 +240,26 @@ def write_packing(packing: Packing, path: str | Path, extxyz: Any = None, vtk: A
 
 
 def check_writable(*paths: Any, sources: Any = ()) -> None:
-    """Refuse paths that cannot be written, are one another or a source, before long work begins; `InputError`."""
+    """Refuse paths that cannot be written, are one another or a source, before long work begins (`InputError`); folders that are
+    missing are made."""
     taken = {Path(path).resolve() for path in sources}
     for path in paths:
         if path is None:
             continue
         try:
             full = Path(path).resolve()
-            writable = not full.is_dir() and full.parent.is_dir() and os.access(full.parent, os.W_OK)
+            existing = next(folder for folder in full.parents if folder.exists())
+            writable = not full.is_dir() and existing.is_dir() and os.access(existing, os.W_OK)
         except OSError:
             writable = False
         if not writable:
-            raise InputError("--out", str(path), "must be a file in a folder that exists and can be written")
+            raise InputError("--out", str(path), "must be a file in a folder that can be written")
         if full in taken:
             raise InputError("--out", str(path), "is needed for another file")
         taken.add(full)
+    for path in paths:
+        if path is not None:
+            Path(path).resolve().parent.mkdir(parents=True, exist_ok=True)
 
 
 def _write_hdf5(packing: Packing, path: str | Path) -> None:

@@ -2,6 +2,7 @@
 
 import copy
 import hashlib
+import html
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -115,6 +116,23 @@ class Scene:
         """A copy with other values {"table.key": value}; None takes a value away."""
         tables = _with(copy.deepcopy(dict(self._given)), settings)
         return Scene(tables, self.source, allow_extensions=self._allow_extensions)
+
+    def __repr__(self) -> str:
+        given = ", ".join(
+            f"{name} = {value}" for name, value in self.given().items() if not name.startswith("materials.")
+        )
+        return f"<Scene{f' {self.source}' if self.source else ''}: {given}>"
+
+    def _repr_html_(self) -> str:
+        """A table of the keys that are given, for notebooks."""
+        rows = []
+        for name, value in self.given().items():
+            try:
+                meaning = key_of(KEYS, name).meaning
+            except KeyError:  # one of a material
+                meaning = ""
+            rows.append("".join(f"<td>{html.escape(text)}</td>" for text in (name, value, meaning)))
+        return f"<table><tr><th>key</th><th>value</th><th>meaning</th></tr><tr>{'</tr><tr>'.join(rows)}</tr></table>"
 
     def is_given(self, full_name: str) -> bool:
         """Whether the key "table.key" has a value of its own, not a default."""

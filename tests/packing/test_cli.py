@@ -85,7 +85,7 @@ def test_shipped_profiles_read(name):
                 "--beads",
                 "9",
                 "--vtk",
-                "no/a",
+                "/dev/null/a",
             ],
             "--out",
         ),

@@ -155,8 +155,10 @@ def test_container_and_file_must_be_there(tmp_path):
 
 
 def test_paths_that_cannot_be_written_are_found_first(tmp_path):
-    check_writable(tmp_path / "a.h5", None)
-    for path in (tmp_path, tmp_path / "none" / "a.h5", tmp_path / ("a" * 300)):
+    check_writable(tmp_path / "a.h5", tmp_path / "new" / "folder" / "a.h5", None)
+    assert (tmp_path / "new" / "folder").is_dir() and not list((tmp_path / "new" / "folder").iterdir())
+    (tmp_path / "file").write_text("")
+    for path in (tmp_path, tmp_path / "file" / "a.h5", tmp_path / ("a" * 300)):
         with pytest.raises(InputError, match="must be a file"):
             check_writable(path)
     for paths, sources in ((("a", "a"), ()), (("a",), ("a",))):

@@ -159,3 +159,9 @@ def test_mesh_of_a_file_takes_no_mesh_settings():
             Scene.load(curved, {f"solver.{name}": value})
         assert name not in Scene.load(curved).as_tables()["solver"]
     Scene(Scene.load(curved).as_tables())
+
+
+def test_a_scene_shows_what_it_was_given():
+    scene = Scene.load(ALUMINIUM, {"wall.thickness": "2 mm"})
+    assert "wall.thickness = 2 mm" in repr(scene) and "aluminium.toml" in repr(scene)
+    assert "<td>wall.thickness</td><td>2 mm</td><td>thickness of the wall</td>" in scene._repr_html_()
