@@ -56,9 +56,10 @@ def developed_residual(
     speed = state.speed(scales)
     layers = equations.turbulence_state(state, density, viscosity, u.dx(1) ** 2)
     effective = viscosity if layers is None else viscosity + layers.eddy_viscosity
-    resistance = bed.drag.coefficient(phi, bed.bead_diameter, density, viscosity, speed)
+    relative = equations.past_the_beads(state)
+    resistance = bed.drag.coefficient(phi, bed.bead_diameter, density, viscosity, relative.speed(scales))
     storage = phi * density * inverse_step
-    force = resistance * u + phi * gradient + storage * (u - old.velocity[0])
+    force = resistance * relative.velocity[0] + phi * gradient + storage * (u - old.velocity[0])
     if equations.gravity is not None:
         force -= phi * density * equations.gravity[0]
     test = tests[0] * equations.bed.bead_diameter / scales.pressure

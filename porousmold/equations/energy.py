@@ -42,6 +42,7 @@ from .bead_interior import BeadInterior
 from .coordinates import Coordinates
 from .flow import FlowEquations
 from .medium import Bed
+from .moving_beads import MovingBeads
 from .openings import Opening, flux_given
 from .stabilisation import Streamline, flux_density
 
@@ -134,7 +135,7 @@ class EnergyEquations:
     where the scene has no wall; `inlet` and `outlet` are facet measures, `dx_bed` is a cell measure, `nodes_bed` that with
     quadrature at the nodes; `straight` tells that the flow runs along x[0], so that the cells lie along it; `opening` is the
     flow's inlet; `interface` is where beads touch the wall; `interior` is what the beads have inside, None where they are
-    isothermal.
+    isothermal; `moving_beads` is None where they rest.
     """
 
     flow: FlowEquations
@@ -155,6 +156,7 @@ class EnergyEquations:
     opening: Opening | None = None
     interface: Interface | None = None
     interior: BeadInterior | None = None
+    moving_beads: MovingBeads | None = None
 
     @property
     def bed(self) -> Bed:
@@ -272,6 +274,8 @@ class EnergyEquations:
         )
         for w, (f, v) in streamline.changes_across(bead_temperature, bead_test):
             bead += w * lumped(capacity * f, capacity * streamline.along(f), v)
+        if self.moving_beads is not None:
+            bead += volumetric_heat(beads, bead_temperature) * self._upwinding(bead_test, transport)
         bead *= 1.0 - self.bed.porosity
         form += weight * bead * self.dx_bed
         if self.thin_wall is not None:
@@ -341,6 +345,8 @@ class EnergyEquations:
         if self.interface is not None and transport.touching is not None:
             crossing = weight * (temperature - bead_temperature) * (test - bead_test)
             form += self.interface.integral(transport.touching, crossing)
+        if self.moving_beads is not None:
+            form += self._carried_by_beads(self.moving_beads, temperature, bead_temperature, bead_test, transport)
         form -= weight * self.enthalpy_entering(temperature) * test * self.inlet
         for w, (f, v) in streamline.changes_across(temperature, test):
             form += weight * w * self._laws.heat_capacity(temperature) * self.inward_mass_flux * f * v * self.inlet
@@ -357,6 +363,35 @@ class EnergyEquations:
         if self.outer is not None:
             form -= self._outer_weight * self.outer.into_wall(temperature) * test * self.outer.ds
         return form
+
+    def _upwinding(self, bead_test: Value, transport: Transport) -> Value:
+        """What the beads' test function gains along their motion."""
+        assert self.moving_beads is not None
+        solid_part = 1.0 - self.bed.porosity
+        return self.moving_beads.upwinding(self.coordinates, self.bed.beads, solid_part, transport.exchange, bead_test)
+
+    def _carried_by_beads(
+        self, moving: MovingBeads, temperature: Value, bead_temperature: Value, bead_test: Value, transport: Transport
+    ) -> Value:
+        """Form of the heat that the beads' motion carries away, and of the exchange upwinded along it."""
+        beads, weight = self.bed.beads, self.coordinates.weight
+        upwinding = self._upwinding(bead_test, transport)
+        capacity = beads.density(bead_temperature) * beads.heat_capacity(bead_temperature)
+        solid_weight = weight * (1.0 - self.bed.porosity)
+        heat = volumetric_heat(beads, bead_temperature)
+        form = moving.outflow(heat, capacity, bead_temperature, bead_test, upwinding, solid_weight, self.dx_bed)
+        form -= moving.inflow(volumetric_heat(beads, moving.inlet_temperature), bead_test, solid_weight)
+        exchanged = transport.exchange * self._excess(temperature, bead_temperature) * upwinding
+        return form - weight * exchanged * self.dx_bed
+
+    def heat_by_beads(self, bead_temperature: Value) -> Value:
+        """Form (scalar, W) of the heat that moving beads bring beyond what they take away; None where they rest."""
+        moving, beads = self.moving_beads, self.bed.beads
+        if moving is None:
+            return None
+        weight = self.coordinates.weight * (1.0 - self.bed.porosity)
+        brought = moving.inflow(volumetric_heat(beads, moving.inlet_temperature), 1.0, weight)
+        return brought - weight * abs(moving.velocity) * volumetric_heat(beads, bead_temperature) * moving.leaving
 
     def _touching(self, temperature: Value) -> Value:
         """Coefficient between beads and the wall, W/m2/K; None where beads are insulated or have the fluid's temperature."""

@@ -18,7 +18,7 @@ Equal-order linear elements with SUPG and PSPG: the fine-scale velocity is -tau 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import ufl
@@ -125,6 +125,13 @@ class FlowEquations:
         )
         return self.model.state(state.turbulence, flow, shear)
 
+    def past_the_beads(self, state: FlowState) -> FlowState:
+        """The state with the velocity relative to beads that move, which the drag follows."""
+        if self.bed.bead_velocity is None:
+            return state
+        of_beads = [self.bed.bead_velocity] + [0.0] * (self.coordinates.mesh.geometry.dim - 1)
+        return replace(state, velocity=state.velocity - ufl.as_vector(of_beads))
+
     def momentum(
         self,
         state: FlowState,
@@ -141,11 +148,12 @@ class FlowEquations:
         speed = state.speed(self.scales)
         turbulence = self.turbulence_state(state, density, viscosity)
         effective_viscosity = viscosity if turbulence is None else viscosity + turbulence.eddy_viscosity
-        resistance = bed.drag.coefficient(phi, bed.bead_diameter, density, viscosity, speed)
+        relative = self.past_the_beads(state)
+        resistance = bed.drag.coefficient(phi, bed.bead_diameter, density, viscosity, relative.speed(self.scales))
         advection = phi * density * u
         stress = coordinates.stress(u, effective_viscosity)
         plane_stress = coordinates.meridional(stress)
-        force = ufl.dot(ufl.grad(u), advection) + phi * ufl.grad(state.pressure) + resistance * u
+        force = ufl.dot(ufl.grad(u), advection) + phi * ufl.grad(state.pressure) + resistance * relative.velocity
         if old_velocity is not None:
             force += phi * density * inverse_step * (u - old_velocity)
         if self.gravity is not None:

@@ -16,7 +16,7 @@ from ..laws.nusselt import NusseltCorrelation, bead_reynolds_number
 class Bed:
     """The packing: porosity phi_V, the REV vector b of section 2.1 (None: terms absent), beads and their laws.
 
-    `bulk_porosity` is that of the core, which laws of conduction and dispersion ask for."""
+    `bulk_porosity` is that of the core, which laws of conduction and dispersion ask for, `bead_velocity` that of the beads along x[0] (m/s; None at rest)."""
 
     porosity: ufl.core.expr.Expr
     bulk_porosity: Any
@@ -29,6 +29,7 @@ class Bed:
     bead_conduction: BeadConduction = BEAD_CONDUCTION_LAWS["bulk"]
     dispersion: Dispersion = DISPERSION_LAWS["none"]
     emissivity: Any = 0.0
+    bead_velocity: Any = None
 
     def reynolds_number(self, density: Value, speed: Value, viscosity: Value) -> Value:
         """Local superficial bead Reynolds number (eq. 6.12)."""

@@ -37,6 +37,8 @@ QUANTITIES: Mapping[str, Quantity] = {
     "heat_by_fluid": Quantity("Q_f", "heat left behind by the fluid", "J"),
     "heat_through_outer_wall": Quantity("Q_o", "heat in through the outer wall", "J"),
     "heat_stored": Quantity("Q_s", "heat stored", "J"),
+    "heat_by_beads": Quantity("Q_v", "heat brought by moving beads beyond what they take away", "J"),
+    "bead_outlet_temperature": Quantity(r"T_{s,\mathrm{out}}", "mean temperature of the beads that leave", "K"),
     "heat_by_rev_terms": Quantity("Q_b", "heat created by REV terms", "J"),
     "lowest_temperature": Quantity(r"T_\min", "lowest temperature", "K"),
     "highest_temperature": Quantity(r"T_\max", "highest temperature", "K"),

@@ -38,6 +38,7 @@ def check_together(scene: Any) -> None:
         _layers,
         _cure,
         _bed,
+        _moving_beads,
         _temperatures,
         _outer_wall,
         _solver,
@@ -221,6 +222,29 @@ def _bed(scene: Any) -> None:
             _refuse(scene, "bed.bead_diameter", f"must be smaller than geometry.{name}")
         if scene.solver.first_cell is not None and scene.solver.first_cell >= width / 2:
             _refuse(scene, "solver.first_cell", f"must be < {width / 2:g} m, half the bed")
+
+
+def _moving_beads(scene: Any) -> None:
+    operation, model = scene.operation, scene.model
+    moves = operation.bead_velocity != 0.0
+    if moves != (operation.bead_inlet_temperature is not None):
+        allowed = "must be given with operation.bead_velocity, and only then"
+        raise InputError("operation.bead_inlet_temperature", None, allowed, scene.source)
+    if not moves:
+        return
+    if scene.geometry.kind == "mesh":
+        _refuse(scene, "operation.bead_velocity", "has no place in a mesh of your own: beads move along straight beds")
+    if model.bead_modes is not None:
+        _refuse(
+            scene, "model.bead_modes", "has no place beside operation.bead_velocity: beads that move are isothermal"
+        )
+    for name, needed in (
+        ("energy", "two-temperature"),
+        ("flow_update", "quasi-steady or frozen"),
+        ("rev_terms", "off"),
+    ):
+        if getattr(model, name) in ("one-temperature", "transient", "consistent", "as-published"):
+            _refuse(scene, f"model.{name}", f"must be {needed!r} with operation.bead_velocity")
 
 
 def _temperatures(scene: Any) -> None:

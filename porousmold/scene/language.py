@@ -119,6 +119,9 @@ KEYS: dict[str, dict[str, Key]] = {
                                  high=5000.0),
         "mold_width": _length("width of the mold that blower and heater feed, where geometry.width is not given; default 1 m"),
         "energy_price": Key("", "price of a kWh for heater and blower", low=0.0, high=1e6),
+        "bead_velocity": Key("m/s", "of beads that move as a plug: positive along the flow, negative against it", 0.0, low=-10.0,
+                             high=10.0),
+        "bead_inlet_temperature": Key("K", "of the beads that come in, for bead_velocity", low=0.0, high=5e3, series=True),
         "outlet_pressure": Key("Pa", "absolute static pressure at the outlet", 101325.0, low=0.0, high=1e9),
         "gravity": Key("m/s^2", "acceleration along the flow (negative: against it)", 0.0, low=-1e3, high=1e3),
         "outer_heat_flux": Key("W/m^2", "heat into the outer wall (negative: loss); a file may have columns `0.1 m [W/m^2]`, ... "

@@ -20,6 +20,7 @@ from ..equations.developed import CarriedByStreamfunction
 from ..equations.energy import EnergyEquations, Interface, ThinWall, WallLayer
 from ..equations.flow import FlowEquations, FlowScales
 from ..equations.medium import Bed, FluidState, rev_vector
+from ..equations.moving_beads import MovingBeads
 from ..equations.openings import Opening
 from ..errors import InputError
 from ..laws import bead_interior
@@ -114,6 +115,7 @@ def build_medium(specs: Specs, domain: Domain, estimates: Estimates, size: BedSi
         _with_constant_factor(laws.bead_conduction, domain),
         _with_constant_factor(laws.dispersion, domain),
         constant(specs.heat.emissivity) if specs.heat.emissivity else 0.0,
+        constant(specs.heat.bead_velocity) if specs.heat.bead_velocity else None,
     )
     fluid = FluidState(with_constants(laws.fluid, domain), constant(flow.outlet_pressure))
     scales = FlowScales(constant(estimates.speed), constant(estimates.pressure_gradient * domain.length), bead_diameter)
@@ -179,8 +181,9 @@ def _plug_flow(specs: Specs, medium: Medium) -> PlugFlow:
 
     def resistance(mass_flux: float, density: Value, viscosity: Value) -> Value:
         speed = mass_flux / (phi * density)
-        coefficient = laws.drag.coefficient(phi, diameter, density, viscosity, speed)
-        return coefficient * speed / phi - density * specs.flow.gravity
+        relative = speed - specs.heat.bead_velocity
+        coefficient = laws.drag.coefficient(phi, diameter, density, viscosity, abs(relative))
+        return coefficient * relative / phi - density * specs.flow.gravity
 
     given = medium.domain, medium.equations, medium.flow_temperature, medium.boundary.present_drive, medium.size.area
     return PlugFlow(*given, laws.fluid, resistance)
@@ -229,7 +232,18 @@ def _energy_equations(specs: Specs, medium: Medium, flow: Flow) -> EnergyEquatio
         opening=flow.inlet,
         interface=Interface(domain.interface_measure(QUADRATURE_DEGREE), domain.in_bed()),
         interior=_bead_interior(specs, medium),
+        moving_beads=_moving_beads(specs, medium, ds),
     )
+
+
+def _moving_beads(specs: Specs, medium: Medium, ds: Any) -> MovingBeads | None:
+    heat, bed = specs.heat, medium.equations.bed
+    if bed.bead_velocity is None or heat.bead_inlet_temperature is None:
+        return None
+    ends = ds(geometry.INLET), ds(geometry.OUTLET)
+    entering, leaving = ends if heat.bead_velocity > 0.0 else reversed(ends)
+    temperature = medium.boundary.following(heat.bead_inlet_temperature)
+    return MovingBeads(bed.bead_velocity, math.copysign(1.0, heat.bead_velocity), temperature, entering, leaving)
 
 
 def _wall_layers(specs: Specs, medium: Medium) -> list[WallLayer]:
@@ -287,12 +301,18 @@ def build_balances(medium: Medium, flow: Flow, heat: Heat, equations: EnergyEqua
     outflow = weight * equations.outward_mass_flux
     temperature = ufl.split(heat.unknown)[0] if equations.two_temperatures else heat.unknown
     area = domain.constant(medium.inlet_area)
+    bead_outlet = None
+    if equations.moving_beads is not None:
+        solid, leaving = weight * (1.0 - equations.bed.porosity), equations.moving_beads.leaving
+        bead_temperature = ufl.split(heat.unknown)[1]
+        bead_outlet = fenicsx.LaterForm(solid * bead_temperature * leaving), fenicsx.LaterForm(solid * leaving)
     return Balances(
         domain.communicator,
         mass_in=fenicsx.LaterForm(weight * equations.inward_mass_flux * ds(geometry.INLET)),
         mass_out=fenicsx.LaterForm(outflow * ds(geometry.OUTLET)),
         inlet_pressure=fenicsx.LaterForm(weight * flow.state.pressure / area * ds(geometry.INLET)),
         outlet_heat=fenicsx.LaterForm(outflow * temperature * ds(geometry.OUTLET)),
+        bead_outlet=bead_outlet,
     )
 
 

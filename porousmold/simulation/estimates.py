@@ -39,8 +39,9 @@ class Estimates:
     the wall's layers.
 
     `front_width` is the standard deviation (m) of the thermal front at the outlet, `wall_time` that (s) in which the wall
-    follows the bed, `end_length` that over which the wall's insulated end at the outlet is felt along it, `inlet_time` that (s)
-    in which the inlet's temperature changes; `wall_cells` are those through each of its layers.
+    follows the bed, `end_length` that over which the wall's insulated end at the outlet is felt along it, `inlet_time` that
+    (s) in which the inlet's temperature changes, `bead_time` that in which moving beads cross the bed; `wall_cells` are those
+    through each of its layers.
     """
 
     speed: float
@@ -60,6 +61,7 @@ class Estimates:
     front_width: float
     wall_time: float
     inlet_time: float
+    bead_time: float
     length: float
 
     @property
@@ -72,7 +74,7 @@ class Estimates:
     def largest_step(self) -> float:
         """Default cap of the time steps, s: a part of the time in which the front passes and the wall follows it."""
         passing = self.front_width / self.length * self.heating_duration
-        return LARGEST_STEP * math.hypot(passing, self.wall_time, self.inlet_time)
+        return LARGEST_STEP * min(math.hypot(passing, self.wall_time, self.inlet_time), self.bead_time)
 
 
 def estimate(specs: Specs, size: BedSize) -> Estimates:
@@ -121,6 +123,7 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
         front_width=math.sqrt(2.0 * size.length * spreading),
         wall_time=wall.time,
         inlet_time=_inlet_time(heat.inlet_temperature),
+        bead_time=size.length / abs(heat.bead_velocity) if heat.bead_velocity else math.inf,
         length=size.length,
         heating_duration=(bead_heat + wall.heat_capacity) / (advection * size.area),
     )

@@ -240,7 +240,7 @@ class Simulation:
 def temperature_bounds(heat: HeatSpec) -> tuple[float, float]:
     """Lowest and highest temperature (K) that a scene can reach: what is given, infinite where a heat flux or source is."""
     given = [heat.initial_temperature, *heat.inlet_temperature.range]
-    for series in (heat.outer_wall.ambient, heat.wall_temperature):
+    for series in (heat.outer_wall.ambient, heat.wall_temperature, heat.bead_inlet_temperature):
         given += series.range if series is not None else ()
     low, high = min(given), max(given)
     if heat.outer_wall.heat_flux is not None:

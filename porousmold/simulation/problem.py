@@ -50,6 +50,7 @@ class _Forms:
     mass_out: Any
     inlet_pressure: Any
     outlet_heat: Any
+    bead_outlet: tuple[Any, Any] | None
 
 
 class Balances:
@@ -83,6 +84,14 @@ class Balances:
         """Mean temperature of what flows out, K; NaN where nothing does."""
         mass_flow = self.mass_flow
         return self._value(self._forms.outlet_heat) / mass_flow if mass_flow else float("nan")
+
+    @property
+    def bead_outlet_temperature(self) -> float | None:
+        """Mean temperature of the beads that leave, K; None where they rest."""
+        if self._forms.bead_outlet is None:
+            return None
+        temperature, area = self._forms.bead_outlet
+        return self._value(temperature) / self._value(area)
 
 
 def sensors_of(specs: Specs, domain: Domain) -> tuple[list[str], PointProbe]:

@@ -54,6 +54,8 @@ class Recorder:
         }
         if problem.air_loop is not None:
             row |= problem.air_loop.powers
+        if (leaving := problem.balances.bead_outlet_temperature) is not None:
+            row |= {"heat_by_beads": balance.by_beads, "bead_outlet_temperature": leaving}
         for place, (low, high) in places.items():
             row |= {f"lowest_{place}": low, f"highest_{place}": high}
         row |= dict(zip(("coldest_place", "hottest_place"), problem.extreme_places("bed_side"), strict=True))

@@ -104,8 +104,8 @@ class LayerSpec:
 
 @dataclass(frozen=True, kw_only=True)
 class HeatSpec:
-    """The temperatures: two or one in the bed, `bead_modes` inside the beads, and the wall, whose `layers` are counted
-    outwards: a plain wall is one; there are none without a wall."""
+    """The temperatures: two or one in the bed, `bead_modes` inside the beads, beads that move along the flow, and the wall,
+    whose `layers` are counted outwards: a plain wall is one; there are none without a wall."""
 
     two_temperatures: bool
     bead_modes: int | None
@@ -118,6 +118,8 @@ class HeatSpec:
     initial_temperature: float
     inlet_temperature: TimeSeries
     air_loop: AirLoopSpec | None
+    bead_velocity: float
+    bead_inlet_temperature: TimeSeries | None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -270,6 +272,8 @@ def _heat(scene: Scene, laws: Laws, air_loop: AirLoopSpec | None) -> HeatSpec:
         initial_temperature=operation.initial_temperature,
         inlet_temperature=operation.inlet_temperature,
         air_loop=air_loop,
+        bead_velocity=operation.bead_velocity,
+        bead_inlet_temperature=operation.bead_inlet_temperature,
     )
 
 

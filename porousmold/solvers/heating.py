@@ -122,6 +122,7 @@ class TransientHeat:
             "through_outer_wall": equations.heat_through_outer_wall(parts[0]),
             "by_sources": equations.heat_by_sources(),
             "by_rev_terms": equations.rev_heat(*parts),
+            "by_beads": equations.heat_by_beads(parts[1]),
         }
         self.scalars = {name: fenicsx.LaterForm(form) for name, form in self.scalars.items() if form is not None}
         self.balance = HeatBalance()

@@ -128,14 +128,15 @@ class Flow(Stateful, Protocol):
 @dataclass
 class HeatBalance:
     """Heat since the start (J): brought in by the fluid, through the outer wall, by sources in the wall, stored (less what is
-    left of a heat of cure), created by REV terms; and, where air is supplied so, given by heater and blower, lost by the exhaust
-    and the return duct."""
+    left of a heat of cure), created by REV terms, brought by moving beads beyond what they take away; and, where air is
+    supplied so, given by heater and blower, lost by the exhaust and the return duct."""
 
     by_fluid: float = 0.0
     through_outer_wall: float = 0.0
     by_sources: float = 0.0
     stored: float = 0.0
     by_rev_terms: float = 0.0
+    by_beads: float = 0.0
     by_heater: float = 0.0
     by_blower: float = 0.0
     by_exhaust: float = 0.0
@@ -150,8 +151,8 @@ class HeatBalance:
     @property
     def imbalance(self) -> float:
         """What is missing, as a fraction of the heat put in (the larger of stored and brought in, at least 1e-6 J)."""
-        given = self.by_fluid + self.through_outer_wall + self.by_sources
-        return (given + self.by_rev_terms - self.stored) / max(abs(given), abs(self.stored), 1e-6)
+        given = self.by_fluid + self.through_outer_wall + self.by_sources + self.by_beads
+        return (given + self.by_rev_terms - self.stored) / max(abs(given), abs(self.stored), abs(self.by_beads), 1e-6)
 
 
 class Heat(Stateful, Protocol):

@@ -7,8 +7,6 @@ import pytest
 import ufl
 from dolfinx import fem
 from mpi4py import MPI
-from scipy.integrate import quad
-from scipy.special import i0e
 
 from porousmold.equations.bead_interior import BeadInterior
 from porousmold.equations.energy import EnergyEquations, Interface, OuterWall, WallLayer
@@ -37,6 +35,7 @@ from ..support import (
     flow_equations,
     liquid,
     observed_orders,
+    schumann,
     solid,
 )
 
@@ -275,16 +274,6 @@ def test_a_resolved_wall_passes_its_heat_to_the_whole_bed(axisymmetric):
         total = fem.assemble_scalar(fenicsx.compiled_form((fluid + bead_part) * domain.cell_measure(2)(geometry.BED)))
         flux = 100.0 / (1.0 / total + 0.25 / 2.0 + 1.0 / 3.0)
         assert temperature[here] == pytest.approx(300.0 + flux / total, abs=0.01)
-
-
-def schumann(ratio, time):
-    """Fluid temperature of Schumann's (1929) front: 1 - e^-tau int_0^xi e^-s I0(2 sqrt(tau s)) ds."""
-
-    def integrand(s):
-        root = 2.0 * np.sqrt(time * s)
-        return np.exp(root - s - time) * i0e(root)
-
-    return 1.0 - quad(integrand, 0.0, ratio, limit=200)[0]
 
 
 def rosen(ratio, stored, film, interior, times):
