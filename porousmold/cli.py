@@ -12,6 +12,7 @@ from typing import Any, NoReturn
 from . import __version__
 from .errors import InputError, SolveError
 from .experiment.cli import add_commands as add_experiment_commands
+from .fluidised.cli import add_commands as add_fluidised_commands
 from .output.console import add_extension_option, add_settings_option, add_verbosity_option, settings_of
 from .packing.cli import add_commands as add_packing_commands
 from .permeability.cli import add_commands as add_permeability_commands
@@ -41,6 +42,7 @@ EXAMPLES = {
     "uncertainty": ["SCENE.toml --sample 100"],
     "solve-for": ["SCENE.toml --key wall.thickness --target 'heating_time = 15 min'"],
     "optimum": ["STUDY.toml"],
+    "fluidised": ["SCENE.toml --set operation.mass_flow='0.01 kg/s'"],
     "keys": ["", "--result", "--json-schema"],
     "show": ["runs/mold", "runs/mold --animate"],
     "report": ["runs/mold"],
@@ -147,6 +149,7 @@ def _parser() -> Any:
     add_permeability_commands(commands)
     add_experiment_commands(commands)
     add_study_commands(commands)
+    add_fluidised_commands(commands)
     keys = commands.add_parser("keys", help="list every key of a scene, or of a result, with unit, default and meaning")
     keys.add_argument("--result", action="store_true", help="those of result.json")
     keys.add_argument("--json-schema", action="store_true", help="as JSON Schema, for editors and other programs")

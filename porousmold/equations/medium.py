@@ -16,7 +16,8 @@ from ..laws.nusselt import NusseltCorrelation, bead_reynolds_number
 class Bed:
     """The packing: porosity phi_V, the REV vector b of section 2.1 (None: terms absent), beads and their laws.
 
-    `bulk_porosity` is that of the core, which laws of conduction and dispersion ask for, `bead_velocity` that of the beads along x[0] (m/s; None at rest)."""
+    `bulk_porosity` is that of the core, which laws of conduction and dispersion ask for; `bead_velocity` that of the beads along
+    x[0] (m/s; None at rest)."""
 
     porosity: ufl.core.expr.Expr
     bulk_porosity: Any

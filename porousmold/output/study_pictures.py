@@ -78,18 +78,19 @@ def _is_number(value: Any) -> bool:
 
 
 def _families(study: _Study, key: str) -> dict[str, Entries]:
-    """The cases in the order of a key, by the value of the other one, which is in the name."""
-    others = [name for name in study.varied if name != key][:1]
+    """The cases in the order of a key, by the values of the others, which are in the name."""
+    others = [name for name in study.varied if name != key]
     ordered = sorted(study.known, key=lambda entry: entry[key]) if key in study.numbers else study.known
-    if not others:
-        return {"": list(ordered)}
     named: dict[str, Entries] = {}
     for entry in ordered:
-        value = entry[others[0]]
-        name, unit = study.labels[others[0]].partition(BEFORE_THE_UNIT)[::2]
-        shown = f"{value:.4g}" if _is_number(value) else str(value)
-        named.setdefault(f"{name} = {shown} {unit.rstrip(']')}".rstrip(), []).append(entry)
+        named.setdefault(", ".join(_with_unit(study.labels[name], entry[name]) for name in others), []).append(entry)
     return named
+
+
+def _with_unit(label: str, value: Any) -> str:
+    """A key's label with its value: `wall.thickness = 0.002 m`."""
+    name, unit = label.partition(BEFORE_THE_UNIT)[::2]
+    return f"{name} = {f'{value:.4g}' if _is_number(value) else value} {unit.rstrip(']')}".rstrip()
 
 
 def _curves(folder: Path, study: _Study) -> Path:

@@ -236,8 +236,26 @@ def _of_the_porosity(scene: Scene, simulation: Simulation) -> list[str]:
     ]
 
 
+def _of_the_beads_weight(simulation: Simulation) -> list[str]:
+    """Whether a flow against gravity would lift the beads: its pressure drop beyond the fluid's own weight carries them."""
+    specs, history = simulation.specs, simulation.recorder.history
+    if specs.flow.gravity >= 0.0:
+        return []
+    temperature = specs.heat.inlet_temperature.values[-1]
+    density = specs.laws.fluid.density(specs.flow.outlet_pressure, temperature)
+    heavier = specs.laws.beads.density(temperature) - density
+    weight = (1.0 - specs.porosity.bulk_porosity) * heavier * -specs.flow.gravity * simulation.problem.domain.length
+    drop = max(history["pressure_drop"]) + density * specs.flow.gravity * simulation.problem.domain.length
+    if drop <= weight:
+        return []
+    return [
+        f"the flow upwards lifts the beads: its pressure drop of {drop:.4g} Pa exceeds their weight, {weight:.4g} Pa "
+        "(see 'porousmold fluidised')"
+    ]
+
+
 def _of_what_was_reached(simulation: Simulation, bounds: list[float]) -> list[str]:
-    problem, found = simulation.problem, []
+    problem, found = simulation.problem, _of_the_beads_weight(simulation)
     mach = problem.highest_mach_number()
     if mach > HIGHEST_MACH_NUMBER:
         found.append(f"Mach number {mach:.2g} > {HIGHEST_MACH_NUMBER}: the energy balance is that of low Mach numbers")

@@ -1,0 +1,1 @@
+"""A bed that a gas lifts and mixes, as a heating medium."""

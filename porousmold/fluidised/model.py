@@ -1,0 +1,259 @@
+r"""A fluidised bed that heats its wall: beads mixed to one temperature, the wall of one temperature, in seconds.
+
+    beads: M_s C_s dT_s/dt = m C_p (T_in - T_s) (1 - exp(-NTU)) - h A (T_s - T_w)
+    wall:  M_w C_w dT_w/dt = h A (T_s - T_w) + outer heat
+
+m is the gas's mass flow, NTU = a_v h_sf H/(rho w C_p) its exchange with the beads over the height H of the expanded bed, h the
+coefficient at the wall (`laws.fluidisation`), A the wall's area over that height. The gas rises; the bed at rest is as high as
+geometry.length, with the scene's bulk porosity. Properties are those at the present temperatures. The wall's layers are added up,
+which holds for h t/lambda well below 1; the summary has that Biot number.
+
+The heat balance m int C_p (T_in - T_out) dt + outer heat = gained by beads and wall closes to the tolerance of the integration.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+from ..errors import InputError
+from ..laws import fluidisation
+from ..laws.nusselt import prandtl_number, specific_surface
+from ..scene.chosen_laws import Laws
+from ..scene.geometries import GEOMETRIES, BedSize
+from ..scene.scene import Scene
+
+TOLERANCE = 1e-8
+LARGEST_RATIO = 10.0
+"""Of the velocity to that of minimum fluidisation, up to which the coefficient at the wall is known."""
+
+
+@dataclass(frozen=True)
+class State:
+    """The bed at a temperature, SI: velocities (superficial) of the gas, at minimum fluidisation and of a single bead; porosity,
+    height, coefficient at the wall (W/m2/K) and transfer units between gas and beads."""
+
+    velocity: float
+    minimum_velocity: float
+    terminal_velocity: float
+    porosity: float
+    height: float
+    wall_coefficient: float
+    transfer_units: float
+    mass_flow: float
+    heat_capacity: float
+
+
+class FluidisedBed:
+    """The bed and wall of a scene. Raises `InputError` for a scene without a straight bed, a given flow and a wall."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene, operation = scene, scene.operation
+        size = GEOMETRIES[scene.geometry.kind].size(scene.geometry)
+        if size is None:
+            raise InputError(
+                "geometry.kind", scene.geometry.kind, "must be 'mold' or 'pipe' for a fluidised bed", scene.source
+            )
+        self._size: BedSize = size
+        if operation.inlet_velocity is None and operation.mass_flow is None:
+            allowed = "must be given, or operation.mass_flow: the pressure drop of a fluidised bed is its weight"
+            raise InputError("operation.inlet_velocity", None, allowed, scene.source)
+        if scene.model.wall not in ("conjugate", "thin"):
+            raise InputError(
+                "model.wall", scene.model.wall, "must be 'conjugate' or 'thin' for a fluidised bed", scene.source
+            )
+        self._laws = Laws.of(scene)
+        self.porosity_at_rest = self._laws.bulk_porosity
+        layers = scene.wall.layer
+        self._layers = (
+            [(scene.wall.thickness, self._laws.walls["wall"])]
+            if layers is None
+            else [(layer.thickness, self._laws.walls[layer.name or layer.material]) for layer in layers]
+        )
+
+    def state(self, time: float, temperature: float) -> State:
+        """The bed at a time (s), all of it at a temperature (K). Raises `InputError` where the gas does not lift the beads, or
+        carries them away."""
+        scene, fluid, beads = self.scene, self._laws.fluid, self._laws.beads
+        diameter, operation = scene.bed.bead_diameter, scene.operation
+        density = fluid.density(operation.outlet_pressure, temperature)
+        viscosity, conductivity = fluid.viscosity(temperature), fluid.conductivity(temperature)
+        capacity, bead_density = fluid.heat_capacity(temperature), beads.density(temperature)
+        if operation.mass_flow is not None:
+            mass_flow = operation.mass_flow(time)
+        else:
+            inlet = fluid.density(operation.outlet_pressure, operation.inlet_temperature(time))
+            mass_flow = inlet * operation.inlet_velocity(time) * self._size.area
+        velocity = mass_flow / (density * self._size.area)
+        archimedes = fluidisation.archimedes_number(diameter, density, bead_density, viscosity)
+        minimum = fluidisation.minimum_fluidisation_reynolds_number(archimedes, self.porosity_at_rest)
+        terminal = fluidisation.terminal_reynolds_number(archimedes)
+        to_velocity = viscosity / (density * diameter)
+        if not minimum < velocity / to_velocity < terminal:
+            allowed = (
+                f"gives {velocity:.3g} m/s at {temperature:.4g} K: must be above {minimum * to_velocity:.3g} m/s, which "
+                f"lifts the beads, and below {terminal * to_velocity:.3g} m/s, which carries them away"
+            )
+            key = "inlet_velocity" if operation.mass_flow is None else "mass_flow"
+            value = getattr(operation, key)(time)
+            raise InputError(f"operation.{key}", value, allowed, scene.source)
+        porosity = fluidisation.expanded_porosity(velocity / to_velocity, minimum, terminal, self.porosity_at_rest)
+        height = self._size.length * (1.0 - self.porosity_at_rest) / (1.0 - porosity)
+        prandtl = prandtl_number(viscosity, capacity, conductivity)
+        path = fluidisation.modified_mean_free_path(
+            temperature,
+            operation.outlet_pressure,
+            conductivity,
+            capacity,
+            operation.outlet_pressure / (density * temperature),
+            fluidisation.GAS_CONSTANTS.get(scene.fluid.material, 2.8),
+        )
+        nusselt = fluidisation.wall_nusselt_number(
+            diameter=diameter,
+            porosity=porosity,
+            porosity_at_minimum=self.porosity_at_rest,
+            bead_heat_capacity=bead_density * beads.heat_capacity(temperature),
+            bead_conductivity=beads.conductivity(temperature),
+            conductivity=conductivity,
+            mean_free_path=path,
+            prandtl=prandtl,
+            archimedes=archimedes,
+            emissivity=scene.bed.emissivity,
+            temperature=temperature,
+        )
+        film = self._laws.nusselt(velocity / to_velocity, prandtl, porosity) * conductivity / diameter
+        exchange = scene.model.exchange_factor * film * specific_surface(porosity, diameter)
+        return State(
+            velocity=velocity,
+            minimum_velocity=minimum * to_velocity,
+            terminal_velocity=terminal * to_velocity,
+            porosity=porosity,
+            height=height,
+            wall_coefficient=nusselt * conductivity / diameter,
+            transfer_units=float(exchange * height / (density * velocity * capacity)),
+            mass_flow=mass_flow,
+            heat_capacity=capacity,
+        )
+
+    @property
+    def _bead_volume(self) -> float:
+        return self._size.area * self._size.length * (1.0 - self.porosity_at_rest)
+
+    def wall_biot_number(self, state: State) -> float:
+        """h times the resistance of the wall's layers."""
+        temperature = self.scene.operation.inlet_temperature.values[-1]
+        return state.wall_coefficient * sum(t / solid.conductivity(temperature) for t, solid in self._layers)
+
+    def _wall_volumes(self, height: float) -> list[tuple[float, Any]]:
+        """Volume (m3) of each layer over a height, and its material."""
+        volumes, inner = [], self._size.half_height
+        for thickness, solid in self._layers:
+            across = math.pi * (2.0 * inner + thickness) if self._size.axisymmetric else self._size.walled_perimeter
+            volumes.append((across * thickness * height, solid))
+            inner += thickness
+        return volumes
+
+    def _rates(self, time: float, temperatures: NDArray[Any], height: float) -> tuple[NDArray[Any], float, float]:
+        """dT/dt of beads and wall (K/s), heat from the gas and from outside (W); the wall is that of `height`."""
+        bead, wall = temperatures
+        operation, laws, state = self.scene.operation, self._laws, self.state(time, bead)
+        inlet = operation.inlet_temperature(time)
+        enthalpy = laws.fluid.heat_capacity.integral
+        from_gas = state.mass_flow * (enthalpy(inlet) - enthalpy(bead)) * -math.expm1(-state.transfer_units)
+        to_wall = state.wall_coefficient * self._size.walled_perimeter * height * (bead - wall)
+        outside = 0.0
+        if operation.outer_coefficient is not None:
+            outer = self._size.walled_perimeter
+            outer += 2.0 * math.pi * sum(t for t, _ in self._layers) if self._size.axisymmetric else 0.0
+            outside = operation.outer_coefficient * outer * height * (operation.ambient_temperature(time) - wall)
+        of_beads = self._bead_volume * laws.beads.density(bead) * laws.beads.heat_capacity(bead)
+        of_wall = sum(v * solid.density(wall) * solid.heat_capacity(wall) for v, solid in self._wall_volumes(height))
+        rates = np.array([(from_gas - to_wall) / of_beads, (to_wall + outside) / of_wall])
+        return rates, from_gas, outside
+
+    def march(self) -> tuple[dict[str, Any], Mapping[str, NDArray[Any]]]:
+        """Summary, and history (SI arrays by name) until the wall is within operation.heating_margin of the inlet's
+        temperature, or operation.end_time."""
+        operation = self.scene.operation
+        start = operation.initial_temperature
+        warm = self.state(0.0, operation.inlet_temperature.values[-1])
+        height = warm.height
+
+        def rates(time: float, unknowns: NDArray[Any]) -> list[float]:
+            change, from_gas, outside = self._rates(time, unknowns[:2], height)
+            return [*change, from_gas / scale, outside / scale]
+
+        def deficit(time: float, unknowns: NDArray[Any]) -> float:
+            return float(abs(operation.inlet_temperature(time) - unknowns[1]) - operation.heating_margin)
+
+        deficit.terminal = True  # type: ignore[attr-defined]
+        volumes = self._wall_volumes(height)
+        scale = self._stored(start, start + 1.0, volumes)
+        found = solve_ivp(
+            rates,
+            (0.0, operation.end_time),
+            [start, start, 0.0, 0.0],
+            "LSODA",
+            events=deficit,
+            rtol=TOLERANCE,
+            atol=1e-8,
+        )
+        bead, wall, gas, outside = found.y
+        stored = self._stored(start, bead[-1], []) + self._stored(start, wall[-1], volumes, beads=False)
+        given = scale * (gas[-1] + outside[-1])
+        weight = self._bead_volume / self._size.area * self._laws.beads.density(start) * fluidisation.GRAVITY
+        heated = float(found.t_events[0][0]) if len(found.t_events[0]) else None
+        summary = {
+            "heating_time": heated,
+            "end_time": float(found.t[-1]),
+            "minimum_fluidisation_velocity": warm.minimum_velocity,
+            "terminal_velocity": warm.terminal_velocity,
+            "velocity": warm.velocity,
+            "porosity": warm.porosity,
+            "height": height,
+            "pressure_drop": weight,
+            "wall_coefficient": warm.wall_coefficient,
+            "wall_biot_number": self.wall_biot_number(warm),
+            "transfer_units": warm.transfer_units,
+            "mass_flow": warm.mass_flow,
+            "heat_by_fluid": scale * gas[-1],
+            "heat_stored": stored,
+            "energy_imbalance": (given - stored) / max(abs(given), abs(stored), 1e-6),
+            "source": fluidisation.SOURCE,
+            "warnings": self._warnings(warm, heated),
+        }
+        inlet = np.array([operation.inlet_temperature(time) for time in found.t])
+        history = {"time": found.t, "inlet_temperature": inlet, "bead_temperature": bead, "wall_temperature": wall}
+        return summary, history
+
+    def _stored(self, start: float, end: float, volumes: list[tuple[float, Any]], *, beads: bool = True) -> float:
+        """Heat (J) that beads and wall take from one temperature to another."""
+        solids = [*volumes, *([(self._bead_volume, self._laws.beads)] if beads else [])]
+        return float(
+            sum(
+                volume * solid.density(end) * (solid.heat_capacity.integral(end) - solid.heat_capacity.integral(start))
+                for volume, solid in solids
+            )
+        )
+
+    def _warnings(self, state: State, heated: float | None) -> list[str]:
+        scene, found = self.scene, []
+        low, high = fluidisation.DIAMETER_RANGE
+        if not low <= scene.bed.bead_diameter <= high:
+            found.append(
+                f"beads of {scene.bed.bead_diameter * 1e3:.3g} mm are outside {low * 1e3:g} to {high * 1e3:g} mm, the range of "
+                "the coefficient at the wall"
+            )
+        if state.velocity > LARGEST_RATIO * state.minimum_velocity:
+            ratio = state.velocity / state.minimum_velocity
+            found.append(f"the gas is {ratio:.2g} times as fast as lifts the beads; known is up to {LARGEST_RATIO:g}")
+        if self.wall_biot_number(state) > 0.3:
+            found.append(f"wall Biot number {self.wall_biot_number(state):.2g}: a wall of one temperature is too fast")
+        if heated is None:
+            margin = scene.operation.heating_margin
+            found.append(f"not heated to within {margin:g} K by operation.end_time {scene.operation.end_time:g} s")
+        return found

@@ -1,0 +1,82 @@
+"""A fluidised bed: its velocities, and temperatures of bed and wall against the exact solution of two bodies."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from porousmold import InputError, Scene
+from porousmold.cli import main
+from porousmold.fluidised.model import FluidisedBed
+
+from ..support import STUDIES
+
+SCENE = STUDIES / "beds" / "fluidised.toml"
+CONSTANT = {
+    "bed.bead_density": 2600.0,
+    "bed.bead_heat_capacity": 800.0,
+    "bed.bead_conductivity": 1.0,
+    "wall.density": 7800.0,
+    "wall.heat_capacity": 480.0,
+    "wall.conductivity": 50.0,
+    "fluid.density": 0.8,
+    "fluid.viscosity": 2.5e-5,
+    "fluid.heat_capacity": 1010.0,
+    "fluid.conductivity": 0.035,
+}
+
+
+def test_two_bodies_warm_up_as_the_exponential_of_their_matrix():
+    bed = FluidisedBed(Scene.load(SCENE, CONSTANT))
+    state, (summary, history) = bed.state(0.0, 450.0), bed.march()
+    beads = math.pi * 0.075**2 * 0.4 * 0.58 * 2600.0 * 800.0
+    wall = math.pi * (0.15 + 0.004) * 0.004 * state.height * 7800.0 * 480.0
+    film = state.wall_coefficient * math.pi * 0.15 * state.height
+    gas = 0.009 * 1010.0 * -math.expm1(-state.transfer_units)
+    matrix = np.array([[-(gas + film) / beads, film / beads], [film / wall, -film / wall]])
+    time = summary["heating_time"]
+    missing = expm(matrix * time) @ [160.0, 160.0]
+    # with constant density the coefficient hardly depends on the temperature: l does
+    assert missing[1] == pytest.approx(2.0, rel=0.02)
+    assert abs(summary["energy_imbalance"]) < 1e-6
+    assert history["wall_temperature"][-1] == pytest.approx(453.15 - 2.0, abs=1e-6)
+
+
+def test_faster_gas_expands_the_bed_and_heats_sooner():
+    slow, fast = (FluidisedBed(Scene.load(SCENE, {"operation.mass_flow": flow})).march()[0] for flow in (0.006, 0.012))
+    assert fast["porosity"] > slow["porosity"] > 0.42 and fast["height"] > slow["height"] > 0.4
+    assert fast["heating_time"] < slow["heating_time"]
+    assert fast["pressure_drop"] == slow["pressure_drop"] == pytest.approx(0.58 * 0.4 * 9.80665 * 2600.0, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ({"operation.mass_flow": 0.0005}, "which lifts the beads"),
+        ({"operation.mass_flow": 0.5}, "carries them away"),
+        ({"operation.mass_flow": None, "operation.pressure_drop": "1 kPa"}, "operation.inlet_velocity"),
+        ({"model.wall": "insulated"}, "model.wall"),
+        ({"fluid.material": "water", "bed.bead_density": 500.0}, "these beads float"),
+    ],
+)
+def test_what_is_no_fluidised_bed_is_refused(settings, words):
+    with pytest.raises(InputError, match=words):
+        FluidisedBed(Scene.load(SCENE, settings)).march()
+
+
+def test_large_beads_are_warned_of():
+    scene = Scene.load(SCENE, {"bed.bead_diameter": "5 mm", "operation.mass_flow": "0.06 kg/s"})
+    assert any("outside 0.05 to 3 mm" in text for text in FluidisedBed(scene).march()[0]["warnings"])
+
+
+def test_the_command_writes_result_history_and_picture(tmp_path, capsys):
+    assert main(["fluidised", str(SCENE), "--out", str(tmp_path)]) == 0
+    told = capsys.readouterr().out
+    summary = json.loads((tmp_path / "result.json").read_text())
+    assert f"{summary['heating_time']:.1f} s" in told and (tmp_path / "temperatures.png").is_file()
+    head = (tmp_path / "history.csv").read_text().splitlines()[0]
+    assert head == "time [s],inlet_temperature [K],bead_temperature [K],wall_temperature [K]"
+    assert main(["fluidised", str(SCENE), "--set", "operation.mass_flow=0.0001", "--out", str(tmp_path / "no")]) == 2
+    assert capsys.readouterr().err.count("\n") == 1 and not (tmp_path / "no").exists()
