@@ -33,6 +33,7 @@ EXAMPLES = {
     "materials": ["", "my_materials.toml"],
     "pack": ["--container cylinder --diameter '100 mm' --bead-diameter '6 mm' --bed-height '150 mm' --out runs/bed.h5"],
     "porosity": ["runs/bed.h5 --bed-height '150 mm' --out runs/profile.csv"],
+    "conductivity": ["runs/bed.h5 --beads steel --fluid air --temperature '350 K' --out runs/conductivity.csv"],
     "permeability": ["scale.csv --setup setup.toml"],
     "test-range": ["setup.toml --error 0.05"],
     "rotameter": ["log.csv --diameter '101.6 mm' --reference-temperature '21 degC' --interval '120 s' --out inlet"],

@@ -1,6 +1,7 @@
 """The commands `porousmold pack` and `porousmold porosity`."""
 
 import argparse
+import json
 import math
 from pathlib import Path
 from time import monotonic
@@ -8,6 +9,7 @@ from typing import Any
 
 from ..errors import InputError
 from ..files.units import to_si
+from ..files.whole_files import output_file
 from ..output.console import PART, Bar
 from .packing import Packing
 
@@ -38,6 +40,26 @@ def add_commands(commands: Any) -> None:
     pack.add_argument("--quiet", action="store_true", help="no progress bar, no summary")
     pack.set_defaults(serial=_pack)
 
+    conducting = commands.add_parser(
+        "conductivity", help="effective conductivity of a packing between two walls, from its contacts and gaps"
+    )
+    conducting.add_argument("packing", metavar="PACKING", help="of a slab: HDF5 of `pack`, or another code's file")
+    _add_container(conducting)
+    conducting.add_argument("--bead-diameter", metavar="LENGTH", help="where the file holds none")
+    conducting.add_argument("--beads", required=True, metavar="MATERIAL", help="solid of `porousmold materials`")
+    conducting.add_argument("--fluid", default="air", metavar="MATERIAL", help="fluid of that library (default air)")
+    conducting.add_argument(
+        "--temperature", default="300 K", metavar="TEMPERATURE", help="of the properties (default 300 K)"
+    )
+    conducting.add_argument(
+        "--contact-radius",
+        default="0",
+        metavar="SHARE",
+        help="of contacts, over the bead radius (default 0: gaps alone)",
+    )
+    conducting.add_argument("--bed-height", metavar="LENGTH", help="measured up to it (default: the levelled height)")
+    conducting.add_argument("--out", required=True, metavar="FILE.csv", help="conductivity against wall distance")
+    conducting.set_defaults(serial=_conductivity)
     porosity = commands.add_parser("porosity", help="phi_V and phi_A against wall distance, from a packing")
     porosity.add_argument(
         "packing", metavar="PACKING", help="HDF5 of `pack`, LIGGGHTS dump, YADE text, extended XYZ, CSV, NPY"
@@ -204,6 +226,53 @@ def _porosity(options: argparse.Namespace) -> Any:
     draw_profile(picture, profile, fits, thin_shell_porosity(packing, bed_height))
     written = [options.out, str(picture)] + ([options.fitted] if options.fitted else [])
     return _porosity_text(packing, profile, fits, bed_height) + f"\nwritten to {', '.join(written)}"
+
+
+def _conductivity(options: argparse.Namespace) -> str:
+    from ..laws.material_library import FLUIDS, SOLIDS
+    from .conduction import conduction, zehner_bauer_schluender
+    from .files import check_writable, read_packing
+    from .pictures import draw_conduction
+
+    temperature, height = to_si("--temperature", options.temperature, "K"), _optional(options, "bed-height", "m")
+    share = to_si("--contact-radius", options.contact_radius, "")
+    for option, given, known in (("--beads", options.beads, list(SOLIDS)), ("--fluid", options.fluid, list(FLUIDS))):
+        if given not in known:
+            raise InputError(option, given, f"must be one of {', '.join(known)}")
+    if not 0.0 <= share <= 0.5:
+        raise InputError("--contact-radius", share, "must be >= 0 and <= 0.5 bead radii")
+    if not 0.0 < temperature < 5000.0:
+        raise InputError("--temperature", temperature, "must be > 0 and < 5000 K")
+    table = Path(options.out)
+    files = table, table.with_suffix(".json"), table.with_suffix(".png")
+    check_writable(*files, sources=[options.packing])
+    beads = SOLIDS[options.beads].conductivity(temperature)
+    fluid = FLUIDS[options.fluid].conductivity(temperature)
+    packing = read_packing(options.packing, _container(options), _optional(options, "bead-diameter", "m"))
+    found = conduction(packing, beads, fluid, contact_radius=0.5 * share * packing.bead_diameter, height=height)
+    reference = zehner_bauer_schluender(found.core_porosity, packing.bead_diameter, beads, fluid)
+    lines = [f"{d:.6g},{k:.6g}" for d, k in zip(found.wall_distance, found.conductivity, strict=True)]
+    with output_file(table) as temporary:
+        temporary.write_text("\n".join(["wall_distance [m],conductivity [W/(m*K)]", *lines, ""]), encoding="utf-8")
+    summary = {
+        "core_conductivity": found.core,
+        "overall_conductivity": found.overall,
+        "wall_coefficient": found.wall_coefficient,
+        "core_porosity": found.core_porosity,
+        "bead_conductivity": float(beads),
+        "fluid_conductivity": float(fluid),
+        "contact_radius": share,
+        "zehner_bauer_schluender": float(reference),
+    }
+    with output_file(files[1]) as temporary:
+        temporary.write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
+    draw_conduction(files[2], found, float(reference), packing.bead_diameter)
+    return (
+        f"core: {found.core:.4g} W/m/K at porosity {found.core_porosity:.3f}, {found.core / reference:.2f} of {reference:.4g} "
+        "(Zehner, Bauer, Schluender)\n"
+        f"from wall to wall: {found.overall:.4g} W/m/K; at a wall {found.wall_coefficient:.4g} W/m2/K\n"
+        f"written to {', '.join(map(str, files))}"
+    )
 
 
 def _porosity_text(packing: Packing, profile: Any, fits: Any, bed_height: float | None) -> str:

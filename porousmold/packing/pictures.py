@@ -45,3 +45,20 @@ def draw_profile(path: Path, profile: Any, fits: Any, shells: Any, bulk_porosity
             axes.set_xlabel("wall distance / bead diameter")
             axes.legend(fontsize=8)
         return save(figure, path)
+
+
+def draw_conduction(path: Path, found: Any, reference: float, diameter: float) -> Path:
+    """Temperature and conductivity against wall distance: `found` is a `Conduction`, `reference` another conductivity (W/m/K)."""
+    with plt.rc_context(STYLE):
+        figure, (temperature, conductivity) = plt.subplots(1, 2, figsize=(10.0, 4.0), layout="constrained")
+        place = found.wall_distance / diameter
+        temperature.plot([0.0, *place], [0.5, *found.temperature], "o-", markersize=4)
+        temperature.set(ylabel="temperature over the difference of the walls", ylim=(0.0, 0.52))
+        conductivity.plot(place, found.conductivity, "o-", markersize=4, label="layers of beads")
+        conductivity.axhline(found.core, color="tab:blue", linestyle="--", label="core")
+        conductivity.axhline(reference, color="0.4", linestyle=":", label="Zehner, Bauer, Schluender")
+        conductivity.set(ylabel="conductivity in W/(m K)", ylim=(0.0, None))
+        conductivity.legend(fontsize=9)
+        for axes in (temperature, conductivity):
+            axes.set(xlabel="wall distance / bead diameter", xlim=(0.0, None))
+        return save(figure, path)

@@ -1,0 +1,108 @@
+"""Conduction through a packing: equal conductivities, a lattice, contacts, bounds, and what is refused."""
+
+import json
+
+import numpy as np
+import pytest
+
+from porousmold import InputError
+from porousmold.cli import main
+from porousmold.packing.conduction import conduction, cone_conductance, pair_conductance
+from porousmold.packing.container import Slab, container
+from porousmold.packing.files import write_packing
+from porousmold.packing.generator import Mixture, pack
+from porousmold.packing.packing import Packing
+
+ACROSS, WIDTH = 10, 6
+
+
+def lattice(gap=0.0):
+    """Simple cubic lattice with spacing 1 between walls in its planes of symmetry."""
+    counts = (ACROSS, WIDTH, WIDTH)
+    places = np.stack(np.meshgrid(*(np.arange(count) + 0.5 for count in counts), indexing="ij"), axis=-1).reshape(-1, 3)
+    places -= [0.5 * ACROSS, 0.5 * WIDTH, 0.0]
+    places += 1e-7 * np.random.default_rng(0).standard_normal(places.shape)  # Voronoi cells of a lattice are degenerate
+    return Packing(places, np.full(len(places), 1.0 - gap), Slab(float(ACROSS), float(WIDTH)))
+
+
+@pytest.fixture(scope="module")
+def poured():
+    return pack(container("slab", {"gap": 0.05, "width": 0.035}), Mixture((0.005,)), bed_height=0.06)
+
+
+def test_equal_conductivities_give_that_conductivity(poured):
+    """In a lattice and a poured bed alike, from wall to wall."""
+    assert conduction(lattice(), 3.0, 3.0, height=float(WIDTH)).core == pytest.approx(3.0, rel=1e-4)
+    found = conduction(poured, 0.7, 0.7)
+    assert found.overall == pytest.approx(0.7, rel=0.02) and found.core == pytest.approx(0.7, rel=0.02)
+
+
+def test_a_lattice_conducts_as_one_pair_of_its_beads():
+    for ratio, gap in ((10.0, 0.0), (300.0, 0.02)):
+        one = pair_conductance(0.5 * (1.0 - gap), np.array([0.5 * gap]), np.array([1.0 / np.sqrt(np.pi)]), ratio, 1.0)
+        found = conduction(lattice(gap), ratio, 1.0, height=float(WIDTH))
+        assert found.core == pytest.approx(float(one[0]), rel=1e-4)
+        assert found.overall == pytest.approx(float(one[0]), rel=1e-4)  # walls in planes of symmetry resist nothing
+
+
+def test_beads_of_infinite_conductivity_leave_the_gas_in_the_gap():
+    """int 2 pi r dr k_f/(2 (R + H - sqrt(R^2 - r^2))) up to the rim, in closed form for c = sqrt(R^2 - r^2)."""
+    radius, half_gap, face = 0.5, 0.01, 0.6
+    rim = radius * face / np.hypot(face, radius + half_gap)
+    reach, least = radius + half_gap, np.sqrt(radius**2 - rim**2)
+    exact = np.pi * (reach * np.log((reach - least) / half_gap) - (radius - least))
+    found = cone_conductance(radius, np.array([half_gap]), np.array([face]), 1e12, 1.0)
+    assert found[0] == pytest.approx(exact, rel=1e-6)
+
+
+def test_contacts_add_what_batchelor_and_obrien_give():
+    plain, touching = (
+        conduction(lattice(-1e-6), 1e6, 1.0, height=float(WIDTH), contact_radius=a).core for a in (0.0, 0.01)
+    )
+    assert touching - plain == pytest.approx(2.0 * 1e6 * 0.01, rel=1e-2)
+
+
+def test_a_poured_bed_lies_between_its_bounds_and_grows_with_the_ratio(poured):
+    """Below Hashin's and Shtrikman's upper bound; above their lower one for good conductors (at 10 it is 5 % below)."""
+    values = []
+    for ratio in (1.5, 3.0, 10.0, 100.0, 1000.0):
+        found = conduction(poured, ratio, 1.0)
+        solid = 1.0 - found.core_porosity
+        lower = 1.0 + 3.0 * solid * (ratio - 1.0) / (ratio + 2.0 - solid * (ratio - 1.0))
+        upper = ratio + found.core_porosity / (1.0 / (1.0 - ratio) + solid / (3.0 * ratio))
+        assert 0.93 * lower < found.core < 1.02 * upper
+        assert found.wall_coefficient > 0.0 and np.all(np.diff(found.temperature) < 0.0)
+        values.append(found.core)
+    assert np.all(np.diff(values) > 0.0)
+
+
+def test_units_scale_out(poured):
+    one, other = conduction(poured, 2.0, 0.03), conduction(poured, 200.0, 3.0)
+    assert other.core == pytest.approx(100.0 * one.core) and other.wall_coefficient == pytest.approx(
+        100.0 * one.wall_coefficient
+    )
+
+
+def test_what_has_no_walls_to_conduct_between_is_refused():
+    beads = np.array([[0.0, 0.0, 0.5], [0.0, 0.0, 1.5]])
+    with pytest.raises(InputError, match="slab"):
+        conduction(Packing(beads, np.ones(2), container("cylinder", {"diameter": 2.0})), 1.0, 1.0)
+    with pytest.raises(InputError, match="bead diameters wide"):
+        conduction(Packing(beads, np.ones(2), Slab(4.0, 4.0)), 1.0, 1.0)
+    with pytest.raises(InputError, match="one size"):
+        conduction(Packing(beads, np.array([1.0, 0.9]), Slab(12.0, 4.0)), 1.0, 1.0)
+
+
+def test_the_command_writes_profile_and_picture(poured, tmp_path, capsys):
+    write_packing(poured, tmp_path / "bed.h5")
+    words = ["conductivity", str(tmp_path / "bed.h5"), "--beads", "steel", "--fluid", "air", "--temperature", "350 K"]
+    assert main([*words, "--out", str(tmp_path / "k.csv")]) == 0
+    told = capsys.readouterr().out
+    assert "Zehner" in told and (tmp_path / "k.png").is_file()
+    head, *rows = (tmp_path / "k.csv").read_text().splitlines()
+    assert head == "wall_distance [m],conductivity [W/(m*K)]" and len(rows) >= 4
+    summary = json.loads((tmp_path / "k.json").read_text())
+    assert 0.1 < summary["core_conductivity"] < 1.0
+    assert main([*words, "--contact-radius", "0.6", "--out", str(tmp_path / "k.csv")]) == 2
+    assert "--contact-radius" in capsys.readouterr().err
+    assert main([*words[:3], "unobtainium", "--out", str(tmp_path / "k.csv")]) == 2
