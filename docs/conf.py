@@ -1,5 +1,6 @@
 """Sphinx: the documentation site (make docs). Nothing is fetched when it is read: MathJax is Debian's, copied beside it."""
 
+import re
 import shutil
 from pathlib import Path
 
@@ -51,7 +52,8 @@ def as_restructured_text(app, what, name, obj, options, lines):
         elif in_table and not table:
             result.append("")
         in_table = table
-        text = line.replace("``", "`").replace("`", "``")
+        text = re.sub(r"`+([^`]+)`+(?=\w)", r"``\1``\\ ", line)  # `name`s: a literal ends before a letter
+        text = re.sub(r"(?<!`)`([^`]+)`(?!`)", r"``\1``", text)
         result.append(f"    {line}" if table else text.replace("|", "\\|").replace("*", "\\*"))
     lines[:] = result
 
