@@ -52,8 +52,8 @@ def as_restructured_text(app, what, name, obj, options, lines):
         elif in_table and not table:
             result.append("")
         in_table = table
-        text = re.sub(r"`+([^`]+)`+(?=\w)", r"``\1``\\ ", line)  # `name`s: a literal ends before a letter
-        text = re.sub(r"(?<!`)`([^`]+)`(?!`)", r"``\1``", text)
+        # `name`s: a literal ends before a letter
+        text = re.sub(r"`+([^`]+)`+(\w?)", lambda m: f"``{m[1]}``" + (f"\\ {m[2]}" if m[2] else ""), line)
         result.append(f"    {line}" if table else text.replace("|", "\\|").replace("*", "\\*"))
     lines[:] = result
 
