@@ -13,6 +13,8 @@ from pathlib import Path
 
 import pytest
 
+from porousmold.output.result_keys import reference
+
 ROOT = Path(__file__).parents[1]
 PAGES = [
     ROOT / "README.md",
@@ -79,6 +81,12 @@ def test_pages_name_files_that_exist():
     for page in [*PAGES, *(ROOT / "docs").glob("*.md")]:
         for target in re.findall(r"\]\(([^)#]+?)(?:#[^)]*)?\)", page.read_text(encoding="utf-8")):
             assert "://" in target or (page.parent / target).exists(), f"{page.name}: {target}"
+
+
+def test_the_page_of_a_results_keys_is_what_the_program_prints():
+    assert (ROOT / "docs" / "result.md").read_text(encoding="utf-8") == reference(), (
+        "porousmold keys --result > docs/result.md"
+    )
 
 
 def test_readme_is_short():

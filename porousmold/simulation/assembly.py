@@ -36,6 +36,7 @@ from ..solvers.coupled import CoupledTransient
 from ..solvers.developed import DevelopedFlow
 from ..solvers.flow import FullFlow
 from ..solvers.heating import TransientHeat
+from ..solvers.newton import free_systems
 from ..solvers.plug import PlugFlow
 from ..solvers.protocols import Flow, Heat, Observer, silent
 from .air_loop import AirLoop
@@ -204,7 +205,9 @@ def _flow_in_the_plane(specs: Specs) -> tuple[Domain, dict[str, fem.Function]]:
     heat = replace(specs.heat, air_loop=None)
     plane = assemble(replace(specs, mesh=flat, flow=flow, heat=heat), MPI.COMM_SELF)
     plane.flow.start()
-    return plane.domain, plane.flow.fields()
+    fields = plane.flow.fields()
+    free_systems(plane.domain.mesh)
+    return plane.domain, fields
 
 
 def _energy_equations(specs: Specs, medium: Medium, flow: Flow) -> EnergyEquations:

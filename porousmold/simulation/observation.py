@@ -101,6 +101,7 @@ class _FieldsOfTheBed:
         self._in_bed, self._porosity, self._eddies = (
             fem.Function(space, name=name) for name in ("in_bed", "porosity", "eddy_viscosity_ratio")
         )
+        self._shear: tuple[fem.Function, Any, fem.Function] | None = None
         self._in_bed.x.array[self._nodes] = 1.0
         self._porosity.x.array[self._nodes] = problem.specs.porosity.volume(
             self._distance, problem.specs.mesh.bead_diameter
@@ -114,14 +115,29 @@ class _FieldsOfTheBed:
         turbulence = self._problem.specs.laws.turbulence
         if turbulence is None:
             return [self._in_bed, self._porosity, self._region]
-        fields, space = self._problem.flow.fields(), self._eddies.function_space
-        velocity, at = fields["velocity"], self._nodes
-        strain = ufl.sym(ufl.grad(velocity))
-        shear_rate_squared = fenicsx.nodal_values(2.0 * ufl.inner(strain, strain), space)[at]
+        fields, at = self._problem.flow.fields(), self._nodes
+        velocity = fields["velocity"]
         speed = np.linalg.norm(velocity.x.array.reshape(len(self._eddies.x.array), -1), axis=1)[at]
         pressure, temperature = fields["pressure"].x.array[at], self._problem.temperature.x.array[at]
         unknowns = [fields[unknown.name].x.array[at] for unknown in turbulence.unknowns]
         self._eddies.x.array[at] = _eddy_viscosity_ratio(
-            self._problem, self._distance, speed, pressure, temperature, unknowns, shear_rate_squared
+            self._problem,
+            self._distance,
+            speed,
+            pressure,
+            temperature,
+            unknowns,
+            self._shear_rate_squared(velocity)[at],
         )
         return [self._in_bed, self._porosity, self._region, self._eddies]
+
+    def _shear_rate_squared(self, velocity: fem.Function) -> Any:
+        """2 S:S at the nodes."""
+        if self._shear is None:
+            strain, space = ufl.sym(ufl.grad(velocity)), self._eddies.function_space
+            expression = fenicsx.compiled_expression(2.0 * ufl.inner(strain, strain), space)
+            self._shear = velocity, expression, fem.Function(space)
+        held, expression, nodal = self._shear
+        held.x.array[:] = velocity.x.array
+        nodal.interpolate(expression)
+        return nodal.x.array

@@ -137,7 +137,7 @@ def _energy_of_the_tool(simulation: Simulation) -> dict[str, float | None]:
         "cure": kept.get("cure", 0.0),
         "sources": balance.by_sources,
         "wall": kept.get("wall", 0.0),
-        "beads": kept["beads"],
+        "beads": kept["beads"] - balance.by_beads,
         "exhaust": balance.by_exhaust,
         "return_duct": balance.by_duct,
         "outer_wall": -balance.through_outer_wall,
