@@ -2,6 +2,7 @@
 
 import json
 import multiprocessing
+import re
 from collections.abc import Mapping
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
@@ -9,7 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from matplotlib.animation import PillowWriter
+from matplotlib.animation import FuncAnimation, PillowWriter
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 from scipy import sparse
@@ -25,6 +26,20 @@ PLACES = {"centre": ("bed centre", "-"), "bed_side": ("wall, bed side", "--"), "
 SHORT = 180.0
 """Seconds up to which a run is drawn over seconds, not minutes."""
 FRAMES_A_SECOND = 8
+BUTTONS = {
+    "fa-minus": "&minus;",
+    "fa-fast-backward": "|&lt;",
+    "fa-step-backward": "&lt;",
+    "fa-play fa-flip-horizontal": "&#9664;",
+    "fa-pause": "||",
+    "fa-play": "&#9654;",
+    "fa-step-forward": "&gt;",
+    "fa-fast-forward": "&gt;|",
+    "fa-plus": "+",
+}
+"""Of the fields with a slider, by matplotlib's names."""
+MOST_TIMES = 6
+"""Drawn below one another."""
 INSIDE = 1e-6
 """Of the mesh's width: how far inside it lies the section that shows its plane of symmetry."""
 # Margins are given, not found: letting matplotlib measure them doubles the time of every picture.
@@ -233,6 +248,9 @@ def _levels(steps: Mapping[float, Mapping[str, NDArray[Any]]]) -> tuple[NDArray[
 def _fields(folder: Path) -> Path:
     nodes, cells, steps = read_fields(folder / "fields.xdmf")
     sections, (levels, ticks), times = _sections(nodes, cells), _levels(steps), sorted(steps)
+    times = [
+        times[n] for n in np.unique(np.linspace(0, len(times) - 1, min(len(times), MOST_TIMES)).round().astype(int))
+    ]
     figure, axes = plt.subplots(len(times), 2, figsize=(11.0, 1.5 * len(times) + 0.9), squeeze=False, sharex="col")
     figure.subplots_adjust(
         left=0.08, right=0.88, bottom=0.4 / (len(times) + 0.6), top=1 - 0.25 / (len(times) + 0.6), hspace=0.2
@@ -261,21 +279,39 @@ def animate(folder: Path) -> Path:
     if not (folder / "fields.xdmf").is_file():
         raise InputError("RUN", str(folder), "holds no fields (output.fields)")
     with locked_folder(folder, "drawn"), plt.rc_context(STYLE):
-        nodes, cells, steps = read_fields(folder / "fields.xdmf")
-        sections, (levels, ticks), times = _sections(nodes, cells), _levels(steps), sorted(steps)
-        figure, axes = plt.subplots(1, 2, figsize=(11.0, 2.6))
-        figure.subplots_adjust(left=0.08, right=0.88, bottom=0.22, top=0.8)
-        writer, path = PillowWriter(fps=FRAMES_A_SECOND), folder / "heating.gif"
-        with writer.saving(figure, path, dpi=100):
-            for time in times:
-                for panel, section in zip(axes, sections, strict=True):
-                    panel.clear()
-                    drawn = section.draw(panel, steps[time], levels)
-                    panel.set(title=section.title, xlabel=section.along)
-                axes[0].set_ylabel("across in mm")
-                figure.suptitle(f"t = {time / 60.0:.1f} min", x=0.01, ha="left", fontsize=11)
-                if time == times[0]:
-                    _colour_bar(figure, drawn, ticks)
-                writer.grab_frame()
-        plt.close(figure)
+        path = folder / "heating.gif"
+        movie = _movie(folder)
+        movie.save(path, PillowWriter(fps=FRAMES_A_SECOND), dpi=100)
+        plt.close(movie._fig)
     return path
+
+
+def fields_with_slider(folder: Path) -> str:
+    """The fields of a run as HTML with a slider over the times that were kept, everything in it."""
+    with plt.rc_context(STYLE | {"figure.dpi": 80}):
+        movie = _movie(folder)
+        page = movie.to_jshtml(fps=FRAMES_A_SECOND, default_mode="once")
+        plt.close(movie._fig)
+    for name, sign in BUTTONS.items():  # matplotlib fetches a font for them
+        page = page.replace(f'<i class="fa {name}"></i>', sign)
+    return re.sub(r"<link[^>]*>", "", page)
+
+
+def _movie(folder: Path) -> Any:
+    """An animation of matplotlib: both sections, a frame for each time."""
+    nodes, cells, steps = read_fields(folder / "fields.xdmf")
+    sections, (levels, ticks), times = _sections(nodes, cells), _levels(steps), sorted(steps)
+    figure, axes = plt.subplots(1, 2, figsize=(11.0, 2.6))
+    figure.subplots_adjust(left=0.08, right=0.88, bottom=0.22, top=0.8)
+
+    def show(time: float) -> None:
+        for panel, section in zip(axes, sections, strict=True):
+            panel.clear()
+            drawn = section.draw(panel, steps[time], levels)
+            panel.set(title=section.title, xlabel=section.along)
+        axes[0].set_ylabel("across in mm")
+        figure.suptitle(f"t = {time:.0f} s", x=0.01, ha="left", fontsize=11)
+        if len(figure.axes) == len(axes):
+            _colour_bar(figure, drawn, ticks)
+
+    return FuncAnimation(figure, show, frames=times, init_func=lambda: None)

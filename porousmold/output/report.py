@@ -15,7 +15,7 @@ from ..files.whole_files import output_file
 from ..scene.keys import flat, key_of
 from ..scene.language import KEYS
 from .console import closures_text, model_text
-from .pictures import draw
+from .pictures import draw, fields_with_slider
 from .quantities import ENERGY_GIVEN, ENERGY_NAMES, JOULES_A_KWH
 from .stored import read_study
 from .study_pictures import draw_study
@@ -115,6 +115,8 @@ def _of_run(folder: Path) -> tuple[Any, ...]:
     parts += _energy(summary)
     pictures = draw(folder) if (folder / "history.csv").is_file() else []  # it failed at the start
     parts.append("<h2>Pictures</h2>" + "".join(map(_picture, pictures)))
+    if (folder / "fields.xdmf").is_file():
+        parts.append(f"<h2>Fields over time</h2>{fields_with_slider(folder)}")
     if (folder / "comparison.json").is_file():
         parts += _compared(folder)
     parts.append("<h2>Scene</h2>")
