@@ -5,7 +5,7 @@ export OMP_NUM_THREADS := 1
 MPIRUN := mpirun --oversubscribe $(if $(filter 0,$(shell id -u)),--allow-run-as-root)
 PARTS := 3
 
-.PHONY: heat docs docs-test test test-quick test-fast test-heavy test-mpi check install tables packing speed-against-error hard-cases random-scenes accuracy model-choice regression regression-store sweep growth figures chapter-6 bead-interior permeability workshop fluid-properties validation kill-test fuzz-test test-debian13 clean
+.PHONY: heat docs docs-test test test-quick test-fast test-heavy test-mpi check install tables packing speed-against-error hard-cases random-scenes accuracy model-choice regression regression-store sweep growth figures chapter-6 bead-interior permeability workshop fluid-properties validation kill-test fuzz-test test-debian13 test-debian-sid clean
 
 heat: .venv/installed  ## heat the aluminium mold: summary and pictures in runs/aluminium
 	$(PYTHON) -m porousmold run studies/mold/aluminium.toml --out runs/aluminium --force
@@ -90,7 +90,10 @@ fuzz-test: .venv/installed  ## 500 mutated scene and study files: a run or one l
 	$(PYTHON) -m studies.fuzz
 
 test-debian13: .venv/installed  ## the fast tests on Debian 13 (dolfinx 0.9), in a root of its own outside the tree
-	tools/test-debian13
+	tools/test-debian trixie
+
+test-debian-sid: .venv/installed  ## the same on the newest dolfinx of Debian
+	tools/test-debian sid
 
 docs: .venv/docs  ## the documentation site: docs/_build/index.html
 	$(PYTHON) -m sphinx -q -W --keep-going -b html docs docs/_build
