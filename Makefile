@@ -5,7 +5,7 @@ export OMP_NUM_THREADS := 1
 MPIRUN := mpirun --oversubscribe $(if $(filter 0,$(shell id -u)),--allow-run-as-root)
 PARTS := 3
 
-.PHONY: heat docs docs-test test test-quick test-fast test-heavy test-mpi check install tables packing speed-against-error hard-cases random-scenes accuracy model-choice regression regression-store sweep growth figures chapter-6 bead-interior permeability workshop fluid-properties validation kill-test fuzz-test test-debian13 test-debian-sid clean
+.PHONY: heat deb docs docs-test test test-quick test-fast test-heavy test-mpi check install tables packing speed-against-error hard-cases random-scenes accuracy model-choice regression regression-store sweep growth figures chapter-6 bead-interior permeability workshop fluid-properties validation kill-test fuzz-test test-debian13 test-debian-sid clean
 
 heat: .venv/installed  ## heat the aluminium mold: summary and pictures in runs/aluminium
 	$(PYTHON) -m porousmold run studies/mold/aluminium.toml --out runs/aluminium --force
@@ -100,6 +100,9 @@ docs: .venv/docs  ## the documentation site: docs/_build/index.html
 
 docs-test: .venv/docs  ## every command of README, tutorials and notebooks is run
 	$(PYTHON) -m pytest -q -n 2 --timeout=600 -m docs tests
+
+deb:  ## the Debian package: build/deb
+	tools/make-deb
 
 install: .venv/installed
 

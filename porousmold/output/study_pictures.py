@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ..errors import InputError
 from .figures import STYLE, plt, save
 
 Entries = list[Mapping[str, Any]]
@@ -53,13 +54,15 @@ def draw_study(folder: Path, entries: Sequence[Mapping[str, Any]], head: Sequenc
 def plot_in_terminal(entries: Sequence[Mapping[str, Any]], head: Sequence[str]) -> str:
     """The first record over the first key as a picture of characters; a key that holds words is taken in the order of its cases.
 
-    Empty for a study with fewer than two answers.
+    Empty for a study with fewer than two answers. Raises `InputError` without the package plotext.
     """
     study = _Study(entries, head)
     if len(study.known) < 2 or not study.records or not study.varied:
         return ""
-    import plotext
-
+    try:
+        import plotext
+    except ImportError as error:
+        raise InputError("--plot", True, "needs the Python package plotext") from error
     key, record = (study.numbers or study.varied)[0], study.records[0]
     plotext.clear_figure()
     plotext.theme("clear")
