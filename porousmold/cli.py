@@ -19,10 +19,25 @@ from .permeability.cli import add_commands as add_permeability_commands
 from .simulation.stop_signals import StopSignals
 from .study.cli import add_commands as add_study_commands
 
-DONE, BAD_INPUT, SOLVE_FAILED, INTERRUPTED = 0, 2, 3, 130
+DONE, LACKING, BAD_INPUT, SOLVE_FAILED, INTERRUPTED = 0, 1, 2, 3, 130
+COMPILED = {
+    "dolfinx": "python3-dolfinx",
+    "petsc4py": "python3-petsc4py",
+    "mpi4py": "python3-mpi4py",
+    "gmsh": "python3-gmsh",
+    "h5py": "python3-h5py",
+    "numba": "python3-numba",
+    "scipy": "python3-scipy",
+    "numpy": "python3-numpy",
+    "matplotlib": "python3-matplotlib",
+    "pint": "python3-pint",
+    "tqdm": "python3-tqdm",
+    "tomli_w": "python3-tomli-w",
+}
+"""Packages that come from Debian, by what Python imports."""
 STATUSES = """exit status:
   0    done
-  1    a fault of the program itself, with a traceback
+  1    a package is missing, told in one line; or a fault of the program itself, with a traceback
   2    bad input, told in one line; nothing was written. Of a study: cases were refused
   3    a solve failed; what was computed until then is kept. Of a study: cases failed
   130  interrupted (Ctrl-C, SIGTERM); --resume or the same command goes on
@@ -75,6 +90,14 @@ def _status_of(command: Callable[..., Any], options: argparse.Namespace) -> Any:
         return _end(SOLVE_FAILED, error)
     except KeyboardInterrupt:
         return _end(INTERRUPTED, "interrupted before the run began")
+    except ModuleNotFoundError as error:
+        package = (error.name or "").partition(".")[0]
+        if package not in COMPILED:
+            raise
+        print(
+            f"porousmold: needs {package}, which pip does not bring: apt install {COMPILED[package]}", file=sys.stderr
+        )
+        return LACKING
     except Exception:
         from .mpi import MPI
 

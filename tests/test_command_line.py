@@ -45,3 +45,17 @@ def test_the_log_holds_steps_and_iterations_and_the_console_nothing(tmp_path, ca
     assert "iteration 1: " in text and "to 20 s: " in text and capsys.readouterr().err == ""
     assert main([*words, "--quiet", "--force", "--log", str(tmp_path / "absent" / "run.log")]) == 2
     assert "--log" in capsys.readouterr().err
+
+
+def test_a_missing_package_is_told_in_one_line(tmp_path):
+    """As after `pip install`, which brings nothing that is compiled."""
+    (tmp_path / "dolfinx.py").write_text("raise ModuleNotFoundError(\"No module named 'dolfinx'\", name='dolfinx')")
+    done = subprocess.run(
+        [sys.executable, "-m", "porousmold", "run", str(ALUMINIUM), "--out", str(tmp_path / "run")],
+        env={**os.environ, "PYTHONPATH": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 1 and done.stderr.count("\n") == 1 and "apt install python3-dolfinx" in done.stderr
+    assert not (tmp_path / "run").exists()
