@@ -158,7 +158,7 @@ def _parser() -> Any:
     run.add_argument("--quiet", action="store_true", help="no progress bar, no summary")
     run.set_defaults(command=_run)
     check = commands.add_parser(
-        "check", help="what a scene asks for, before anything is computed: mesh, groups, seconds, doubts"
+        "check", help="what a scene asks for, before anything is computed: mesh, groups, seconds, warnings"
     )
     check.add_argument("scene", metavar="SCENE.toml")
     add_settings_option(check)
@@ -267,8 +267,8 @@ def _check(options: argparse.Namespace) -> Any:
 
     found = check(scene, MPI.COMM_WORLD)
     if _rank() == 0:
-        print("\n".join([*found.facts, *(f"doubtful: {text}" for text in found.doubts)]))
-        print("the scene can be run" + (", but see what is doubtful" if found.doubts else ""))
+        print("\n".join([*found.facts, *(f"warning: {text}" for text in found.warnings)]))
+        print("the scene can be run" + (", but see the warnings" if found.warnings else ""))
     return DONE
 
 

@@ -52,7 +52,7 @@ def add_verbosity_option(command: argparse.ArgumentParser) -> None:
         "--verbose",
         action="count",
         default=0,
-        help="tell every time step; twice: every iteration of the flow, with the residual of each part",
+        help="print every time step; twice: every iteration of the flow, with the residual of each part",
     )
     command.add_argument("--log", metavar="FILE", help="write every step and iteration into a file")
 

@@ -6,7 +6,7 @@ COLDEST, HOTTEST = 200.0, 1500.0
 THICKEST_WALL, LARGEST_BEAD, LONGEST_BED = 0.3, 0.1, 30.0
 
 
-def doubts(scene: Any) -> list[str]:
+def implausible_values(scene: Any) -> list[str]:
     """One sentence for every value that no shop floor has."""
     found = []
     for name, value in scene.operation:

@@ -1,4 +1,4 @@
-"""What is known of a scene before anything is computed: mesh, unknowns, memory, seconds, expected flow; and what is doubtful.
+"""What is known of a scene before anything is computed: mesh, unknowns, memory, seconds, expected flow; and warnings.
 
 Only the mesh is made. Seconds are of one process on an office machine, right within a factor of three.
 """
@@ -12,7 +12,7 @@ from ..mesh import domain as geometry
 from ..mesh import fenicsx
 from ..mesh.aliases import Communicator
 from ..mesh.domain import Domain
-from ..scene.plausibility import doubts
+from ..scene.plausibility import implausible_values
 from ..scene.scene import Scene
 from .assembly import build_domain
 from .estimates import Estimates
@@ -29,15 +29,15 @@ duration stands for."""
 COARSEST_FIRST_CELL = 3.0
 """Of what the wall needs."""
 LONGEST_MESH, SHORTEST_MESH = 30.0, 0.01
-"""In m: beyond, its unit is doubtful."""
+"""In m: beyond, its unit is questionable."""
 
 
 @dataclass(frozen=True)
 class Checked:
-    """`facts` and `doubts`, a sentence each."""
+    """`facts` and `warnings`, a sentence each."""
 
     facts: list[str]
-    doubts: list[str]
+    warnings: list[str]
 
 
 def check(scene: Scene, communicator: Communicator) -> Checked:
@@ -65,7 +65,7 @@ def check(scene: Scene, communicator: Communicator) -> Checked:
         f"bead Biot number: {estimates.bead_biot_number:.2g}",
         f"the fluid brings the heat that bed and wall take in about {estimates.heating_duration:.0f} s: none is heated sooner",
     ]
-    return Checked(facts, doubts(scene) + _doubts_of_the_mesh(specs, domain, estimates, first))
+    return Checked(facts, implausible_values(scene) + _warnings_of_the_mesh(specs, domain, estimates, first))
 
 
 def _nodes(domain: Domain) -> dict[str, int]:
@@ -88,7 +88,7 @@ def first_cell(domain: Domain) -> float:
     return float(np.median(np.concatenate(domain.communicator.allgather(heights)) if scale else [0.0]))
 
 
-def _doubts_of_the_mesh(specs: Specs, domain: Domain, estimates: Estimates, first: float) -> list[str]:
+def _warnings_of_the_mesh(specs: Specs, domain: Domain, estimates: Estimates, first: float) -> list[str]:
     found = []
     is_file = specs.mesh.file is not None
     if is_file and not SHORTEST_MESH <= domain.length <= LONGEST_MESH:

@@ -15,7 +15,7 @@ from ..output.quantities import JOULES_A_KWH
 from ..scene.checks import SMALLEST_RATIO
 from ..scene.chosen_laws import width_ratio
 from ..scene.closures import departures
-from ..scene.plausibility import doubts
+from ..scene.plausibility import implausible_values
 from ..scene.scene import Scene
 from .energy_use import energy_use
 from .march import Simulation, temperature_bounds
@@ -188,7 +188,7 @@ def _of_the_outcome(simulation: Simulation) -> list[str]:
 
 
 def _of_the_scene(scene: Scene, simulation: Simulation) -> list[str]:
-    specs, estimates, found = simulation.specs, simulation.problem.medium.estimates, doubts(scene)
+    specs, estimates, found = simulation.specs, simulation.problem.medium.estimates, implausible_values(scene)
     if estimates.bead_biot_number > HIGHEST_BIOT_NUMBER and specs.heat.bead_modes is None:
         found.append(
             f"bead Biot number {estimates.bead_biot_number:.2g} > {HIGHEST_BIOT_NUMBER}: "

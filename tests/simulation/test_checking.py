@@ -40,12 +40,12 @@ def mesh_like(tmp_path, **replaced):
     return path
 
 
-def test_a_mesh_in_millimetres_and_one_too_coarse_are_doubtful(tmp_path, capsys):
+def test_a_mesh_in_millimetres_and_one_too_coarse_are_warned_of(tmp_path, capsys):
     in_mm = mesh_like(
         tmp_path, a=("length = 1.0", "length = 1000.0"), b=("width = 0.025", "width = 25"), c=("= 0.003", "= 3")
     )
     assert main(["check", str(CURVED), "--set", f"geometry.mesh={in_mm}"]) == 0
-    assert "mm" in capsys.readouterr().out.split("doubtful: geometry.mesh")[1]
+    assert "mm" in capsys.readouterr().out.split("warning: geometry.mesh")[1]
     coarse = mesh_like(tmp_path, a=("across = 22", "across = 6"))
     assert main(["check", str(CURVED), "--set", f"geometry.mesh={coarse}"]) == 0
     told = capsys.readouterr().out
