@@ -177,7 +177,7 @@ def _parser() -> Any:
     keys = commands.add_parser("keys", help="list every key of a scene, or of a result, with unit, default and meaning")
     keys.add_argument("--result", action="store_true", help="those of result.json")
     keys.add_argument("--json-schema", action="store_true", help="as JSON Schema, for editors and other programs")
-    keys.set_defaults(serial=_keys)
+    keys.set_defaults(command=_keys)  # without MPI, whose import takes as long as the rest
     show = commands.add_parser("show", help="draw the pictures of a run again")
     show.add_argument("run", metavar="RUN")
     show.add_argument(
@@ -278,13 +278,15 @@ def _materials(options: argparse.Namespace) -> str:
     return table(None if options.file is None else Path(options.file))
 
 
-def _keys(options: argparse.Namespace) -> str:
+def _keys(options: argparse.Namespace) -> int:
     from .output import result_keys
     from .scene import json_schema, language
 
     if options.json_schema:
-        return json.dumps(result_keys.result_schema() if options.result else json_schema.scene_schema(), indent=2)
-    return (result_keys.reference() if options.result else language.reference()).rstrip("\n")
+        print(json.dumps(result_keys.result_schema() if options.result else json_schema.scene_schema(), indent=2))
+    else:
+        print(result_keys.reference() if options.result else language.reference(), end="")
+    return DONE
 
 
 def _show(options: argparse.Namespace) -> Any:
