@@ -113,7 +113,7 @@ class Domain:
 
     def nodal_measure(self) -> Any:
         """dx with quadrature at the nodes, which makes what is stored at a node its own affair."""
-        metadata = fenicsx.vertex_rule(self.mesh.ufl_cell().cellname())
+        metadata = fenicsx.vertex_rule(fenicsx.cell_name(self.mesh))
         return ufl.Measure("dx", domain=self.mesh, subdomain_data=self.cell_tags, metadata=metadata)
 
     def column_measure(self, quadrature_degree: int) -> Any:

@@ -170,6 +170,12 @@ def evaluate(expression: Expression, domain: Any, points: NDArray[Any]) -> Any:
     return values
 
 
+def cell_name(domain: Any) -> str:
+    """Name of the mesh's cells, such as "quadrilateral"."""
+    name = domain.ufl_cell().cellname
+    return str(name() if callable(name) else name)  # of dolfinx 0.11 on a property
+
+
 def nodal_values(expression: Expression, space: Any) -> Any:
     """The expression's values at the nodes of a scalar Lagrange space."""
     function = fem.Function(space)
@@ -195,7 +201,7 @@ class PointValues:
         else:
             shape = () if components == 1 else (components,)
             element = _basix_ufl.quadrature_element(domain.basix_cell(), value_shape=shape, degree=quadrature_degree)
-        cell = getattr(basix.CellType, domain.ufl_cell().cellname())
+        cell = getattr(basix.CellType, cell_name(domain))
         points = basix.make_quadrature(cell, quadrature_degree)[0]
         self._function = fem.Function(_space(domain, element))
         rows = expression.ufl_shape[0] if len(expression.ufl_shape) == 2 else 0
@@ -350,7 +356,10 @@ def mesh_of_gmsh(model: Any, communicator: Communicator, dimension: int) -> tupl
     # interior facets between bed and wall need the cells on both sides; dolfinx 0.5 has them without being asked
     sharing = {}
     if "partitioner" in inspect.signature(reader.model_to_mesh).parameters and hasattr(mesh, "create_cell_partitioner"):
-        sharing["partitioner"] = mesh.create_cell_partitioner(mesh.GhostMode.shared_facet)
+        try:
+            sharing["partitioner"] = mesh.create_cell_partitioner(mesh.GhostMode.shared_facet)
+        except TypeError:  # dolfinx 0.11 on asks how many cells a facet may have
+            sharing["partitioner"] = mesh.create_cell_partitioner(mesh.GhostMode.shared_facet, 2)
     domain, cell_tags, facet_tags = tuple(reader.model_to_mesh(model, communicator, 0, gdim=dimension, **sharing))[:3]
     _complete(domain)
     return domain, cell_tags, facet_tags
