@@ -321,7 +321,7 @@ def assemble_vector(vector: PETSc.Vec, form: Expression) -> None:
 def collapse(space: Any, index: int) -> tuple[Any, NDArray[Any]]:
     """Collapsed subspace and the map from its unknowns to those of the mixed space (a collective call)."""
     subspace, numbers = space.sub(index).collapse()
-    return subspace, np.asarray(numbers, dtype=np.int64)
+    return subspace, np.asarray(numbers, dtype=np.int64).ravel()  # dolfinx 0.11 gives a list of such maps
 
 
 def box_mesh(communicator: Communicator, cells: Sequence[int]) -> Any:
