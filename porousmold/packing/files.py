@@ -21,6 +21,7 @@ import json
 import os
 import re
 import tokenize
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -248,6 +249,8 @@ def check_writable(*paths: Any, sources: Any = ()) -> None:
             continue
         try:
             full = Path(path).resolve()
+            with suppress(FileNotFoundError, NotADirectoryError):
+                full.stat()  # an OSError of a name that is too long, which is_dir() of Python 3.14 keeps to itself
             existing = next(folder for folder in full.parents if folder.exists())
             writable = not full.is_dir() and existing.is_dir() and os.access(existing, os.W_OK)
         except OSError:
