@@ -45,7 +45,6 @@ class State:
     wall_coefficient: float
     transfer_units: float
     mass_flow: float
-    heat_capacity: float
 
 
 class FluidisedBed:
@@ -136,7 +135,6 @@ class FluidisedBed:
             wall_coefficient=nusselt * conductivity / diameter,
             transfer_units=float(exchange * height / (density * velocity * capacity)),
             mass_flow=mass_flow,
-            heat_capacity=capacity,
         )
 
     @property
@@ -191,8 +189,8 @@ class FluidisedBed:
             return float(abs(operation.inlet_temperature(time) - unknowns[1]) - operation.heating_margin)
 
         deficit.terminal = True  # type: ignore[attr-defined]
-        volumes = self._wall_volumes(height)
-        scale = self._stored(start, start + 1.0, volumes)
+        wall_volumes, bead_volumes = self._wall_volumes(height), [(self._bead_volume, self._laws.beads)]
+        scale = _heat_taken(wall_volumes + bead_volumes, start, start + 1.0)
         found = solve_ivp(
             rates,
             (0.0, operation.end_time),
@@ -203,7 +201,7 @@ class FluidisedBed:
             atol=1e-8,
         )
         bead, wall, gas, outside = found.y
-        stored = self._stored(start, bead[-1], []) + self._stored(start, wall[-1], volumes, beads=False)
+        stored = _heat_taken(bead_volumes, start, bead[-1]) + _heat_taken(wall_volumes, start, wall[-1])
         given = scale * (gas[-1] + outside[-1])
         weight = self._bead_volume / self._size.area * self._laws.beads.density(start) * fluidisation.GRAVITY
         heated = float(found.t_events[0][0]) if len(found.t_events[0]) else None
@@ -230,16 +228,6 @@ class FluidisedBed:
         history = {"time": found.t, "inlet_temperature": inlet, "bead_temperature": bead, "wall_temperature": wall}
         return summary, history
 
-    def _stored(self, start: float, end: float, volumes: list[tuple[float, Any]], *, beads: bool = True) -> float:
-        """Heat (J) that beads and wall take from one temperature to another."""
-        solids = [*volumes, *([(self._bead_volume, self._laws.beads)] if beads else [])]
-        return float(
-            sum(
-                volume * solid.density(end) * (solid.heat_capacity.integral(end) - solid.heat_capacity.integral(start))
-                for volume, solid in solids
-            )
-        )
-
     def _warnings(self, state: State, heated: float | None) -> list[str]:
         scene, found = self.scene, []
         low, high = fluidisation.DIAMETER_RANGE
@@ -257,3 +245,12 @@ class FluidisedBed:
             margin = scene.operation.heating_margin
             found.append(f"not heated to within {margin:g} K by operation.end_time {scene.operation.end_time:g} s")
         return found
+
+
+def _heat_taken(volumes: list[tuple[float, Any]], start: float, end: float) -> float:
+    """Heat (J) that volumes (m3) of solids take from one temperature (K) to another."""
+    gained = (
+        volume * solid.density(end) * (solid.heat_capacity.integral(end) - solid.heat_capacity.integral(start))
+        for volume, solid in volumes
+    )
+    return float(sum(gained))

@@ -131,9 +131,7 @@ def conduction(
     first, second, gaps, face_radius, is_wall = (a[kept] for a in (first, second, gaps, face_radius, is_wall))
     contacts = np.where(gaps <= 1e-9 * diameter, contact_radius, 0.0)
     pairs = pair_conductance(0.5 * diameter, 0.5 * gaps, face_radius, bead_conductivity, fluid_conductivity, contacts)
-    return _solved(
-        beads, container, diameter, (high - low) * container.width, first, second, pairs, is_wall, high - low
-    )
+    return _solved(beads, container, diameter, high - low, first, second, pairs, is_wall)
 
 
 def zehner_bauer_schluender(
@@ -167,31 +165,14 @@ def _faces(
 
     Each pair stands once."""
     half_gap, reach = 0.5 * container.gap, REACH * diameter
-    points, owners = [beads], [np.arange(len(beads))]
-
-    def add(images: NDArray[Any], of: NDArray[Any]) -> None:
-        points.append(images)
-        owners.append(of)
-
+    around, of = beads, np.arange(len(beads))
     for sign in (-1.0, 1.0):
         image = beads + np.array([0.0, sign * container.width, 0.0])
         near = np.abs(image[:, 1]) < 0.5 * container.width + reach
-        add(image[near], np.flatnonzero(near))
-    around, of = np.concatenate(points), np.concatenate(owners)
-    for plane, axis in ((low, 2), (high, 2)):
-        near = np.abs(around[:, axis] - plane) < reach
-        image = around[near].copy()
-        image[:, axis] = 2.0 * plane - image[:, axis]
-        add(image, of[near])
-    around, of = np.concatenate(points), np.concatenate(owners)
-    is_mirror = np.zeros(len(around), bool)
-    for plane in (-half_gap, half_gap):
-        near = np.abs(around[:, 0] - plane) < reach
-        image = around[near].copy()
-        image[:, 0] = 2.0 * plane - image[:, 0]
-        add(image, of[near])
-    everything, of = np.concatenate(points), np.concatenate(owners)
-    is_mirror = np.concatenate([is_mirror, np.ones(len(everything) - len(is_mirror), bool)])
+        around, of = np.concatenate([around, image[near]]), np.concatenate([of, np.flatnonzero(near)])
+    around, of = _with_mirrors(around, of, 2, (low, high), reach)
+    everything, of = _with_mirrors(around, of, 0, (-half_gap, half_gap), reach)
+    is_mirror = np.arange(len(everything)) >= len(around)
     cells = Voronoi(everything)
     a, b = cells.ridge_points.T
     swap = a >= len(beads)
@@ -206,6 +187,20 @@ def _faces(
     return a, of[b], areas, np.linalg.norm(everything[a] - everything[b], axis=1), is_mirror[b]
 
 
+def _with_mirrors(
+    points: NDArray[Any], owners: NDArray[Any], axis: int, planes: tuple[float, float], reach: float
+) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Points with their mirror images beyond two planes across an axis, within the reach, and the beads that they belong to."""
+    images, of = [points], [owners]
+    for plane in planes:
+        near = np.abs(points[:, axis] - plane) < reach
+        image = points[near].copy()
+        image[:, axis] = 2.0 * plane - image[:, axis]
+        images.append(image)
+        of.append(owners[near])
+    return np.concatenate(images), np.concatenate(of)
+
+
 def _area(corners: NDArray[Any]) -> float:
     from_middle = corners - corners.mean(axis=0)
     return float(0.5 * np.linalg.norm(np.cross(from_middle, np.roll(from_middle, -1, axis=0)).sum(axis=0)))
@@ -215,12 +210,11 @@ def _solved(
     beads: NDArray[Any],
     container: Slab,
     diameter: float,
-    area: float,
+    height: float,
     first: NDArray[Any],
     second: NDArray[Any],
     pairs: NDArray[Any],
     is_wall: NDArray[Any],
-    height: float,
 ) -> Conduction:
     """Temperatures of the beads between walls at -0.5 and 0.5, and what follows."""
     count, across = len(beads), beads[:, 0]
@@ -231,7 +225,7 @@ def _solved(
     np.add.at(to_wall, (first[is_wall], (across[first[is_wall]] > 0.0).astype(int)), 2.0 * pairs[is_wall])
     matrix += diags(to_wall.sum(axis=1))
     temperature = spsolve(matrix.tocsc(), to_wall @ np.array([-0.5, 0.5]))
-    flux = float((to_wall[:, 1] * (0.5 - temperature)).sum()) / area
+    flux = float((to_wall[:, 1] * (0.5 - temperature)).sum()) / (height * container.width)
     half = 0.5 * container.gap
     core = np.abs(across) < half - CORE * diameter
     slope, middle = np.polyfit(across[core], temperature[core], 1)
