@@ -28,6 +28,11 @@ from ..scene.geometries import GEOMETRIES, BedSize
 from ..scene.scene import Scene
 
 TOLERANCE = 1e-8
+WITHOUT_EFFECT = (
+    *("operation.outer_heat_flux", "operation.heater_power", "operation.recirculation", "operation.bead_velocity"),
+    *("target.list", "model.bead_modes"),
+)
+"""Keys of a scene that would be ignored."""
 LARGEST_RATIO = 10.0
 """Of the velocity to that of minimum fluidisation, up to which the coefficient at the wall is known."""
 
@@ -65,6 +70,9 @@ class FluidisedBed:
             raise InputError(
                 "model.wall", scene.model.wall, "must be 'conjugate' or 'thin' for a fluidised bed", scene.source
             )
+        for name in WITHOUT_EFFECT:
+            if scene.is_given(name):
+                raise InputError(name, str(scene.value(name)), "has no effect on a fluidised bed", scene.source)
         self._laws = Laws.of(scene)
         self.porosity_at_rest = self._laws.bulk_porosity
         layers = scene.wall.layer

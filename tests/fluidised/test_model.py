@@ -58,6 +58,8 @@ def test_faster_gas_expands_the_bed_and_heats_sooner():
         ({"operation.mass_flow": 0.5}, "carries them away"),
         ({"operation.mass_flow": None, "operation.pressure_drop": "1 kPa"}, "operation.inlet_velocity"),
         ({"model.wall": "insulated"}, "model.wall"),
+        ({"operation.outer_heat_flux": -100.0}, "outer_heat_flux.*no effect"),
+        ({"model.bead_modes": 2}, "bead_modes.*no effect"),
         ({"fluid.material": "water", "bed.bead_density": 500.0}, "these beads float"),
     ],
 )
