@@ -5,7 +5,7 @@ export OMP_NUM_THREADS := 1
 MPIRUN := mpirun --oversubscribe $(if $(filter 0,$(shell id -u)),--allow-run-as-root)
 PARTS := 3
 
-.PHONY: heat deb docs docs-test test test-quick test-fast test-heavy test-mpi check install tables packing speed-against-error hard-cases random-scenes accuracy model-choice regression regression-store sweep growth figures chapter-6 bead-interior permeability workshop fluid-properties validation kill-test fuzz-test test-debian13 test-debian-sid clean
+.PHONY: heat deb test-container docs docs-test test test-quick test-fast test-heavy test-mpi check install tables packing speed-against-error hard-cases random-scenes accuracy model-choice lattices bubbling-bed sheared-bed regression regression-store sweep growth figures chapter-6 bead-interior permeability workshop fluid-properties validation kill-test fuzz-test test-debian13 test-debian-sid clean
 
 heat: .venv/installed  ## heat the aluminium mold: summary and pictures in runs/aluminium
 	$(PYTHON) -m porousmold run studies/mold/aluminium.toml --out runs/aluminium --force
@@ -47,6 +47,15 @@ random-scenes: .venv/installed  ## 200 scenes drawn at random, their answers and
 accuracy: .venv/installed  ## solver.accuracy: its estimate against the true error, and its cost, 40 scenes
 	$(PYTHON) -m studies.accuracy
 
+lattices: .venv/installed  ## conductivity of packings beside resolved lattices: docs/packed-conductivity.md
+	$(PYTHON) -m studies.lattices
+
+bubbling-bed: .venv/installed  ## 80 000 beads in a bubbling bed: docs/bubbling-bed.png
+	$(PYTHON) -m studies.bubbling_bed
+
+sheared-bed: .venv/installed  ## sheared beds beside what Forgber and Radl state: docs/sheared-bed.md
+	$(PYTHON) -m studies.sheared_bed
+
 model-choice: .venv/installed  ## model.choose: the cheapest model beside the fullest, 40 scenes
 	$(PYTHON) -m studies.model_choice
 
@@ -86,11 +95,15 @@ permeability: .venv/installed  ## falling-head tests of known permeability: docs
 kill-test: .venv/installed  ## 200 kills at random moments, resumed: the same answers
 	$(PYTHON) -m studies.kill_test
 
-fuzz-test: .venv/installed  ## 500 mutated scene and study files: a run or one line of refusal
+fuzz-test: .venv/installed  ## 500 mutated scene and study files, and new examples of every property
 	$(PYTHON) -m studies.fuzz
+	$(PYTHON) -m pytest -q -n $(PARTS) -m "hypothesis and not slow" --hypothesis-profile=new-examples tests
 
 test-debian13: .venv/installed  ## the fast tests on Debian 13 (dolfinx 0.9), in a root of its own outside the tree
 	tools/test-debian trixie
+
+test-container:  ## the Containerfile's steps in a root of debootstrap, where there is no container builder
+	tools/test-container
 
 test-debian-sid: .venv/installed  ## the same on the newest dolfinx of Debian
 	tools/test-debian sid

@@ -39,7 +39,7 @@ try:
 except PackageNotFoundError:  # used from the source tree without installation
     __version__ = "0+source"
 
-_ROOMS = {
+_SUBPACKAGES = {
     "laws.conductivity": ("Anisotropic", "LocalBed"),
     "laws.extension": ("bead_conduction", "dispersion", "drag", "nusselt", "porosity", "register", "turbulence"),
     "laws.materials": (
@@ -81,7 +81,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    for room, names in _ROOMS.items():
+    for room, names in _SUBPACKAGES.items():
         if name in names:
             value = getattr(importlib.import_module(f".{room}", __name__), name)
             globals()[name] = value

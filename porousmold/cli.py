@@ -13,9 +13,11 @@ from . import __version__
 from .errors import InputError, SolveError
 from .experiment.cli import add_commands as add_experiment_commands
 from .fluidised.cli import add_commands as add_fluidised_commands
+from .fluidised.column_cli import add_commands as add_column_commands
 from .output.console import add_extension_option, add_settings_option, add_verbosity_option, settings_of
 from .packing.cli import add_commands as add_packing_commands
 from .permeability.cli import add_commands as add_permeability_commands
+from .shear.cli import add_commands as add_shear_commands
 from .simulation.stop_signals import StopSignals
 from .study.cli import add_commands as add_study_commands
 
@@ -37,10 +39,10 @@ COMPILED = {
 """Packages that come from Debian, by what Python imports."""
 STATUSES = """exit status:
   0    done
-  1    a package is missing, told in one line; or a fault of the program itself, with a traceback
-  2    bad input, told in one line; nothing was written. Of a study: cases were refused
-  3    a solve failed; what was computed until then is kept. Of a study: cases failed
-  130  interrupted (Ctrl-C, SIGTERM); --resume or the same command goes on
+  1    a package is missing (one-line message), or an internal error (traceback)
+  2    invalid input (one-line message), nothing was written. Of a study: cases were refused
+  3    a solve did not converge; the results up to then are kept. Of a study: cases failed
+  130  interrupted (Ctrl-C, SIGTERM); continue with --resume, or a study with the same command
 """
 EXAMPLES = {
     "run": ["SCENE.toml", "SCENE.toml --set wall.thickness='2 mm' --out runs/thin"],
@@ -59,7 +61,12 @@ EXAMPLES = {
     "solve-for": ["SCENE.toml --key wall.thickness --target 'heating_time = 15 min'"],
     "optimum": ["STUDY.toml"],
     "fluidised": ["SCENE.toml --set operation.mass_flow='0.01 kg/s'"],
-    "keys": ["", "--result", "--json-schema"],
+    "fluidise": [
+        "--width '14 mm' --depth '7 mm' --height '60 mm' --bed-height '18 mm' --bead-diameter '1 mm' --beads glass "
+        "--velocity '0.9 m/s' --time '0.3 s' --out runs/fluidise"
+    ],
+    "shear": ["--solid-fraction 0.5 0.56 0.6 --shear-rate 1e-2 --peclet 1 100 --biot 0 1 --out runs/shear.csv"],
+    "keys": ["", "wall", "--result", "--json-schema"],
     "show": ["runs/mold", "runs/mold --animate"],
     "report": ["runs/mold"],
 }
@@ -79,9 +86,17 @@ def main(arguments: list[str] | None = None) -> Any:
     return _status_of(options.command, options)
 
 
+def _printed(text: str) -> None:
+    """Print, and flush at once; a reader that closed the pipe (`| head`) ends the output, not the program."""
+    try:
+        print(text, flush=True)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
 def _status_of(command: Callable[..., Any], options: argparse.Namespace) -> Any:
-    """Exit status of a command, its errors told in one line. A fault of the program itself ends all ranks: no rank waits
-    for one that has fallen out."""
+    """Exit status of a command; its errors are printed in one line. An internal error aborts all ranks: no rank waits
+    for one that has failed."""
     try:
         return command(options)
     except InputError as error:
@@ -95,7 +110,7 @@ def _status_of(command: Callable[..., Any], options: argparse.Namespace) -> Any:
         if package not in COMPILED:
             raise
         print(
-            f"porousmold: needs {package}, which pip does not bring: apt install {COMPILED[package]}", file=sys.stderr
+            f"porousmold: needs {package}, which pip does not install: apt install {COMPILED[package]}", file=sys.stderr
         )
         return LACKING
     except Exception:
@@ -123,7 +138,7 @@ def _on_one_rank(command: Callable[..., Any], options: argparse.Namespace) -> An
         except KeyboardInterrupt:
             return _end(INTERRUPTED, "interrupted; nothing was written")
         if text:
-            print(text)
+            _printed(text)
         return DONE
 
     status = None
@@ -153,20 +168,20 @@ def _parser() -> Any:
     run.add_argument("--out", metavar="DIR", help="folder to write (default: runs/NAME OF SCENE)")
     add_extension_option(run)
     add_verbosity_option(run)
-    run.add_argument("--resume", action="store_true", help="go on from the checkpoint in DIR, if there is one")
-    run.add_argument("--force", action="store_true", help="take the place of another run in DIR")
+    run.add_argument("--resume", action="store_true", help="continue from the checkpoint in DIR, if there is one")
+    run.add_argument("--force", action="store_true", help="overwrite another run in DIR")
     run.add_argument("--quiet", action="store_true", help="no progress bar, no summary")
     run.set_defaults(command=_run)
     check = commands.add_parser(
-        "check", help="what a scene asks for, before anything is computed: mesh, groups, seconds, warnings"
+        "check", help="check a scene without running it: mesh, groups, expected computing time, warnings"
     )
     check.add_argument("scene", metavar="SCENE.toml")
     add_settings_option(check)
     add_extension_option(check)
     check.set_defaults(command=_check)
-    materials = commands.add_parser("materials", help="the materials that a scene may name, with ranges and sources")
+    materials = commands.add_parser("materials", help="list the materials of the library, with ranges and sources")
     materials.add_argument(
-        "file", nargs="?", metavar="FILE.toml", help="materials of your own instead of the library's"
+        "file", nargs="?", metavar="FILE.toml", help="list the materials of this file instead of the library's"
     )
     materials.set_defaults(serial=_materials)
     add_packing_commands(commands)
@@ -174,7 +189,10 @@ def _parser() -> Any:
     add_experiment_commands(commands)
     add_study_commands(commands)
     add_fluidised_commands(commands)
+    add_column_commands(commands)
+    add_shear_commands(commands)
     keys = commands.add_parser("keys", help="list every key of a scene, or of a result, with unit, default and meaning")
+    keys.add_argument("table", nargs="?", metavar="TABLE", help="only those of one table, such as wall")
     keys.add_argument("--result", action="store_true", help="those of result.json")
     keys.add_argument("--json-schema", action="store_true", help="as JSON Schema, for editors and other programs")
     keys.set_defaults(command=_keys)  # without MPI, whose import takes as long as the rest
@@ -184,7 +202,7 @@ def _parser() -> Any:
         "--animate", action="store_true", help="also heating.gif, the fields over time (see output.field_times)"
     )
     show.set_defaults(command=_show)
-    report = commands.add_parser("report", help="one HTML page about a run or a study, everything in it")
+    report = commands.add_parser("report", help="write a self-contained HTML report of a run or a study")
     report.add_argument("folder", metavar="RUN|STUDY")
     report.set_defaults(serial=_report)
     for name, command in commands.choices.items():
@@ -194,13 +212,15 @@ def _parser() -> Any:
 
 
 class _Parser(argparse.ArgumentParser):
-    """Refuses with one line, like everything else; its help ends with lines as they stand."""
+    """Reports errors in one line; its help keeps the line breaks of the epilog."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__(formatter_class=argparse.RawDescriptionHelpFormatter, **options)
 
     def error(self, message: str) -> NoReturn:
         """End the program with one line and the status of bad input."""
+        if message.startswith("unrecognized arguments") and "=" in " ".join(sys.argv):
+            message += "; a value with a blank needs quotes: --set wall.thickness='2 mm'"
         sys.exit(_end(BAD_INPUT, f"{message} (see {self.prog} --help)"))
 
 
@@ -239,10 +259,10 @@ def _run(options: argparse.Namespace) -> Any:
         )
         pictures = drawing.draw(out) if drawing is not None else []
     except RunInterrupted as error:
-        return _end(INTERRUPTED, f"{error}; what was computed is in {out}, --resume goes on")
+        return _end(INTERRUPTED, f"{error}; partial results are in {out}, continue with --resume")
     except SolveError:
         if (out / "history.csv").is_file():
-            _end(SOLVE_FAILED, f"what was computed until then is in {out}")
+            _end(SOLVE_FAILED, f"partial results are in {out}")
         raise
     finally:
         bar.close()
@@ -251,8 +271,8 @@ def _run(options: argparse.Namespace) -> Any:
     if rank == 0:
         if result.recalled:
             lacking = scene.output.fields and not (out / "fields.xdmf").is_file()
-            told = ", without the fields, which it did not write: --force computes it anew" if lacking else ""
-            print(f"done already: this is the run of the same scene in the folder{told}")
+            told = ", without fields, which that run did not write" if lacking else ""
+            print(f"done already: the folder holds the result of this scene (--force computes it again){told}")
         if not options.quiet:
             print(summary_text(scene, result.summary, out, pictures))
     return DONE
@@ -285,7 +305,7 @@ def _keys(options: argparse.Namespace) -> int:
     if options.json_schema:
         print(json.dumps(result_keys.result_schema() if options.result else json_schema.scene_schema(), indent=2))
     else:
-        print(result_keys.reference() if options.result else language.reference(), end="")
+        print(result_keys.reference() if options.result else language.reference(options.table), end="")
     return DONE
 
 

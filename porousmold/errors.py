@@ -1,6 +1,11 @@
 """The errors that end a run with one line: what the user wrote wrong, and what could not be solved."""
 
 
+def _one_line(text: str) -> str:
+    """The text with line breaks and other control characters (of a file's name, say) as escapes."""
+    return "".join(letter if letter.isprintable() else repr(letter)[1:-1] for letter in text)
+
+
 class InputError(ValueError):
     """Bad input: names the key, its value, what is allowed and (where known) the file it stands in."""
 
@@ -16,15 +21,15 @@ class InputError(ValueError):
             shown = f" = {self.value!r}" if self.value is not None else ""
         else:
             shown = f" = {str(self.value)!r}"
-        return f"{self.key}{shown}: {self.allowed}{place}"
+        return _one_line(f"{self.key}{shown}: {self.allowed}{place}")
 
 
 class SolveError(RuntimeError):
-    """A solve that failed: at which time (s), which block, the residuals, and what to try."""
+    """A solve that did not converge: the time (s), the block of equations, the residuals, and advice."""
 
     def __init__(self, block: str, time: float, detail: str, advice: str) -> None:
         self.block, self.time, self.detail, self.advice = block, time, detail, advice
         super().__init__(block, time, detail, advice)
 
     def __str__(self) -> str:
-        return f"{self.block} failed at t = {self.time:.6g} s: {self.detail}; try {self.advice}"
+        return _one_line(f"{self.block} failed at t = {self.time:.6g} s: {self.detail}; try {self.advice}")

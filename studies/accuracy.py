@@ -114,10 +114,10 @@ def main() -> None:
         "twice the cells in each direction and twice the steps.",
         "",
         f"- {len(known)} of {COUNT} scenes have an answer and a reference.",
-        f"- The error is within what was asked for in {met} of {len(known)}.",
+        f"- The error is within the requested accuracy in {met} of {len(known)}.",
         f"- The estimate is within a factor of {FACTOR:g} of the error in {right} of {len(known)} (errors below {NEGLIGIBLE:g}"
         f" count as right); it is too low by more than that in {low}.",
-        f"- All runs together cost {np.median(costs):.2f} times the one that was settled on (median; 90 % below"
+        f"- All runs together take {np.median(costs):.2f} times the computing time of the final run (median; 90 % below"
         f" {np.quantile(costs, 0.9):.2f}).",
         "",
         "| scene | error | estimated | mesh x | steps x | all runs over the last |",

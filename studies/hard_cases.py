@@ -21,6 +21,18 @@ NOISY = "time [s], T [degC]\n" + "".join(f"{20 * i}, {88 + (37 * i) % 5}\n" for 
 SWITCHED = "time [s], dp [kPa]\n0, 8\n200, 8\n200.5, 0\n400, 0\n400.5, 8\n4000, 8\n"
 WATER = {"fluid.density": 997.0, "fluid.viscosity": 6e-4, "fluid.heat_capacity": 4180.0, "fluid.conductivity": 0.63}
 OIL = {"fluid.density": 870.0, "fluid.viscosity": 0.03, "fluid.heat_capacity": 2000.0, "fluid.conductivity": 0.13}
+DEEP = """
+bed[] = Extrude {0, 0, 0.04} { Surface {1}; Layers {2}; };
+wall[] = Extrude {0, 0, 0.04} { Surface {2}; Layers {2}; };
+Physical Volume("bed") = {bed[1]};
+Physical Volume("wall") = {wall[1]};
+Physical Surface("symmetry") = {bed[2]};
+Physical Surface("outlet") = {bed[3]};
+Physical Surface("interface") = {bed[4]};
+Physical Surface("inlet") = {bed[5]};
+Physical Surface("outer") = {wall[4]};
+Physical Surface("side") = {1, 2, bed[0], wall[0]};
+"""
 KINK = HERE / "profiles" / "cylinder_ratio_20.csv"
 
 
@@ -28,6 +40,10 @@ def cases(folder):
     """(row of the design's list, what is hard, scene file, settings); time series are written into the folder."""
     for name, text in (("stepped", STEPPED), ("noisy", NOISY), ("switched", SWITCHED)):
         (folder / f"{name}.csv").write_text(text, encoding="utf-8")
+    curved = (HERE.parent / "meshes" / "curved_mold.geo").read_text(encoding="utf-8").replace("Recombine", "//")
+    plain = "\n".join(line for line in curved.splitlines() if not line.startswith("Physical"))
+    for name, text in (("triangles", curved), ("tetrahedra", plain + DEEP)):
+        (folder / f"{name}.geo").write_text(text, encoding="utf-8")
     for first in (0.01, 0.1, 1.0, 10.0, 100.0):
         yield 1, f"first step {first:g} s", MOLD, LAMINAR | {"solver.first_step": first}
     yield 1, "first step 0.01 s, FRP", FRP, LAMINAR | {"solver.first_step": 0.01}
@@ -46,7 +62,7 @@ def cases(folder):
     for porosity in (0.26, 0.6, 0.9):
         yield 5, f"bulk porosity {porosity:g}", MOLD, LAMINAR | SHORT | {"bed.bulk_porosity": porosity}
     yield 5, "constant porosity 0.4", MOLD, LAMINAR | {"bed.porosity_model": "constant"}
-    yield 5, "profile with its kink, REV terms consistent", MOLD, LAMINAR | {
+    yield 5, "profile with its breakpoint, REV terms consistent", MOLD, LAMINAR | {
         "bed.porosity_profile": str(KINK), "model.rev_terms": "consistent"}  # fmt: skip
     yield 6, "12 axial cells, first cell 5 um (aspect 1e4)", MOLD, LAMINAR | {
         "solver.axial_cells": 12, "solver.first_cell": 5e-6}  # fmt: skip
@@ -75,10 +91,10 @@ def cases(folder):
     yield 12, "beads of a poor conductor (Bi > 0.1)", MOLD, LAMINAR | {"bed.bead_conductivity": 0.1}
     yield 12, "the same with 2 modes inside", MOLD, LAMINAR | {"bed.bead_conductivity": 0.1, "model.bead_modes": 2}
     yield 12, "developed flow, pipe", PIPE, {"model.flow": "developed"}
-    yield from flow_cases()
+    yield from flow_cases(folder)
 
 
-def flow_cases():
+def flow_cases(folder):
     """Flows that are hard to find: where bead sources fade out in the bulk, driven in every way, on every mesh."""
     developed = {"model.flow": "developed"}
     for pressure in (20e3, 25e3, 40e3):
@@ -102,6 +118,9 @@ def flow_cases():
         "geometry.length": 0.1, "operation.pressure_drop": 20e3, "solver.mesh_refinement": 2.0,
         "solver.step_refinement": 2.0}  # fmt: skip
     yield 13, "curved mold", CURVED, {}
+    yield 13, "curved mold of triangles", CURVED, {"geometry.mesh": str(folder / "triangles.geo")}
+    yield 13, "curved mold of tetrahedra, 200 s", CURVED, {
+        "geometry.mesh": str(folder / "tetrahedra.geo"), "geometry.symmetry": "none", "operation.end_time": 200.0}  # fmt: skip
     yield 13, "narrow mold in three dimensions, 200 s", NARROW, {"operation.end_time": 200.0}
     for model in ("k-epsilon", "nakayama-kuwahara", "damped-nakayama-kuwahara"):
         for flow in (0.03, 0.0395, 0.0436):

@@ -7,8 +7,9 @@ from hypothesis import settings
 from mpi4py import MPI  # noqa: F401 - first, so that studies in tests fork no workers (`porousmold.mpi.IS_ALONE`)
 
 # a busy machine is no failure; pytest's own time-out guards against what never ends
-settings.register_profile("porousmold", deadline=None)
-settings.load_profile("porousmold")
+settings.register_profile("same-examples", deadline=None, derandomize=True)
+settings.register_profile("new-examples", deadline=None, max_examples=1000)  # `make fuzz-test` searches with these
+settings.load_profile("same-examples")
 
 SLOW = {
     *("test_acceptance.py", "test_extending.py", "test_model_choices.py", "test_parallel.py", "test_studies.py"),

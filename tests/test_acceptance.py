@@ -39,7 +39,7 @@ def test_mass_flows_and_temperatures_within_1_percent(aluminium):
 
 
 def test_conservation_and_bounds(aluminium):
-    assert abs(aluminium.problem.heat.balance.imbalance) < 5e-5
+    assert abs(aluminium.problem.heat.balance.imbalance) < 5e-6
     assert abs(aluminium.problem.balances.mass_imbalance) < 1e-5
     assert min(aluminium.recorder.history["lowest_temperature"]) > 298.15 - 0.5
     assert max(aluminium.recorder.history["highest_temperature"]) < 363.15 + 0.5

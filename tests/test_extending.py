@@ -113,11 +113,11 @@ def test_values_of_every_kind_give_the_same_scene():
     for time in (0.0, 33.0, 100.0, 5000.0):
         there = pair.operation.inlet_temperature(time), line.operation.inlet_temperature(time)
         assert there[0] == pytest.approx(there[1], abs=0.02)
-    assert pair.operation.inlet_temperature.kinks == (0.0, 100.0)
-    assert all(abs(kink - 100.0) < 0.2 for kink in line.operation.inlet_temperature.kinks)
+    assert pair.operation.inlet_temperature.breakpoints == (0.0, 100.0)
+    assert all(abs(instant - 100.0) < 0.2 for instant in line.operation.inlet_temperature.breakpoints)
     jump = base.changed({"operation.inlet_temperature": lambda t: 363.15 if t > 60.0 else 300.0})
-    assert all(abs(kink - 60.0) < 0.2 for kink in jump.operation.inlet_temperature.kinks)
-    assert len(jump.operation.inlet_temperature.kinks) >= 2
+    assert all(abs(instant - 60.0) < 0.2 for instant in jump.operation.inlet_temperature.breakpoints)
+    assert len(jump.operation.inlet_temperature.breakpoints) >= 2
     with pytest.raises(InputError, match="inlet_temperature"):
         base.changed({"operation.inlet_temperature": lambda t: 1.0 / 0.0})
     with pytest.raises(InputError, match="one length"):

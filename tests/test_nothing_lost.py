@@ -77,9 +77,38 @@ def test_a_column_named_for_another_quantity(tmp_path):
 
 
 def test_values_that_look_like_a_slip_are_told():
-    changes = {"operation.inlet_temperature": 90.0, "operation.initial_temperature": 20.0, "wall.thickness": 3.0}
+    changes = {
+        "operation.inlet_temperature": "190 K",
+        "operation.initial_temperature": "20 degC",
+        "wall.thickness": 3.0,
+    }
+    changes["operation.pressure_drop"] = 8.0
     warnings = run(coarse_scene({**SHORT, **changes}), communicator=MPI.COMM_SELF).summary["warnings"]
     assert any("meant in °C" in text for text in warnings) and any("meant in mm" in text for text in warnings)
+    assert any("meant in kPa" in text for text in warnings)
+
+
+@pytest.mark.parametrize("value", [90.0, "90", 20])
+def test_a_temperature_that_no_mold_has_needs_a_unit(value):
+    with pytest.raises(InputError, match=r"needs a unit: .(90|20) degC. or"):
+        coarse_scene({"operation.inlet_temperature": value})
+
+
+def test_why_a_wall_is_not_heated_is_told():
+    """Short of time it still approaches the inlet temperature; with losses that balance the heat it stays below."""
+    plug = {"model.flow": "plug", "model.turbulence": "none"}
+    for end_time, expected in ((300.0, "hardly heated yet"), (1000.0, "and approaches it by")):
+        short = run(coarse_scene({**plug, "operation.end_time": end_time}), communicator=MPI.COMM_SELF).summary[
+            "warnings"
+        ]
+        assert any(expected in text for text in short)
+    losses = {
+        "operation.outer_coefficient": 200.0,
+        "operation.ambient_temperature": "20 degC",
+        "operation.end_time": 2e4,
+    }
+    steady = run(coarse_scene({**plug, **losses}), communicator=MPI.COMM_SELF).summary["warnings"]
+    assert any("stays there: heat losses of the outer wall" in text for text in steady)
 
 
 def test_a_study_with_refused_cases_ends_with_a_status(tmp_path):

@@ -1,4 +1,4 @@
-r"""Flow that is developed at every station, and plug flow: the cheaper carriers of heat.
+r"""Locally developed flow and plug flow: the cheaper flow models.
 
 Developed: at each axial station only derivatives across the flow are kept,
 
@@ -10,7 +10,7 @@ pressure is marched with it. Left out are the entrance and the inertia of the ga
 Plug: the superficial mass flux is uniform over the section, and the drag of the bulk alone takes the pressure. There is
 no turbulence in it.
 
-In both the heat is carried by the curl of a stream function, which no discrete balance can lose.
+In both the heat is convected by the curl of a stream function, which is exactly divergence-free.
 """
 
 import math
@@ -53,11 +53,11 @@ def developed_residual(
     tests = ufl.TestFunctions(space) if state.turbulence else (ufl.TestFunction(space),)
     phi, u = bed.porosity, state.velocity[0]
     viscosity, density = equations.fluid.fluid.viscosity(temperature), equations.fluid.density(pressure, temperature)
-    speed = state.speed(scales)
     layers = equations.turbulence_state(state, density, viscosity, u.dx(1) ** 2)
     effective = viscosity if layers is None else viscosity + layers.eddy_viscosity
     relative = equations.past_the_beads(state)
-    resistance = bed.drag.coefficient(phi, bed.bead_diameter, density, viscosity, relative.speed(scales))
+    speed = relative.speed(scales)
+    resistance = bed.drag.coefficient(phi, bed.bead_diameter, density, viscosity, speed)
     storage = phi * density * inverse_step
     force = resistance * relative.velocity[0] + phi * gradient + storage * (u - old.velocity[0])
     if equations.gravity is not None:

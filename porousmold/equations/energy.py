@@ -10,7 +10,7 @@ of fluxes at the interface. As published no flux enters the wall from the beads.
 whole bed, beads at rest take the wall's temperature (`laws.conductivity`). As that conduction crosses both phases it has no REV
 term: b is (phi_V - phi_A) grad V/V, and both are 1 for the whole volume.
 
-The fluid's heat comes in with the flow (Danckwerts): - int (rho phi u.n)(h(T) - h(T_in)) v ds over the inlet, h the
+The inlet condition is Danckwerts': - int (rho phi u.n)(h(T) - h(T_in)) v ds over the inlet, h the
 enthalpy. Fixing the inlet's nodes instead would heat a conducting wall through their common corner (4 % of the
 heating time with an aluminium skin). The outlet has no diffusive flux. With b the sum of the fluid's and the beads'
 equations keeps b.(lambda_fe grad T_f - lambda_s grad T_s), which is no divergence: `rev_heat` is that amount.
@@ -24,7 +24,8 @@ cells: its storage and its conduction along the surface are terms on the interfa
 Beads that are not isothermal (`BeadInterior`) have their mean as T_s, and another surface than that takes part in the exchange.
 
 Storage of beads and wall is written with the enthalpy per volume H(T), so that the discrete balance closes whatever
-C(T); that of the fluid (10^-3 of the total) with rho C_f at the temperature of the flow's last solution.
+C(T); that of the fluid (10^-3 of the total) with rho C_f at the temperature of the flow's last solution. The flow carries
+C_f(T) grad T = grad h, of the same enthalpy as through inlet and outlet.
 """
 
 from collections.abc import Sequence
@@ -114,11 +115,11 @@ class Interface:
 
 @dataclass(frozen=True)
 class Transport:
-    """What carries the heat in the bed: `advection` C_f phi rho u (W/m2/K), `conduction` of the fluid and `bead_conduction`
+    """What carries the heat in the bed: `mass_flux` phi rho u (kg/m2/s), `conduction` of the fluid and `bead_conduction`
     (W/m/K per total volume), `exchange` a_v h_sf (W/m3/K; None with one temperature), `touching` (W/m2/K) between beads and the
     wall, a constant of each cell (None where beads are insulated), and the `streamline` along which the cells are upwinded."""
 
-    advection: Any
+    mass_flux: Any
     conduction: Any
     bead_conduction: Any
     exchange: Any
@@ -189,11 +190,16 @@ class EnergyEquations:
     def _fluid_storage(self) -> Value:
         return self.bed.porosity * self._density * self._laws.heat_capacity(self.flow_temperature)
 
+    @property
+    def _speed_past_the_beads(self) -> Value:
+        """|u - v_s|, m/s."""
+        return self.flow.past_the_beads(self.flow_state).speed(self.flow.scales)
+
     def bead_coefficient(self, temperature: Value) -> Value:
         """Heat transfer coefficient between fluid and bead, its inside included, per bead surface, W/m2/K."""
         bed, laws = self.bed, self._laws
         conductivity, viscosity = laws.conductivity(temperature), laws.viscosity(temperature)
-        speed = self.flow_state.speed(self.flow.scales)
+        speed = self._speed_past_the_beads
         nusselt = bed.nusselt(
             bed.reynolds_number(self._density, speed, viscosity),
             prandtl_number(viscosity, laws.heat_capacity(temperature), conductivity),
@@ -218,7 +224,7 @@ class EnergyEquations:
 
     def _local_bed(self, temperature: Value, bead_temperature: Value) -> LocalBed:
         """What a conductivity law is told, with properties at these temperatures (K)."""
-        bed, laws, speed = self.bed, self._laws, self.flow_state.speed(self.flow.scales)
+        bed, laws, speed = self.bed, self._laws, self._speed_past_the_beads
         turbulence = self.flow.turbulence_state(
             self.flow_state, self._density, self._laws.viscosity(self.flow_temperature)
         )
@@ -238,6 +244,7 @@ class EnergyEquations:
             temperature=bead_temperature,
             emissivity=bed.emissivity,
             contact_flattening=bed.beads.contact_flattening,
+            bead_heat_capacity=bed.beads.density(bead_temperature) * bed.beads.heat_capacity(bead_temperature),
         )
 
     def fluid_conduction(self, temperature: Value) -> Value:
@@ -269,11 +276,9 @@ class EnergyEquations:
         # with one temperature the beads' heat, too, is what the advection balances
         streamline = transport.streamline
         lumped = streamline.lumped if self.two_temperatures else streamline.lumped_downstream
-        bead = lumped(
-            volumetric_heat(beads, bead_temperature), capacity * streamline.along(bead_temperature), bead_test
-        )
+        bead = lumped(volumetric_heat(beads, bead_temperature), capacity * ufl.grad(bead_temperature), bead_test)
         for w, (f, v) in streamline.changes_across(bead_temperature, bead_test):
-            bead += w * lumped(capacity * f, capacity * streamline.along(f), v)
+            bead += w * lumped(capacity * f, capacity * ufl.grad(f), v)
         if self.moving_beads is not None:
             bead += volumetric_heat(beads, bead_temperature) * self._upwinding(bead_test, transport)
         bead *= 1.0 - self.bed.porosity
@@ -306,14 +311,16 @@ class EnergyEquations:
         capacity = self._laws.heat_capacity(temperature)
         exchange = self.exchange_coefficient(temperature) if self.two_temperatures else None
         conduction = self.fluid_conduction(temperature)
-        advection = capacity * self.flow.mass_flux(self.flow_state, self.flow_temperature)
+        mass_flux = self.flow.mass_flux(self.flow_state, self.flow_temperature)
         return Transport(
-            advection,
+            mass_flux,
             conduction,
             self.bead_conduction(temperature),
             exchange,
             self._touching(temperature),
-            Streamline.of(self.coordinates, advection, conduction, exchange, self.entrance, monotone, self.straight),
+            Streamline.of(
+                *(self.coordinates, capacity * mass_flux, conduction, exchange, self.entrance, monotone, self.straight)
+            ),
         )
 
     def outflow_of_heat(
@@ -325,9 +332,11 @@ class EnergyEquations:
         fluid's storage, a thousandth of the beads', is left out of that.
         """
         bed, weight, streamline = self.bed, self.coordinates.weight, transport.streamline
-        fluid = ufl.dot(transport.advection, ufl.grad(temperature)) * streamline.downstream(test)
+        # C_f of the present temperature: what the flow carries is the enthalpy, as through inlet and outlet
+        advection = self._laws.heat_capacity(temperature) * transport.mass_flux
+        fluid = ufl.dot(advection, ufl.grad(temperature)) * streamline.downstream(test)
         for w, (f, v) in streamline.changes_across(temperature, test):
-            fluid += w * ufl.dot(transport.advection, ufl.grad(f)) * streamline.downstream(v)
+            fluid += w * ufl.dot(advection, ufl.grad(f)) * streamline.downstream(v)
         fluid += streamline.conducted(transport.conduction, temperature, test)
         bead = ufl.dot(flux_density(transport.bead_conduction, ufl.grad(bead_temperature)), ufl.grad(bead_test))
         if self.two_temperatures:
@@ -348,8 +357,8 @@ class EnergyEquations:
         if self.moving_beads is not None:
             form += self._carried_by_beads(self.moving_beads, temperature, bead_temperature, bead_test, transport)
         form -= weight * self.enthalpy_entering(temperature) * test * self.inlet
-        for w, (f, v) in streamline.changes_across(temperature, test):
-            form += weight * w * self._laws.heat_capacity(temperature) * self.inward_mass_flux * f * v * self.inlet
+        entering = self._laws.heat_capacity(temperature) * self.inward_mass_flux
+        form += weight * streamline.entered(entering, temperature, test) * self.inlet
         if self.thin_wall is not None:
             along, test_along = (self._along_the_wall(ufl.grad(f)) for f in (temperature, test))
             wall = self.layers[0].solid

@@ -63,7 +63,8 @@ class FlowState:
 @dataclass(frozen=True)
 class Momentum:
     """Parts of the momentum balance: `force` is its residual but for the stress (N/m3), `stress` that of mu + mu_t (Pa),
-    `fine_scale_velocity` (m/s) the stabilisation's -tau r; `turbulence` is the model's state, None for laminar flow."""
+    `fine_scale_velocity` (m/s) the stabilisation's -tau r, `speed` that past the beads (m/s); `turbulence` is the model's state,
+    None for laminar flow."""
 
     density: Any
     viscosity: Any
@@ -119,14 +120,14 @@ class FlowEquations:
         """The model's state of a flow state; None for laminar flow."""
         if self.model is None:
             return None
-        flow = self.local_flow(density, viscosity, state.speed(self.scales))
+        flow = self.local_flow(density, viscosity, self.past_the_beads(state).speed(self.scales))
         shear = (
             self.coordinates.shear_rate_squared(state.velocity) if shear_rate_squared is None else shear_rate_squared
         )
         return self.model.state(state.turbulence, flow, shear)
 
     def past_the_beads(self, state: FlowState) -> FlowState:
-        """The state with the velocity relative to beads that move, which the drag follows."""
+        """The state with the velocity relative to beads that move, which drag and correlations follow."""
         if self.bed.bead_velocity is None:
             return state
         of_beads = [self.bed.bead_velocity] + [0.0] * (self.coordinates.mesh.geometry.dim - 1)
@@ -145,11 +146,11 @@ class FlowEquations:
         phi, u = bed.porosity, state.velocity
         viscosity = self.fluid.fluid.viscosity(temperature)
         density = self.fluid.density(state.pressure, temperature)
-        speed = state.speed(self.scales)
         turbulence = self.turbulence_state(state, density, viscosity)
         effective_viscosity = viscosity if turbulence is None else viscosity + turbulence.eddy_viscosity
         relative = self.past_the_beads(state)
-        resistance = bed.drag.coefficient(phi, bed.bead_diameter, density, viscosity, relative.speed(self.scales))
+        speed = relative.speed(self.scales)
+        resistance = bed.drag.coefficient(phi, bed.bead_diameter, density, viscosity, speed)
         advection = phi * density * u
         stress = coordinates.stress(u, effective_viscosity)
         plane_stress = coordinates.meridional(stress)

@@ -1,4 +1,4 @@
-"""What the equations need to know of bed, beads and fluid, as UFL expressions and property laws."""
+"""Properties of bed, beads and fluid for the equations, as UFL expressions and property laws."""
 
 from dataclasses import dataclass
 from typing import Any

@@ -11,9 +11,8 @@ so that the discrete heat balance closes. The test functions are upwinded along 
 
     v + chi D v,    chi = c/sqrt(c^2 + r^2),    c = (1-phi) rho_s C_s |v_s|/(h/2),    r = a_v h_sf,
 
-in storage, advection and exchange alike, D v the change of v over half a cell along the motion. The flow feels the motion in
-the drag, which follows u - v_s. Correlations of heat exchange and turbulence take u itself: v_s is to be small beside it. The
-porosity is that of the bed at rest.
+in storage, advection and exchange alike, D v the change of v over half a cell along the motion. Drag, heat exchange, dispersion
+and the beads' sources of turbulence follow u - v_s. The porosity is that of the bed at rest.
 """
 
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Inlets and outlets of the flow: what they give to the balances of momentum, mass and turbulence.
+"""Boundary conditions at inlets and outlets: their terms in the equations of momentum, mass and turbulence.
 
 The pressure of an opening enters weakly as -phi (p - p_b) n.v. An inlet with a given mass flux imposes it in the mass balance
 and, for the momentum that comes in, as flux times (u - u_in).
@@ -24,7 +24,7 @@ class Opening:
     """An inlet or outlet: its measure, and one of the gauge pressure outside (Pa), the mass flux in (kg/m2/s) and the
     superficial velocity in (m/s), whose fluid comes at `temperature` (K).
 
-    `mean_square` (m2/s2) goes with a pressure: what flows in then comes from a room of one total pressure, which is `pressure`
+    `mean_square` (m2/s2) is used with a pressure: the inflow then has a uniform total pressure (plenum), which is `pressure`
     and the dynamic pressure of that speed. As the mean square of the entering velocity it makes `pressure` the static one.
     """
 
@@ -39,7 +39,7 @@ class Opening:
 def residual(
     equations: "FlowEquations", opening: Opening, state: "FlowState", tests: Sequence[Value], m: "Momentum"
 ) -> Value:
-    """Form of what an opening gives to the balances of momentum and mass."""
+    """Boundary terms of an inlet or outlet in the momentum and mass residuals."""
     v, q = tests[0], tests[1]
     momentum_scale, mass_scale = 1.0 / equations.scales.pressure, 1.0 / equations.scales.speed
     normal = ufl.FacetNormal(equations.coordinates.mesh)

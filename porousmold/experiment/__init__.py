@@ -1,1 +1,1 @@
-"""Measured runs: what the instruments told, made ready for a scene, and compared with what the scene gave."""
+"""Measured runs: conversion of instrument readings to scene inputs, and comparison with a run."""

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
+from ..files.atomic_files import output_file, output_folder
 from ..files.units import to_si
-from ..files.whole_files import output_file
 
 
 def add_commands(commands: Any) -> None:
@@ -22,19 +22,22 @@ def add_commands(commands: Any) -> None:
     )
     rotameter.add_argument("--diameter", required=True, metavar="LENGTH", help="inner diameter of the bed's pipe")
     rotameter.add_argument(
-        "--reference-temperature", required=True, metavar="T", help="of the rotameter, such as '21 degC'"
+        "--reference-temperature",
+        required=True,
+        metavar="T",
+        help="reference temperature of the rotameter, such as '21 degC'",
     )
     rotameter.add_argument(
-        "--interval", default="10 s", metavar="TIME", help="readings are averaged over it (default 10 s)"
+        "--interval", default="10 s", metavar="TIME", help="averaging interval of the readings (default 10 s)"
     )
     rotameter.add_argument("--out", metavar="DIR",
                            help="for inlet_velocity.csv and inlet_temperature.csv (default: runs/NAME OF LOG)")  # fmt: skip
     rotameter.set_defaults(serial=_rotameter)
-    compare = commands.add_parser("compare", help="a run beside a measurement at its sensors, or beside another run")
+    compare = commands.add_parser("compare", help="compare a run with a measurement, or with another run")
     compare.add_argument("run", metavar="RUN", help="folder of a run of a scene with geometry.sensors")
     compare.add_argument("measured", nargs="+", metavar="MEASURED.csv|RUN",
                          help="'time [s], NAME [degC], ...' with the sensors' names, in one file or more; or a run")  # fmt: skip
-    compare.add_argument("--bounds", nargs="+", default=[], metavar="RUN", help="runs with what was given at the ends of its "
+    compare.add_argument("--bounds", nargs="+", default=[], metavar="RUN", help="runs with an input at the bounds of its "
                          "error, such as operation.outer_heat_flux_factor 0.95 and 1.05")  # fmt: skip
     compare.add_argument("--out", metavar="DIR", help="of two runs: folder to write (default: runs/RUN-beside-RUN)")
     compare.set_defaults(serial=_compare)
@@ -53,10 +56,7 @@ def _rotameter(options: argparse.Namespace) -> str:
     if not np.all(np.isfinite(velocity)):
         raise InputError("--diameter", options.diameter, "gives no finite velocity")
     folder = Path(options.out) if options.out else Path("runs") / Path(options.log).stem
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError("--out", str(folder), f"cannot be written: {error.strerror}") from error
+    output_folder(folder)
     for name, unit, values in (("velocity", "m/s", velocity), ("temperature", "K", log["inlet_temperature"])):
         rows = "".join(f"{t:.15g}, {v:.8g}\n" for t, v in zip(*averaged(time, values, interval), strict=True))
         with output_file(folder / f"inlet_{name}.csv") as temporary:

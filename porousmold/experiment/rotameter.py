@@ -77,7 +77,7 @@ def read_log(path: Path) -> tuple[Any, ...]:
 def averaged(time: NDArray[Any], values: NDArray[Any], interval: float) -> tuple[NDArray[Any], NDArray[Any]]:
     """(time, values) as means over intervals of `interval` seconds, at the mean times of their readings; both ends stay.
 
-    A series of an inlet has a kink at every point, across which no time step goes: fewer points are faster.
+    A series of an inlet has a breakpoint at every point, across which no time step goes: fewer points are faster.
     """
     _, number, count = np.unique(np.floor((time - time[0]) / interval), return_inverse=True, return_counts=True)
     middle, mean = (np.bincount(number, weights=weights) / count for weights in (time, values))

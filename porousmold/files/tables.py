@@ -1,6 +1,7 @@
 """CSV and TOML files that the user gives."""
 
 import csv
+import difflib
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,8 +26,21 @@ def existing_file(key: str, name: Any, base: Path, where: str | None) -> Path:
     """Path of a file that is named relative to the folder `base`. Raises `InputError` where there is none."""
     path = (base / name).resolve() if isinstance(name, str) and "\0" not in name else None
     if path is None or not path.is_file():
-        raise InputError(key, str(name), "must name an existing file", where)
+        if path is None:
+            place = ""
+        elif path.is_dir():
+            place = f"; {path} is a folder"
+        else:
+            place = f"; there is no {path}{_nearest(path)}"
+        raise InputError(key, str(name), f"must name an existing file{place}", where)
     return path
+
+
+def _nearest(path: Path) -> str:
+    """A file beside it with nearly that name, as a question."""
+    names = [other.name for other in path.parent.iterdir()] if path.parent.is_dir() else []
+    near = difflib.get_close_matches(path.name, names, n=1)
+    return f"; did you mean {near[0]!r}?" if near else ""
 
 
 def read_rows(key: str, path: Path) -> list[Any]:
@@ -47,9 +61,9 @@ def read_toml(key: str, path: Path) -> Any:
     except UnicodeDecodeError as error:
         raise InputError(key, str(path), f"{NOT_UTF_8} (line {_line_of(path, error)})") from error
     except FileNotFoundError as error:
-        raise InputError(key, str(path), "no such file") from error
+        raise InputError(key, str(path), f"no such file{_nearest(path)}") from error
     except tomllib.TOMLDecodeError as error:
-        raise InputError(key, str(path), f"is not valid TOML: {error}") from error
+        raise InputError(key, str(path), f'is not valid TOML: {error}; texts need quotes, like "4 mm"') from error
     except (OSError, ValueError) as error:  # no text, or a path with a null byte
         raise InputError(key, str(path), "must be a readable TOML text file") from error
 

@@ -39,6 +39,8 @@ def to_si(key: str, value: Any, unit: str, where: str | None = None) -> float:
 def _converted(key: str, text: str, unit: str, where: str | None) -> Any:
 
     match = _NUMBER_AND_UNIT.match(text)
+    if re.match(r"\s*[-+]?\d+,\d", text):
+        raise InputError(key, text, "must have a decimal point, not a comma", where)
     allowed = f"must be a number with a unit of {_dimension(unit)}, like {_example(unit)!r}"
     if match is None:
         raise InputError(key, text, allowed, where)

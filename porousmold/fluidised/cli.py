@@ -3,17 +3,17 @@
 import argparse
 import csv
 import json
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError
-from ..files.whole_files import output_file
+from ..files.atomic_files import output_file, output_folder
 from ..output.console import add_extension_option, add_settings_option, settings_of
 
 
 def add_commands(commands: Any) -> None:
     """Add the command to the program's subparsers."""
-    command = commands.add_parser("fluidised", help="heating time of a wall beside a bed that the gas lifts and mixes")
+    command = commands.add_parser("fluidised", help="heating time of a wall in contact with a fluidised bed")
     command.add_argument("scene", metavar="SCENE.toml")
     add_settings_option(command)
     command.add_argument("--out", metavar="DIR", help="folder to write (default: runs/NAME OF SCENE-fluidised)")
@@ -29,17 +29,9 @@ def _fluidised(options: argparse.Namespace) -> str:
     scene = Scene.load(options.scene, settings_of(options), allow_extensions=options.allow_extensions)
     out = Path(options.out) if options.out else Path("runs") / f"{Path(options.scene).stem}-fluidised"
     summary, history = FluidisedBed(scene).march()
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError("--out", str(out), f"cannot be written: {error.strerror}") from error
+    output_folder(out)
     units = {name: "s" if name == "time" else "K" for name in history}
-    with output_file(out / "history.csv") as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow([f"{name} [{unit}]" for name, unit in units.items()])
-        writer.writerows(zip(*history.values(), strict=True))
-    with output_file(out / "result.json") as temporary:
-        temporary.write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
+    write_tables(out, summary, units, zip(*history.values(), strict=True))
     if options.quiet:
         return ""
     picture = _draw(out, summary, history)
@@ -47,15 +39,27 @@ def _fluidised(options: argparse.Namespace) -> str:
     reached = f"{time:.1f} s ({time / 60.0:.1f} min)" if time is not None else "not reached"
     lines = [
         f"heating time (wall within {margin:g} K of the inlet): {reached}",
-        f"gas: {summary['velocity']:.3g} m/s in the hot bed; {summary['minimum_fluidisation_velocity']:.3g} m/s lifts the beads, "
-        f"{summary['terminal_velocity']:.3g} m/s carries them away",
+        f"gas: {summary['velocity']:.3g} m/s when hot; minimum fluidisation {summary['minimum_fluidisation_velocity']:.3g} m/s, "
+        f"terminal velocity {summary['terminal_velocity']:.3g} m/s",
         f"bed: porosity {summary['porosity']:.3f}, {summary['height']:.3g} m high, {summary['pressure_drop']:.4g} Pa",
         f"wall: {summary['wall_coefficient']:.4g} W/m2/K (30 %), Biot number {summary['wall_biot_number']:.2g}",
-        f"heat balance: {summary['heat_by_fluid'] / 1e6:.4g} MJ from the gas, {summary['energy_imbalance']:.1e} unaccounted for",
+        f"heat balance: {summary['heat_by_fluid'] / 1e6:.4g} MJ from the gas, imbalance {summary['energy_imbalance']:.1e}",
         *(f"warning: {text}" for text in summary["warnings"]),
         f"written to {out}: result.json, history.csv, {picture.name}",
     ]
     return "\n".join(lines)
+
+
+def write_tables(
+    out: Path, summary: Mapping[str, Any], units: Mapping[str, str], rows: Iterable[Iterable[Any]]
+) -> None:
+    """history.csv with a unit for each column, and result.json."""
+    with output_file(out / "history.csv") as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow([f"{name} [{unit}]" for name, unit in units.items()])
+        writer.writerows(rows)
+    with output_file(out / "result.json") as temporary:
+        temporary.write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
 
 
 def _draw(out: Path, summary: Any, history: Any) -> Path:

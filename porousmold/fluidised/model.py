@@ -30,7 +30,7 @@ from ..scene.scene import Scene
 TOLERANCE = 1e-8
 WITHOUT_EFFECT = (
     *("operation.outer_heat_flux", "operation.heater_power", "operation.recirculation", "operation.bead_velocity"),
-    *("target.list", "model.bead_modes"),
+    *("target.list", "model.bead_modes", "bed.shear_rate"),
 )
 """Keys of a scene that would be ignored."""
 LARGEST_RATIO = 10.0
@@ -246,9 +246,11 @@ class FluidisedBed:
             )
         if state.velocity > LARGEST_RATIO * state.minimum_velocity:
             ratio = state.velocity / state.minimum_velocity
-            found.append(f"the gas is {ratio:.2g} times as fast as lifts the beads; known is up to {LARGEST_RATIO:g}")
+            found.append(
+                f"the gas has {ratio:.2g} times the minimum fluidisation velocity; valid up to {LARGEST_RATIO:g}"
+            )
         if self.wall_biot_number(state) > 0.3:
-            found.append(f"wall Biot number {self.wall_biot_number(state):.2g}: a wall of one temperature is too fast")
+            found.append(f"wall Biot number {self.wall_biot_number(state):.2g}: a lumped wall is heated too fast")
         if heated is None:
             margin = scene.operation.heating_margin
             found.append(f"not heated to within {margin:g} K by operation.end_time {scene.operation.end_time:g} s")

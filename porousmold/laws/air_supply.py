@@ -1,4 +1,4 @@
-r"""What supplies a tool with warm air: a blower with its curve, ducts, a heater, and the return of a part of the outlet's air.
+r"""Air supply of a tool: a blower with its curve, ducts, a heater, and recirculation of a part of the outlet air.
 
     blower at the suction's density:  Delta p_bed = (rho/rho_0)[p_0(V) - c V^2],   V = m/rho
     mixing before the heater:         m h_mix = r [m h_out - Q_duct] + (1 - r) m h_fresh + P_blower

@@ -20,13 +20,13 @@ r = 4 sigma T^3 d/((2/e - 1) lambda_f) for the emissivity e,
 k_c is regular at N = 0; written with x = N kappa/B it has no small divisor (`_core_conductivity`). With radiation it does not end
 as phi -> 1: what radiation adds is taken from the core, in proportion to the solids. Published scatter +-30 % for kappa < 1000.
 
-**The wall.** How heat comes through the layer next to the wall depends on the flow. At rest it crosses the thin gaps around the
-points at which beads touch the wall: Schluender's contact coefficient gives 0.6 d/lambda_0 from the wall to the middle of the
-first beads, and a measured bed of steel beads shows no resistance beyond that of the bed. So at rest the whole bed is one path
-that ends at the wall: T_s = T_w, and the bulk's lambda_0 up to there. With flow, wall heat transfer is measured as if that path
-were closed: lambda_0 follows the porosity phi -> 1, the beads are insulated, and what dispersion carries through the fluid is
-all of it (eight correlation sets; a contact on top overshoots). With w = exp(-Pe_c/5), Pe_c on the superficial speed of the
-core,
+**The wall.** Heat transfer through the layer next to the wall depends on the flow. Without flow, heat crosses the thin gaps
+around the contact points of beads and wall. Schluender's contact coefficient gives a resistance of 0.6 d/lambda_0 from the wall
+to the centre of the first beads, and a measured bed of steel beads shows no resistance beyond that of the bed. Therefore the
+stagnant conductivity of the whole bed extends to the wall: T_s = T_w, with the bulk's lambda_0. With flow, measured wall heat
+transfer agrees with a model without this path: lambda_0 follows the porosity phi -> 1, the beads are insulated from the wall,
+and all heat is transferred by dispersion in the fluid (eight correlation sets; an additional contact coefficient overestimates
+them). The weight w = exp(-Pe_c/5), with Pe_c on the superficial speed of the core, blends the two limits:
 
     lambda_0 = lambda_0(phi) + [lambda_0(phi_b) - lambda_0(phi)] w,  heat from wall to beads h (T_w - T_s), h = 10^4 w lambda_f/d.
 
@@ -47,7 +47,8 @@ local, which a curved bed has as well, and with two temperatures comes closer to
 descriptions of the same mixing: their sum is 14 to 18 % above measured heat transfer, the larger of the two is not. Fitted for
 D/d >= 4, Pe <= 1e4.
 
-A law gives a number or, where conduction along and across the flow differ, `Anisotropic`.
+A law gives a number or, where conduction along and across the flow differ, `Anisotropic`. Stirred beads carry heat besides
+(`laws.stirring`), which is added to what they conduct.
 """
 
 from collections.abc import Callable
@@ -56,6 +57,7 @@ from typing import NamedTuple
 
 from .functions import Value, exp, ln, maximum, minimum, scaled, sqrt, where_less
 from .registry import Registry
+from .stirring import stirring_conductivity
 from .turbulence import PRANDTL_TURBULENT
 
 STEFAN_BOLTZMANN = 5.670374419e-8
@@ -74,7 +76,7 @@ class LocalBed:
     """The bed at a point, as a conductivity law sees it: porosity, lengths (m), the fluid's density (kg/m3), viscosity (Pa s),
     heat capacity (J/kg/K), intrinsic speed (m/s) and eddy viscosity (Pa s; 0 without turbulence), the conductivities (W/m/K)
     of both, the porosity and the superficial speed (m/s) of the core beside the place, the temperature (K) of radiation between
-    beads, their emissivity and the flattened share of a bead's section.
+    beads, their emissivity, the flattened share of a bead's section and the heat capacity of the beads' volume (J/m3/K).
     Numbers, arrays or UFL."""
 
     porosity: Value
@@ -92,6 +94,7 @@ class LocalBed:
     temperature: Value
     emissivity: Value = 0.0
     contact_flattening: Value = 0.0
+    bead_heat_capacity: Value = 0.0
 
     @property
     def peclet_number(self) -> Value:
@@ -122,6 +125,8 @@ class BeadConduction:
     whole_bed: bool = False
     factor: Value = 1.0
     """On what the beads conduct, for the scatter of its measurements."""
+    mixing_rate: Value = 0.0
+    """c gamma of beads that are stirred, 1/s (`laws.stirring`)."""
 
     def fluid(self, bed: LocalBed) -> Value:
         """What the fluid conducts by its molecules, W/m/K per total volume: no more than the whole bed does."""
@@ -129,8 +134,12 @@ class BeadConduction:
         return minimum(alone, self.formula(bed)) if self.whole_bed else alone
 
     def beads(self, bed: LocalBed) -> Value:
-        """What the beads conduct, W/m/K per total volume: what the fluid leaves of the whole bed's."""
-        return times(self.factor, self.formula(bed) - self.fluid(bed) if self.whole_bed else self.formula(bed))
+        """What the beads conduct and carry, W/m/K per total volume: of the whole bed's what the fluid leaves."""
+        still = times(self.factor, self.formula(bed) - self.fluid(bed) if self.whole_bed else self.formula(bed))
+        if isinstance(self.mixing_rate, float) and self.mixing_rate == 0.0:
+            return still
+        stirred = stirring_conductivity(bed.porosity, bed.bead_heat_capacity, self.mixing_rate, bed.bead_diameter)
+        return added(still, stirred)
 
 
 @dataclass(frozen=True)

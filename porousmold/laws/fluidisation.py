@@ -23,7 +23,10 @@ dry spheres of 0.05 to 3 mm in gases, w from 1 to some 10 w_mf; measurements sca
 
 import math
 
+import numpy as np
+
 from ..errors import InputError
+from .functions import Value
 
 GRAVITY = 9.80665
 STEFAN_BOLTZMANN = 5.670374419e-8
@@ -104,3 +107,18 @@ def wall_nusselt_number(
     by_gas = 0.009 * prandtl ** (1 / 3) * math.sqrt(archimedes)
     by_radiation = 4.0 * emissivity * STEFAN_BOLTZMANN * temperature**3 * diameter / conductivity
     return by_beads + by_gas + by_radiation
+
+
+def suspension_drag(porosity: Value, diameter: float, density: float, viscosity: float, relative_speed: Value) -> Value:
+    """Drag per total volume and relative velocity, kg/m3/s (Gidaspow 1994): Ergun below a porosity of 0.8,
+    3/4 C_D phi (1-phi) rho |u-v| phi^-2.65/d of Wen and Yu above, Re = phi rho |u-v| d/mu, C_D = 24 (1 + 0.15 Re^0.687)/Re below
+    Re = 1000, else 0.44; blended by arctan(262.5 (phi - 0.8)) (Huilin, Gidaspow 2003). Arrays or numbers."""
+    solids = 1.0 - porosity
+    ergun = (
+        150.0 * solids**2 * viscosity / (porosity * diameter**2) + 1.75 * solids * density * relative_speed / diameter
+    )
+    reynolds = np.maximum(porosity * density * relative_speed * diameter / viscosity, 1e-9)
+    per_speed = np.where(reynolds < 1000.0, 24.0 * (1.0 + 0.15 * reynolds**0.687), 0.44 * reynolds)
+    wen_yu = 0.75 * per_speed * viscosity * solids * porosity**-2.65 / diameter**2  # C_D rho phi |u-v| = C_D Re mu/d
+    dilute = 0.5 + np.arctan(262.5 * (porosity - 0.8)) / np.pi
+    return (1.0 - dilute) * ergun + dilute * wen_yu

@@ -6,8 +6,9 @@ are fitted by `python -m studies.fluid_properties`. `porousmold materials` lists
 
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
+from ..errors import InputError
 from ..files.tables import read_toml
 from .material_files import read_materials
 from .materials import Fluid, Solid
@@ -15,6 +16,7 @@ from .registry import Registry
 
 FLUIDS: Registry[Fluid] = Registry("fluid")
 SOLIDS: Registry[Solid] = Registry("solid")
+M = TypeVar("M", Fluid, Solid)
 LIBRARY = Path(__file__).parent / "library"
 
 
@@ -31,3 +33,10 @@ def _read(name: str, table: dict[str, Any], folder: Path) -> Fluid | Solid:
 
 for _name in ("solids.toml", "fluids.toml"):
     _register(LIBRARY / _name)
+
+
+def named(option: str, name: str, materials: Registry[M]) -> M:
+    """A material of `SOLIDS` or `FLUIDS` by its name. Raises `InputError` that names the option for one that is not there."""
+    if name not in materials:
+        raise InputError(option, name, f"must be one of {', '.join(materials)}")
+    return materials[name]

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
+from ..files.atomic_files import output_file
 from ..files.tables import read_rows
-from ..files.whole_files import output_file
 from .functions import Value, number_of
 
 HEAD = ("wall_distance_over_bead_diameter", "phi_v", "phi_a")

@@ -1,4 +1,4 @@
-r"""Turbulence models as objects: each brings its unknowns, equations, wall and inflow values, and its first guess.
+r"""Turbulence models as objects: each brings its unknowns, equations, wall and inflow values, and its initial guess.
 
 A model with n unknowns is transported by n equations per total volume,
 
@@ -66,7 +66,7 @@ class TransportTerms:
 
 @dataclass(frozen=True)
 class Continuation:
-    """A parameter of a model from whose `easy` value flows are found, and followed by this `factor` to the wanted one."""
+    """Parameter continuation: start at the `easy` value, change it by this `factor` up to the required value."""
 
     parameter: str
     easy: float
@@ -115,7 +115,7 @@ class TurbulenceModel(ABC):
         """First guess of the unknowns (arrays) in a flow that drag and beads alone would make."""
         return self.inflow(flow)
 
-    def is_fed_by_beads(self, reynolds_number: float) -> bool:
+    def has_bead_sources(self, reynolds_number: float) -> bool:
         """Whether beads make turbulence anywhere, at the largest local bead Reynolds number: then no flow is laminar."""
         return False
 
@@ -280,7 +280,7 @@ class KEpsilon(TurbulenceModel):
         at_wall = closure.inner_dissipation_rate(energy, reynolds, off_wall, flow.viscosity / flow.density)
         return energy, outer * between_beads + (1.0 - outer) * at_wall
 
-    def is_fed_by_beads(self, reynolds_number: float) -> bool:
+    def has_bead_sources(self, reynolds_number: float) -> bool:
         return self.bead_sources and (not self.damped or reynolds_number > closure.DAMPING_START)
 
     def starts_near(self) -> bool:

@@ -26,7 +26,7 @@ from dolfinx.fem import petsc as fem_petsc
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
-from ..files.children import forked
+from ..files.subprocesses import forked
 from .aliases import Communicator, Expression
 
 try:
@@ -226,7 +226,7 @@ def petsc_vector(function: fem.Function) -> Any:
     return function.x.petsc_vec if hasattr(function.x, "petsc_vec") else function.vector
 
 
-class LaterForm:
+class DeferredForm:
     """A UFL form that is compiled while others are: its compilation begins at once, in a process of its own, and is waited for
     where `form` is first asked for. Forms that were compiled before are only loaded then."""
 
@@ -247,7 +247,7 @@ class LaterForm:
         return compiled
 
 
-_PENDING: list[LaterForm] = []
+_PENDING: list[DeferredForm] = []
 """Forms begun since the last `finish_compiling`."""
 
 

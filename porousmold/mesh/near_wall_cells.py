@@ -1,9 +1,9 @@
-"""Cells at the wall for a mesh that is too coarse there: the bed draws back from the wall, graded cells fill the gap.
+"""Insertion of graded cells at the wall into a mesh that is too coarse there.
 
-Every node of the bed on the interface gets a copy, moved into the bed along the wall's normal by a part of the height of the
-bed's first cells; the bed's old cells keep the copies, and between the two lie as many cells as the nodes across say: prisms
-over the interface's facets. Of segments and quadrilaterals they are quadrilaterals and hexahedra; in meshes of triangles and
-tetrahedra every prism is cut into simplices, along diagonals that its neighbours share.
+Each node of the bed on the interface is duplicated, and the copy is moved into the bed along the wall normal by a fraction of the
+height of the first cells. The existing cells of the bed keep the copies. The gap between interface and copies is filled with the
+given number of layers of prisms over the facets of the interface: quadrilaterals over segments, hexahedra over quadrilaterals. In
+meshes of triangles and tetrahedra each prism is divided into simplices, along diagonals that neighbouring prisms share.
 """
 
 import functools

@@ -10,12 +10,16 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
+from ..scene.geometries import modelled_part
 from ..scene.scene import Scene
 from .quantities import ENERGY_GIVEN, ENERGY_NAMES, JOULES_A_KWH
 
 STARTING = "{desc}, {elapsed} elapsed"
 CASES = "{desc} |{bar}| {n:.0f}/{total:.0f}, {elapsed} elapsed, {remaining} left"
 SECONDS = "{desc} |{bar}| {n:.0f}/{total:.0f} s simulated, {elapsed} elapsed, {remaining} left"
+LEAST_DIFFERENCE = 1e-3
+"""Relative, of the heating time of the wall's bed side from that of the whole wall, for it to be shown."""
+SECONDS_AND_PARTS = "{desc} |{bar}| {n:.3g}/{total:.3g} s simulated, {elapsed} elapsed, {remaining} left"
 PART = "{desc} |{bar}| {percentage:.0f} %, {elapsed} elapsed"
 
 
@@ -149,7 +153,7 @@ def model_text(found: Mapping[str, Any]) -> str:
         return str(found["note"])
     left_out = [f"{one['leaves_out']} ({one['worth']:+.2%})" for one in found["choices"] if one["chosen"]]
     what = "; ".join(left_out) or "nothing"
-    return f"left out: {what}; in all at most {found['worth']:.2%}, allowed {found['accuracy']:.2%}"
+    return f"left out: {what}; total effect at most {found['worth']:.2%}, allowed {found['accuracy']:.2%}"
 
 
 def energy_text(energy: Mapping[str, Any]) -> str:
@@ -161,12 +165,16 @@ def energy_text(energy: Mapping[str, Any]) -> str:
     return f"{parts}; at most {energy['peak_power'] / 1e3:.3g} kW{cost}; to {uses} kWh"
 
 
+def is_cooling(scene: Scene) -> bool:
+    """Whether the inlet ends up colder than the bed was at first."""
+    return bool(scene.operation.inlet_temperature.values[-1] < scene.operation.initial_temperature)
+
+
 def summary_text(scene: Scene, summary: Mapping[str, Any], out: Path, pictures: Sequence[Path]) -> str:
     """The short readable end of a run."""
     margin = scene.operation.heating_margin
-    unit = "kg/s"
-    if scene.geometry.kind == "mold":
-        unit += " per metre width of half the cavity" if scene.geometry.width is None else " in a quarter of the cavity"
+    modelled = modelled_part(dict(scene.geometry))
+    change = "cooling" if is_cooling(scene) else "heating"
 
     def shown(seconds: float | None) -> str:
         return f"{seconds:.1f} s ({seconds / 60:.1f} min)" if seconds is not None else "not reached"
@@ -174,19 +182,26 @@ def summary_text(scene: Scene, summary: Mapping[str, Any], out: Path, pictures: 
     energy = summary["energy"]
     if energy is None:
         spent = (
-            f"spent: {summary['fluid_heat'] / 1e6:.4g} MJ to bring the fluid to the inlet temperature, "
-            f"{summary['pumping_work'] / 1e6:.4g} MJ to drive it through the bed"
+            f"energy: {summary['fluid_heat'] / 1e6:.4g} MJ to {change.removesuffix('ing')} the fluid to the inlet temperature, "
+            f"{summary['pumping_work'] / 1e6:.4g} MJ of pumping work"
         )
     else:
-        spent = f"spent by the whole tool: {energy_text(energy)}"
+        spent = f"energy of the whole tool: {energy_text(energy)}"
     seconds, low_high = summary["wall_seconds"], summary["temperature_bounds"]
-    lines = [
-        f"heating time (wall within {margin:g} K of the inlet): {shown(summary['heating_time'])}",
-        f"  the wall's bed side alone:                  {shown(summary['heating_time_bed_side'])}",
-        *(f"{name}: {shown(time)} ({summary['target_meanings'][name]})" for name, time in summary["targets"].items()),
-        f"mass flow: {summary['mass_flow_initial']:.5g} at the start, {summary['mass_flow_final']:.5g} at the end, {unit}",
+    targets = [
+        f"{name}: {shown(time)} ({summary['target_meanings'][name]})" for name, time in summary["targets"].items()
+    ]
+    whole, bed_side = summary["heating_time"], summary["heating_time_bed_side"]
+    lines = targets
+    if whole is not None or not targets:
+        lines.append(f"{change} time (wall within {margin:g} K of the inlet): {shown(whole)}")
+    if bed_side is not None and (whole is None or abs(bed_side - whole) > LEAST_DIFFERENCE * whole):
+        lines.append(f"  bed side of the wall: {shown(bed_side)}")
+    lines += [
+        f"mass flow, heat and energy below: of {modelled}",
+        f"mass flow: {summary['mass_flow_initial']:.5g} kg/s at the start, {summary['mass_flow_final']:.5g} kg/s at the end",
         f"heat balance: {summary['heat_by_fluid'] / 1e6:.4g} MJ from the fluid, "
-        f"{summary['energy_imbalance']:.1e} of it unaccounted for; "
+        f"relative imbalance {summary['energy_imbalance']:.1e}; "
         f"temperatures {low_high[0] - 273.15:.2f} to {low_high[1] - 273.15:.2f} °C",
         spent,
         f"{summary['unknowns']['flow']} + {summary['unknowns']['energy']} unknowns (flow + energy), "

@@ -12,7 +12,7 @@ import tomli_w
 from dolfinx import io
 
 from ..errors import InputError
-from ..files.whole_files import Lock, locked, whole_file
+from ..files.atomic_files import Lock, locked, whole_file
 from ..mesh import fenicsx
 from ..mesh.aliases import Communicator
 from ..scene.scene import Scene

@@ -23,6 +23,8 @@ from .stored import locked_folder, read_table
 from .xdmf import read_fields
 
 PLACES = {"centre": ("bed centre", "-"), "bed_side": ("wall, bed side", "--"), "outer": ("wall, outside", ":")}
+LEAST_DIFFERENCE = 0.3
+"""Of temperatures (K), that can be seen."""
 SHORT = 180.0
 """Seconds up to which a run is drawn over seconds, not minutes."""
 FRAMES_A_SECOND = 8
@@ -83,8 +85,8 @@ def marks_of(summary: Mapping[str, Any]) -> dict[str, float]:
 
 
 def _temperatures(folder: Path, history: Columns, marks: Mapping[str, float]) -> Path:
-    figure, axes = plt.subplots(figsize=(8.0, 5.0))
-    figure.subplots_adjust(left=0.09, right=0.98, bottom=0.11, top=0.97)
+    figure, axes = plt.subplots(figsize=(9.5, 5.0))
+    figure.subplots_adjust(left=0.08, right=0.8, bottom=0.11, top=0.97)
     draw_temperatures(axes, history, marks)
     return save(figure, folder / "temperatures.png")
 
@@ -101,16 +103,16 @@ def draw_temperatures(axes: Any, history: Any, marks: Mapping[str, float]) -> No
     times, unit, scale = _time_axis(history)
     labels = list(dict.fromkeys(name.rsplit("_", 1)[1] for name in history if name.startswith("temperature_")))
     colours = plt.get_cmap("viridis")(np.linspace(0.0, 0.85, len(labels)))
+    shown = [p for p in PLACES if any(name.startswith(f"temperature_{p}") for name in history) and _is_seen(p, history)]
     for label, colour in zip(labels, colours, strict=True):
-        for place, (_, dashes) in PLACES.items():
-            name = f"temperature_{place}_{label}"
+        for place in shown:
+            name, dashes = f"temperature_{place}_{label}", PLACES[place][1]
             if name in history:
                 axes.plot(times, np.array(history[name]) - 273.15, dashes, color=colour, linewidth=1.6)
     axes.plot(times, np.array(history["inlet_temperature"]) - 273.15, color="0.4", linewidth=1.0)
     entries = [
         plt.Line2D([], [], color=colour, label=f"z = {label}") for label, colour in zip(labels, colours, strict=True)
     ]
-    shown = [p for p in PLACES if any(name.startswith(f"temperature_{p}") for name in history)]
     entries += [plt.Line2D([], [], color="k", linestyle=PLACES[p][1], label=PLACES[p][0]) for p in shown]
     entries.append(plt.Line2D([], [], color="0.4", linewidth=1.0, label="inlet"))
     if not np.array_equal(history["set_point"], history["inlet_temperature"]):
@@ -118,7 +120,18 @@ def draw_temperatures(axes: Any, history: Any, marks: Mapping[str, float]) -> No
         entries.append(plt.Line2D([], [], color="0.6", linestyle="--", linewidth=1.0, label="set-point"))
     entries += _mark(axes, marks, scale)
     axes.set(xlabel=f"time in {unit}", ylabel="temperature in °C", xlim=(0, times[-1] or 1))
-    axes.legend(handles=entries, fontsize=9, loc="lower right")
+    axes.legend(handles=entries, fontsize=9, loc="center left", bbox_to_anchor=(1.01, 0.5))
+
+
+def _is_seen(place: str, history: Any) -> bool:
+    """Whether a place has curves of its own: the wall's outside has none where it is as warm as the bed side."""
+    if place != "outer":
+        return True
+    pairs = [(name, name.replace("_outer_", "_bed_side_")) for name in history if name.startswith("temperature_outer_")]
+    return any(
+        other not in history or np.max(np.abs(np.array(history[name]) - np.array(history[other]))) > LEAST_DIFFERENCE
+        for name, other in pairs
+    )
 
 
 def _mark(axes: Any, marks: Mapping[str, float], scale: float) -> list[Any]:
@@ -239,7 +252,9 @@ def _sections(nodes: NDArray[Any], cells: NDArray[Any]) -> list[_Section]:
 
 def _levels(steps: Mapping[float, Mapping[str, NDArray[Any]]]) -> tuple[NDArray[Any], list[float]]:
     """Contours (°C) over all times, and ticks among them."""
-    reached = np.concatenate([fields["temperature"] for fields in steps.values()]) - 273.15
+    shown = ("temperature", "bead_temperature")
+    reached = np.concatenate([fields[name] for fields in steps.values() for name in shown if name in fields]) - 273.15
+    reached = reached[np.isfinite(reached)]
     levels = np.linspace(reached.min(), reached.max() + 1e-9, 25)
     ticks = MaxNLocator(6).tick_values(reached.min(), reached.max())
     return levels, [tick for tick in ticks if levels[0] <= tick <= levels[-1]]

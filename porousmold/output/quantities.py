@@ -28,16 +28,16 @@ QUANTITIES: Mapping[str, Quantity] = {
     "inlet_temperature": Quantity(r"T_\mathrm{in}", "inlet temperature", "K"),
     "set_point": Quantity(r"T_\mathrm{set}", "set-point of the inlet temperature", "K"),
     "outlet_temperature": Quantity(r"T_\mathrm{out}", "mean outlet temperature", "K"),
-    "deficit_wall": Quantity(r"\Delta T_w", "inlet temperature over that of the wall's worst point", "K"),
+    "deficit_wall": Quantity(r"\Delta T_w", "largest difference between inlet and wall temperature", "K"),
     "deficit_bed_side": Quantity(
-        r"\Delta T_b", "inlet temperature over that of the worst point on the wall's bed side", "K"
+        r"\Delta T_b", "largest difference between inlet and wall temperature on the bed side", "K"
     ),
     "mass_flow": Quantity(r"\dot{m}", "mass flow", "kg/s"),
     "pressure_drop": Quantity(r"\Delta p", "pressure drop", "Pa"),
-    "heat_by_fluid": Quantity("Q_f", "heat left behind by the fluid", "J"),
+    "heat_by_fluid": Quantity("Q_f", "heat transferred from the fluid", "J"),
     "heat_through_outer_wall": Quantity("Q_o", "heat in through the outer wall", "J"),
     "heat_stored": Quantity("Q_s", "heat stored", "J"),
-    "heat_by_beads": Quantity("Q_v", "heat brought by moving beads beyond what they take away", "J"),
+    "heat_by_beads": Quantity("Q_v", "net heat supplied by moving beads", "J"),
     "bead_outlet_temperature": Quantity(r"T_{s,\mathrm{out}}", "mean temperature of the beads that leave", "K"),
     "heat_by_rev_terms": Quantity("Q_b", "heat created by REV terms", "J"),
     "lowest_temperature": Quantity(r"T_\min", "lowest temperature", "K"),
@@ -46,7 +46,9 @@ QUANTITIES: Mapping[str, Quantity] = {
     "blower_power": Quantity("P_b", "blower's power for the whole tool", "W"),
     "coldest_place": Quantity("x", "place of the coldest point of the wall's bed side along the flow", "m"),
     "hottest_place": Quantity("x", "place of the hottest point of the wall's bed side along the flow", "m"),
-    "largest_bead_difference": Quantity(r"\Delta T_s", "largest distance of a bead's surface from its mean", "K"),
+    "largest_bead_difference": Quantity(
+        r"\Delta T_s", "largest difference between surface and mean temperature of a bead", "K"
+    ),
     "wall_distance": Quantity("y", "wall distance", "m"),
     "porosity": Quantity(r"\phi_V", "porosity", "1"),
     "speed": Quantity("|u|", "speed", "m/s"),
@@ -66,7 +68,7 @@ FAMILIES: Mapping[str, Quantity] = {
     "lowest": Quantity(r"T_\min", "lowest temperature of a place", "K"),
     "highest": Quantity(r"T_\max", "highest temperature of a place", "K"),
     "cure": Quantity(r"\alpha", "least degree of cure of a layer", "1"),
-    "gradient": Quantity(r"|\nabla T|", "steepness of the temperature at a sensor", "K/m"),
+    "gradient": Quantity(r"|\nabla T|", "temperature gradient at a sensor", "K/m"),
 }
 """Quantities at named places: `temperature_outer_L` is the temperature at `outer_L`."""
 

@@ -11,8 +11,9 @@ from xml.etree.ElementTree import ParseError
 
 from .. import __version__
 from ..errors import InputError
-from ..files.whole_files import output_file
-from ..scene.keys import flat, key_of
+from ..files.atomic_files import output_file
+from ..scene.geometries import modelled_part
+from ..scene.keys import flat, unit_and_meaning
 from ..scene.language import KEYS
 from .console import closures_text, model_text
 from .pictures import draw, fields_with_slider
@@ -99,15 +100,16 @@ def _of_run(folder: Path) -> tuple[Any, ...]:
     parts += [f'<p class="warning">{_text(text)}</p>' for text in summary["warnings"]]
     parts += _targets(summary) + _model(summary) + _uncertainty_of(folder)
     bounds = summary["temperature_bounds"] or [float("nan")] * 2
-    parts.append(f"<h2>Result</h2><p>Flows and heats are those of what is computed: {_text(basis(scene))}.</p>")
+    modelled = _text(modelled_part(scene["geometry"]))
+    parts.append(f"<h2>Result</h2><p>Mass flow and heat are those of the modelled part: {modelled}.</p>")
     parts.append(_table(["quantity", "value", "unit"], [
         ["heating time of the wall's bed side", *_or_dash(summary["heating_time_bed_side"], "s")],
         ["mass flow at the start", *_or_dash(summary["mass_flow_initial"], "kg/s")],
         ["mass flow at the end", *_or_dash(summary["mass_flow_final"], "kg/s")],
         ["heat from the fluid", *_or_dash(summary["heat_by_fluid"], "J")],
-        ["heat given to the fluid before it enters", *_or_dash(summary["fluid_heat"], "J")],
-        ["work of driving it through the bed", *_or_dash(summary["pumping_work"], "J")],
-        ["of the heat unaccounted for", *_or_dash(summary["energy_imbalance"], "1")],
+        ["heat to bring the fluid to the inlet temperature", *_or_dash(summary["fluid_heat"], "J")],
+        ["pumping work", *_or_dash(summary["pumping_work"], "J")],
+        ["relative imbalance of the heat balance", *_or_dash(summary["energy_imbalance"], "1")],
         ["lowest and highest temperature", f"{bounds[0] - 273.15:.2f} to {bounds[1] - 273.15:.2f}", "°C"],
         ["time steps", str(summary["time_steps"]), ""],
         ["unknowns (flow, energy)", f"{summary['unknowns']['flow']}, {summary['unknowns']['energy']}", ""],
@@ -122,11 +124,11 @@ def _of_run(folder: Path) -> tuple[Any, ...]:
     parts.append("<h2>Scene</h2>")
     given = summary["given"]
     rows = [
-        [name, given.get(name, "-"), _value(value), *_unit_and_meaning(name)]
+        [name, given.get(name, "-"), _value(value), *unit_and_meaning(KEYS, name)]
         for name, value in flat(scene).items()
         if not name.startswith("materials.") and (name in given or not name.startswith("tolerance."))
     ]
-    parts.append("<p>As it was given, and in SI with what was left to the program.</p>")
+    parts.append("<p>Keys as set in the scene, and all values in SI, defaults included.</p>")
     parts.append(_table(["key", "as given", "value (SI)", "unit", "meaning"], rows))
     parts.append("<h2>Materials</h2>" + _materials(summary))
     parts.append("<h2>Sources of the closures</h2>")
@@ -168,24 +170,6 @@ def _or_dash(value: Any, unit: str) -> Any:
 
 def _value(value: Any) -> Any:
     return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else value
-
-
-def _unit_and_meaning(name: str) -> tuple[str, str]:
-    try:
-        key = key_of(KEYS, name)
-    except KeyError:  # one of a material
-        return "", ""
-    return key.unit, key.meaning
-
-
-def basis(scene: Any) -> str:
-    """What part of a tool is computed, of a scene's tables."""
-    geometry = scene["geometry"]
-    if geometry["kind"] == "pipe":
-        return "the whole pipe"
-    if geometry["kind"] == "mesh":
-        return "what the mesh shows" + (", per metre width" if geometry.get("symmetry") != "axisymmetric" else "")
-    return "a quarter of the cavity" if "width" in geometry else "half of the cavity, per metre width"
 
 
 def _model(summary: Any) -> list[str]:
@@ -230,7 +214,7 @@ def _energy(summary: Any) -> list[str]:
     ]
     rows += [["largest power of heater and blower", energy["peak_power"] / 1e3, "kW", ""]]
     rows += [["cost of heater and blower", float(energy["cost"]), "", ""]] if energy["cost"] is not None else []
-    told = f"<p>Of the whole tool, {energy['share']:g} times what is computed, up to the end of the run.</p>"
+    told = f"<p>Of the whole tool, {energy['share']:g} times the modelled part, up to the end of the run.</p>"
     return ["<h2>Energy</h2>", told, _table(["of", "energy", "unit", ""], rows)]
 
 

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
-from ..files.whole_files import output_file
-from ..scene.keys import flat
+from ..files.atomic_files import output_file, output_folder
+from ..scene.keys import flat, unit_and_meaning
+from ..scene.language import KEYS
 from .figures import STYLE, plt, save
 from .quantities import Columns
 from .stored import read_table
@@ -33,7 +34,7 @@ CURVES = {
     "outlet_temperature": ("mean outlet temperature in °C", 273.15),
     "lowest_bed_side": ("coldest point of the wall's bed side in °C", 273.15),
     "highest_bed_side": ("hottest point of the wall's bed side in °C", 273.15),
-    "mass_flow": ("mass flow of what is computed in kg/s", 0.0),
+    "mass_flow": ("mass flow of the modelled part in kg/s", 0.0),
     "heater_power": ("heater of the whole tool in W", 0.0),
 }
 """Columns of the history that are drawn over each other: their titles, and what is taken off."""
@@ -57,10 +58,7 @@ def beside(first: Path, second: Path, out: Path) -> str:
     targets = dict.fromkeys(name for summary in summaries for name in summary["targets"])
     results |= {f"targets.{name}": [summary["targets"].get(name) for summary in summaries] for name in targets}
     results = {name: values for name, values in results.items() if any(value is not None for value in values)}
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError("--out", str(out), f"cannot be written: {error.strerror or error}") from error
+    output_folder(out)
     content = {"runs": [str(first), str(second)], "scenes": differing, "results": results}
     with output_file(out / "beside.json") as temporary:
         temporary.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
@@ -101,8 +99,9 @@ def _draw(histories: list[Columns], names: list[str], out: Path) -> Path:
             panel.set_title(title, fontsize=9)
         for panel in axes.flat[len(shown) :]:
             panel.set_visible(False)
-        for panel in axes[-1]:
+        for panel in axes.flat[: len(shown)][-2:]:
             panel.set_xlabel("time in min")
+            panel.tick_params(labelbottom=True)
         figure.legend(*axes.flat[0].get_legend_handles_labels(), loc="upper center", ncols=2, fontsize=9)
         return save(figure, out / "beside.png")
 
@@ -115,7 +114,8 @@ def _shown(value: Any) -> str:
 
 def _text(content: Mapping[str, Any], out: Path, picture: Path) -> str:
     lines = ["the scenes differ in" if content["scenes"] else "the scenes are the same"]
-    lines += [f"  {name:38s} {_shown(a):>18s} {_shown(b):>18s}" for name, (a, b) in content["scenes"].items()]
+    for name, (a, b) in content["scenes"].items():
+        lines.append(f"  {f'{name} {unit_and_meaning(KEYS, name)[0]}'.strip():38s} {_shown(a):>18s} {_shown(b):>18s}")
     lines.append("results")
     for name, (a, b) in content["results"].items():
         ratio = f"   x {b / a:.4f}" if a and b is not None else ""

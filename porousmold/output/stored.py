@@ -1,4 +1,4 @@
-"""The folder of a run as those find it who only read it: its lock and its tables. No dolfinx."""
+"""Read access to the folder of a run: its lock and its tables. No dolfinx."""
 
 import csv
 import json
@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
-from ..files.whole_files import Lock, locked
+from ..files.atomic_files import Lock, locked
 from .quantities import Columns
 
 LOCK = ".lock"

@@ -8,8 +8,8 @@ from time import monotonic
 from typing import Any
 
 from ..errors import InputError
+from ..files.atomic_files import output_file
 from ..files.units import to_si
-from ..files.whole_files import output_file
 from ..output.console import PART, Bar
 from .packing import Packing
 
@@ -18,22 +18,22 @@ SIZES = ("diameter", "width", "depth", "gap")
 
 def add_commands(commands: Any) -> None:
     """Add both to the subparsers of the command line; each handler takes the parsed options and gives its text."""
-    pack = commands.add_parser("pack", help="pour beads into a container and let them come to rest")
+    pack = commands.add_parser("pack", help="generate a packing: beads poured into a container (DEM)")
     _add_container(pack)
-    pack.add_argument("--bead-diameter", metavar="LENGTH", help="of beads of one size")
+    pack.add_argument("--bead-diameter", metavar="LENGTH", help="diameter of beads of one size")
     pack.add_argument(
-        "--mixture", nargs="+", metavar="DIAMETER:SHARE", help="of several sizes, such as '3 mm:0.3' '6 mm:0.7'"
+        "--mixture", nargs="+", metavar="DIAMETER:SHARE", help="diameters and fractions, such as '3 mm:0.3' '6 mm:0.7'"
     )
     pack.add_argument(
-        "--fractions", default="mass", metavar="BY", help="what the shares mean: mass (default) or number"
+        "--fractions", default="mass", metavar="BY", help="fractions of a mixture by mass (default) or number"
     )
-    pack.add_argument("--beads", metavar="N", help="how many")
+    pack.add_argument("--beads", metavar="N", help="number of beads")
     pack.add_argument(
-        "--bed-height", metavar="LENGTH", help="in place of N: fill to a little above; void fractions refer to it"
+        "--bed-height", metavar="LENGTH", help="instead of --beads: fill slightly above it; void fractions refer to it"
     )
-    pack.add_argument("--void-fraction", metavar="X", help="tune the friction until it is reached")
-    pack.add_argument("--friction", metavar="MU", help="coefficient between beads and at walls (default 0.1)")
-    pack.add_argument("--seed", default="1", metavar="N", help="same seed, same packing")
+    pack.add_argument("--void-fraction", metavar="X", help="target void fraction, reached by adjusting the friction")
+    pack.add_argument("--friction", metavar="MU", help="friction coefficient of beads and walls (default 0.1)")
+    pack.add_argument("--seed", default="1", metavar="N", help="random seed (default 1)")
     pack.add_argument("--out", default="packing.h5", metavar="FILE.h5", help="HDF5 file to write (default packing.h5)")
     pack.add_argument("--extxyz", metavar="FILE", help="write extended XYZ too")
     pack.add_argument("--vtk", metavar="FILE", help="write VTK too")
@@ -43,21 +43,28 @@ def add_commands(commands: Any) -> None:
     conducting = commands.add_parser(
         "conductivity", help="effective conductivity of a packing between two walls, from its contacts and gaps"
     )
-    conducting.add_argument("packing", metavar="PACKING", help="of a slab: HDF5 of `pack`, or another code's file")
+    conducting.add_argument(
+        "packing", metavar="PACKING", help="packing in a slab: HDF5 of `pack`, or another code's file"
+    )
     _add_container(conducting)
     conducting.add_argument("--bead-diameter", metavar="LENGTH", help="where the file holds none")
-    conducting.add_argument("--beads", required=True, metavar="MATERIAL", help="solid of `porousmold materials`")
+    conducting.add_argument(
+        "--beads", required=True, metavar="MATERIAL", help="bead material of `porousmold materials`"
+    )
     conducting.add_argument("--fluid", default="air", metavar="MATERIAL", help="fluid of that library (default air)")
     conducting.add_argument(
-        "--temperature", default="300 K", metavar="TEMPERATURE", help="of the properties (default 300 K)"
+        "--temperature", default="300 K", metavar="TEMPERATURE", help="temperature of the properties (default 300 K)"
     )
     conducting.add_argument(
         "--contact-radius",
-        default="0",
         metavar="SHARE",
-        help="of contacts, over the bead radius (default 0: gaps alone)",
+        help="contact radius over bead radius (default 0: gaps only)",
     )
-    conducting.add_argument("--bed-height", metavar="LENGTH", help="measured up to it (default: the levelled height)")
+    conducting.add_argument("--pressure", metavar="PRESSURE", help="in the bed, in place of it: contacts of Hertz")
+    conducting.add_argument("--youngs-modulus", metavar="PRESSURE", help="of the beads, beside --pressure")
+    conducting.add_argument(
+        "--bed-height", metavar="LENGTH", help="evaluated up to this height (default: levelled height)"
+    )
     conducting.add_argument("--out", required=True, metavar="FILE.csv", help="conductivity against wall distance")
     conducting.set_defaults(serial=_conductivity)
     porosity = commands.add_parser("porosity", help="phi_V and phi_A against wall distance, from a packing")
@@ -67,10 +74,10 @@ def add_commands(commands: Any) -> None:
     _add_container(porosity)
     porosity.add_argument("--bead-diameter", metavar="LENGTH", help="where the file holds none")
     porosity.add_argument(
-        "--bed-height", metavar="LENGTH", help="of the bed that is averaged over (default: levelled height)"
+        "--bed-height", metavar="LENGTH", help="height of the bed to average over (default: levelled height)"
     )
     porosity.add_argument(
-        "--grid", metavar="LENGTH", help="average on the thesis's grid of this spacing, not over strata"
+        "--grid", metavar="LENGTH", help="sample on a grid of this spacing as in the thesis, not in strata"
     )
     porosity.add_argument(
         "--out", default="profile.csv", metavar="FILE.csv", help="profile for bed.porosity_profile of a scene"
@@ -229,16 +236,19 @@ def _porosity(options: argparse.Namespace) -> Any:
 
 
 def _conductivity(options: argparse.Namespace) -> str:
-    from ..laws.material_library import FLUIDS, SOLIDS
-    from .conduction import conduction, zehner_bauer_schluender
+    from ..laws.material_library import FLUIDS, SOLIDS, named
+    from .conduction import conduction, hertz_contact_radius, zehner_bauer_schluender
     from .files import check_writable, read_packing
     from .pictures import draw_conduction
 
     temperature, height = to_si("--temperature", options.temperature, "K"), _optional(options, "bed-height", "m")
-    share = to_si("--contact-radius", options.contact_radius, "")
-    for option, given, known in (("--beads", options.beads, list(SOLIDS)), ("--fluid", options.fluid, list(FLUIDS))):
-        if given not in known:
-            raise InputError(option, given, f"must be one of {', '.join(known)}")
+    share = _optional(options, "contact-radius", "") or 0.0
+    pressure, modulus = _optional(options, "pressure", "Pa"), _optional(options, "youngs-modulus", "Pa")
+    if (pressure is None) != (modulus is None) or (pressure is not None and options.contact_radius is not None):
+        raise InputError("--pressure", options.pressure, "give it with --youngs-modulus, and without --contact-radius")
+    if modulus is not None and modulus == 0.0:
+        raise InputError("--youngs-modulus", options.youngs_modulus, "must be > 0 Pa")
+    bead_material, gas = named("--beads", options.beads, SOLIDS), named("--fluid", options.fluid, FLUIDS)
     if not 0.0 <= share <= 0.5:
         raise InputError("--contact-radius", share, "must be >= 0 and <= 0.5 bead radii")
     if not 0.0 < temperature < 5000.0:
@@ -246,12 +256,15 @@ def _conductivity(options: argparse.Namespace) -> str:
     table = Path(options.out)
     files = table, table.with_suffix(".json"), table.with_suffix(".png")
     check_writable(*files, sources=[options.packing])
-    beads = SOLIDS[options.beads].conductivity(temperature)
-    fluid = FLUIDS[options.fluid].conductivity(temperature)
+    beads, fluid = bead_material.conductivity(temperature), gas.conductivity(temperature)
     packing = read_packing(options.packing, _container(options), _optional(options, "bead-diameter", "m"))
+    if pressure is not None and modulus is not None:
+        solid, contacts = 1.0 - packing.void_fraction(height), packing.bead_coordination_number
+        radius = hertz_contact_radius(pressure, modulus, packing.bead_diameter, solid, contacts)
+        share = 2.0 * radius / packing.bead_diameter
     found = conduction(packing, beads, fluid, contact_radius=0.5 * share * packing.bead_diameter, height=height)
     reference = zehner_bauer_schluender(found.core_porosity, packing.bead_diameter, beads, fluid)
-    lines = [f"{d:.6g},{k:.6g}" for d, k in zip(found.wall_distance, found.conductivity, strict=True)]
+    lines = [f"{d:.6g},{k:.6g}" for d, k in zip(found.conductivity_places, found.conductivity, strict=True)]
     with output_file(table) as temporary:
         temporary.write_text("\n".join(["wall_distance [m],conductivity [W/(m*K)]", *lines, ""]), encoding="utf-8")
     summary = {
@@ -270,6 +283,7 @@ def _conductivity(options: argparse.Namespace) -> str:
     return (
         f"core: {found.core:.4g} W/m/K at porosity {found.core_porosity:.3f}, {found.core / reference:.2f} of {reference:.4g} "
         "(Zehner, Bauer, Schluender)\n"
+        f"contacts: {share:.4f} of the bead radius\n"
         f"from wall to wall: {found.overall:.4g} W/m/K; at a wall {found.wall_coefficient:.4g} W/m2/K\n"
         f"written to {', '.join(map(str, files))}"
     )

@@ -1,17 +1,18 @@
-r"""Soft-sphere dynamics of beads under gravity: compiled kernels on arrays, without units.
+r"""Soft-sphere dynamics of beads: compiled kernels on arrays, without units.
 
 Linear spring and dashpot with Coulomb friction (Cundall and Strack, Géotechnique 29 (1979) 47-65). Where beads i and j
 overlap by delta, with n from i to j, relative velocity v of j's surface against i's and m = m_i m_j / (m_i + m_j):
 
     F_n = k delta - 2 zeta sqrt(m k) v.n          (never pulling; on j)
     F_t = -k_t xi - 2 zeta sqrt(m_t k_t) v_t      with |F_t| <= mu F_n, xi the tangential spring since first touch
-    k_t = 2/7 k,  m_t = 2/7 m                     (equal normal and tangential periods of solid spheres)
+    k_t = s k,  m_t = s m                         (s = 2/7: equal normal and tangential periods of solid spheres)
     zeta = -ln e / sqrt(pi^2 + ln^2 e)            for the coefficient of restitution e (0.55 for e = 0.5: no pull)
 
-and likewise against the walls, with m the bead's own mass. Spins decay at a given rate besides: it stands for rolling
-resistance, carries no load at rest, and without it a few beads roll on top of the bed for as long as it took to fall.
-Lengths are in mean bead diameters, masses in masses of the mean bead, accelerations in g, so that gravity is 1 and time
-is in sqrt(d/g). Semi-implicit Euler steps.
+and likewise against the walls, with m the bead's own mass. Spins may decay at a given rate besides: it stands for rolling
+resistance, carries no load at rest, and without it a few beads roll on top of a poured bed for as long as it took to fall.
+Lengths are in mean bead diameters and masses in masses of the mean bead. A poured bed has accelerations in g, so that
+gravity is 1 and time is in sqrt(d/g); a sheared one has no gravity, and time in strains. Semi-implicit Euler steps. A bead
+of mass `FIXED` keeps its velocity whatever pushes it: it is part of a wall.
 
 Pairs come from a Verlet list (each pair once, at the lower index) that holds all pairs within a skin and is renewed
 from cells as soon as the fastest bead may have crossed half of it; beads are put into the order of the cells on the
@@ -28,6 +29,32 @@ from numba import njit
 from numpy.typing import NDArray
 
 SPRING_RATIO = 2.0 / 7.0
+FIXED = 1e30
+"""Mass of a bead that nothing moves."""
+STRESSES = 4
+"""Sums over contacts that `advance` adds up: F.r, F_z r_z, F_x r_z and their number."""
+
+
+def material_of(
+    stiffness: float, restitution: float, friction: float, *, spin_decay: float = 0.0, ratio: float = SPRING_RATIO
+) -> tuple[float, ...]:
+    """What `advance` takes as material; `ratio` is that of tangential to normal stiffness."""
+    return stiffness, 2.0 * _damping(restitution) * math.sqrt(stiffness), friction, spin_decay, ratio
+
+
+def contact_time(stiffness: float, restitution: float, mass: float = 1.0) -> float:
+    """Time of a collision of two beads of that mass."""
+    return math.pi * math.sqrt(0.5 * mass / (stiffness * (1.0 - _damping(restitution) ** 2)))
+
+
+def no_pairs(count: int) -> tuple[NDArray[Any], ...]:
+    """The Verlet list of so many beads before the first one is made."""
+    return np.zeros(count + 1, np.int64), np.zeros(0, np.int64), np.zeros(0), np.zeros((0, 3))
+
+
+def _damping(restitution: float) -> float:
+    """zeta."""
+    return -math.log(restitution) / math.hypot(math.pi, math.log(restitution))
 
 
 @njit(cache=True, error_model="numpy", fastmath=True)
@@ -273,25 +300,30 @@ def advance(
     walls: Any,
     wall_spring: Any,
     material: Any,
+    gravity: Any,
     dt: float,
     steps: int,
-    skin: float,
+    slack: float,
+    contacts: Any = None,
 ) -> Any:  # pragma: no cover
-    """Up to `steps` steps, fewer if the Verlet list may have become too short; gives the number of steps done.
+    """Up to `steps` steps, fewer if the Verlet list may have become too short; gives the number of steps done and the slack left.
 
-    walls: planes (w, 4; inward unit normal and offset), cylinder radius (0 for none), period (2; 0 for none), with
-    wall_spring (n, w + 1, 3); material: stiffness, dashpot_rate = 2 zeta sqrt(stiffness), friction coefficient, spin_decay.
+    walls: planes (w, 4; inward unit normal and offset), cylinder radius (0 for none), period (2; 0 for none), velocities of the
+    walls (w + 1, 3), with wall_spring (n, w + 1, 3); material: stiffness, dashpot_rate = 2 zeta sqrt(stiffness), friction
+    coefficient, spin_decay, tangential over normal stiffness; gravity (3); slack: way that a bead may go with this list, half of
+    its skin at first. contacts: None, or sums over the steps that are added to: radii of the contacts of pairs (pairs), with
+    planes (n, w), and `STRESSES`.
     """
-    planes, cylinder_radius, period = walls
+    planes, cylinder_radius, period, wall_velocity = walls
     start, partner, dashpots, spring = pairs
-    stiffness, dashpot_rate, friction, spin_decay = material
-    tangential = SPRING_RATIO * stiffness
+    stiffness, dashpot_rate, friction, spin_decay, ratio = material
+    tangential = ratio * stiffness
     count = body.shape[0]
     kept = 1.0 - spin_decay * dt
-    left = 0.5 * skin
     for done in range(steps):
         for i in range(count):
-            load[i, 0], load[i, 1], load[i, 2] = 0.0, 0.0, -size[i, 1]
+            mass = size[i, 1] if size[i, 1] < FIXED else 0.0
+            load[i, 0], load[i, 1], load[i, 2] = gravity[0] * mass, gravity[1] * mass, gravity[2] * mass
             load[i, 3], load[i, 4], load[i, 5] = 0.0, 0.0, 0.0
         for i in range(count):
             # what the inner loop reads and adds up for bead i stands in locals: arrays might alias, for the compiler
@@ -322,9 +354,17 @@ def advance(
                 vn = vx * nx + vy * ny + vz * nz
                 normal = max(stiffness * overlap - dashpots[at] * vn, 0.0)
                 tx, ty, tz = _friction(spring, at, nx, ny, nz, vx - vn * nx, vy - vn * ny, vz - vn * nz,
-                                       normal, tangential, SPRING_RATIO * dashpots[at], friction, dt)  # fmt: skip
+                                       normal, tangential, ratio * dashpots[at], friction, dt)  # fmt: skip
                 cx, cy, cz = ny * tz - nz * ty, nz * tx - nx * tz, nx * ty - ny * tx
                 tx, ty, tz = tx + normal * nx, ty + normal * ny, tz + normal * nz
+                if contacts is not None and (size[i, 1] < FIXED or size[j, 1] < FIXED):
+                    # the circle of the lens that the two spheres share
+                    along = 0.5 * (square + radius * radius - size[j, 0] * size[j, 0]) * inverse
+                    contacts[0][at] += math.sqrt(max(radius * radius - along * along, 0.0))
+                    contacts[2][0] += distance * (tx * nx + ty * ny + tz * nz)
+                    contacts[2][1] += distance * tz * nz
+                    contacts[2][2] += distance * tx * nz
+                    contacts[2][3] += 1.0
                 fx, fy, fz = fx - tx, fy - ty, fz - tz
                 mx, my, mz = mx - ai * cx, my - ai * cy, mz - ai * cz
                 load[j, 0] += tx
@@ -359,15 +399,21 @@ def advance(
                 if gap >= radius:
                     wall_spring[i, wall, 0], wall_spring[i, wall, 1], wall_spring[i, wall, 2] = 0.0, 0.0, 0.0
                     continue
-                # n points from the wall to the bead's centre; the bead moves against the wall: v - gap w x n
-                vx = body[i, 3] - gap * (body[i, 7] * nz - body[i, 8] * ny)
-                vy = body[i, 4] - gap * (body[i, 8] * nx - body[i, 6] * nz)
-                vz = body[i, 5] - gap * (body[i, 6] * ny - body[i, 7] * nx)
+                # n points from the wall to the bead's centre; the bead moves against the wall: v - v_wall - gap w x n
+                vx = body[i, 3] - wall_velocity[wall, 0] - gap * (body[i, 7] * nz - body[i, 8] * ny)
+                vy = body[i, 4] - wall_velocity[wall, 1] - gap * (body[i, 8] * nx - body[i, 6] * nz)
+                vz = body[i, 5] - wall_velocity[wall, 2] - gap * (body[i, 6] * ny - body[i, 7] * nx)
                 vn = vx * nx + vy * ny + vz * nz
                 dashpot = dashpot_rate * math.sqrt(mass)
                 normal = max(stiffness * (radius - gap) - dashpot * vn, 0.0)
                 tx, ty, tz = _friction(wall_spring[i], wall, nx, ny, nz, vx - vn * nx, vy - vn * ny, vz - vn * nz,
-                                       normal, tangential, SPRING_RATIO * dashpot, friction, dt)  # fmt: skip
+                                       normal, tangential, ratio * dashpot, friction, dt)  # fmt: skip
+                if contacts is not None and mass < FIXED and wall < planes.shape[0]:
+                    contacts[1][i, wall] += math.sqrt(max(radius * radius - gap * gap, 0.0))
+                    contacts[2][0] += gap * (normal + tx * nx + ty * ny + tz * nz)
+                    contacts[2][1] += gap * (normal * nz + tz) * nz
+                    contacts[2][2] += gap * (normal * nx + tx) * nz
+                    contacts[2][3] += 1.0
                 load[i, 0] += normal * nx + tx
                 load[i, 1] += normal * ny + ty
                 load[i, 2] += normal * nz + tz
@@ -382,7 +428,7 @@ def advance(
                 body[i, a] += dt * body[i, 3 + a]
                 speed += body[i, 3 + a] ** 2
             fastest = max(fastest, speed)
-        left -= dt * math.sqrt(fastest)
-        if left <= 0.0:
-            return done + 1
-    return steps
+        slack -= dt * math.sqrt(fastest)
+        if slack <= 0.0:
+            return done + 1, slack
+    return steps, slack

@@ -30,9 +30,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
+from ..files.atomic_files import output_file
 from ..files.tables import read_rows
 from ..files.units import to_si
-from ..files.whole_files import output_file
 from .container import container, description
 from .packing import Packing
 

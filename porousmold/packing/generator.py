@@ -196,22 +196,21 @@ def _poured(container: Any, diameters: NDArray[Any], friction: float, settings: 
     size = np.column_stack((0.5 * diameters / unit, (diameters / unit) ** 3))
     area, period = container.cross_section / unit**2, np.array(container.period) / unit
     planes = np.array(container.planes) * (1.0, 1.0, 1.0, 1.0 / unit)
-    walls = (planes, container.radius / unit, period)
+    walls = (planes, container.radius / unit, period, np.zeros((len(planes) + 1, 3)))
+    gravity = np.array([0.0, 0.0, -1.0])
     solid = np.pi / 6.0 * size[:, 1].sum()
 
     body, top = _placed(container, size, solid / area, settings["seed"], unit)
     name, load = np.arange(count), np.zeros((count, 6))
     wall_spring = np.zeros((count, len(planes) + 1, 3))
-    pairs = (np.zeros(count + 1, np.int64), np.zeros(0, np.int64), np.zeros(0), np.zeros((0, 3)))
+    pairs = dynamics.no_pairs(count)
 
     # a bed of height H carries its own weight, H/2 in the mean, on CONTACTS_PER_BEAD contacts: F = 6 m g (H/2) / (d Z)
     height = solid / (0.6 * area)
     # on beads of size 1; forces grow with d^2, so that beads larger than the mean need stiffer springs
     stiffness = 3.0 * max(height, 1.0) / (CONTACTS_PER_BEAD * MEAN_OVERLAP) * 2.0 * size[:, 0].max()
-    zeta = -math.log(RESTITUTION) / math.hypot(math.pi, math.log(RESTITUTION))
-    material = (stiffness, 2.0 * zeta * math.sqrt(stiffness), friction, SPIN_DECAY)
-    contact_time = math.pi * math.sqrt(0.5 * size[:, 1].min() / (stiffness * (1.0 - zeta**2)))
-    dt = contact_time / STEPS_PER_CONTACT
+    material = dynamics.material_of(stiffness, RESTITUTION, friction, spin_decay=SPIN_DECAY)
+    dt = dynamics.contact_time(stiffness, RESTITUTION, size[:, 1].min()) / STEPS_PER_CONTACT
     fall = math.sqrt(2.0 * top)
 
     time = 0.0
@@ -220,9 +219,10 @@ def _poured(container: Any, diameters: NDArray[Any], friction: float, settings: 
         # long lists where beads fall, short ones where they rest: both cost time, as renewals and as idle pairs
         skin = min(max(0.04, 40.0 * dt * fastest), 0.35)
         pairs = dynamics.renew_pairs(body, size, name, wall_spring, pairs, skin, period, material[1])
-        time += dt * dynamics.advance(
-            body, load, size, pairs, walls, wall_spring, material, dt, STEPS_BETWEEN_CHECKS, skin
+        steps, _ = dynamics.advance(
+            body, load, size, pairs, walls, wall_spring, material, gravity, dt, STEPS_BETWEEN_CHECKS, 0.5 * skin
         )
+        time += dt * steps
         energy = 0.5 * (size[:, 1] * (body[:, 3:6] ** 2).sum(axis=1)).mean()
         residual = np.linalg.norm(load[:, :3], axis=1).mean()
         if progress is not None:

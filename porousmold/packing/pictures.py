@@ -54,7 +54,8 @@ def draw_conduction(path: Path, found: Any, reference: float, diameter: float) -
         place = found.wall_distance / diameter
         temperature.plot([0.0, *place], [0.5, *found.temperature], "o-", markersize=4)
         temperature.set(ylabel="temperature over the difference of the walls", ylim=(0.0, 0.52))
-        conductivity.plot(place, found.conductivity, "o-", markersize=4, label="layers of beads")
+        between = found.conductivity_places / diameter
+        conductivity.plot(between, found.conductivity, "o-", markersize=4, label="between layers of beads")
         conductivity.axhline(found.core, color="tab:blue", linestyle="--", label="core")
         conductivity.axhline(reference, color="0.4", linestyle=":", label="Zehner, Bauer, Schluender")
         conductivity.set(ylabel="conductivity in W/(m K)", ylim=(0.0, None))

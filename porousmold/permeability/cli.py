@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
+from ..files.atomic_files import output_file, output_folder
 from ..files.units import to_si
-from ..files.whole_files import output_file
 from ..output.console import Bar
 
 LEAST, GREATEST, GRID = 1e-12, 1e-5, 22
@@ -28,14 +28,12 @@ def add_commands(commands: Any) -> None:
     measured.add_argument("--out", metavar="DIR", help="folder to write (default: runs/NAME OF DATA)")
     measured.add_argument("--quiet", action="store_true", help="no summary, no picture")
     measured.set_defaults(serial=_permeability)
-    span = commands.add_parser(
-        "test-range", help="which permeabilities a falling-head set-up can measure, and how well"
-    )
+    span = commands.add_parser("test-range", help="range of permeabilities that a falling-head set-up can measure")
     span.add_argument("setup", metavar="SETUP.toml")
     span.add_argument("--error", default="0.05", help="largest relative error of 95 %% of the tests (default 0.05)")
     span.add_argument("--longest", default="1 day", help="longest test (default 1 day)")
-    span.add_argument("--head-error", default="0.5 mm", help="reading of h0, half width (default 0.5 mm)")
-    span.add_argument("--scale-resolution", default="1 g", help="(default 1 g)")
+    span.add_argument("--head-error", default="0.5 mm", help="error of the reading of h0, half width (default 0.5 mm)")
+    span.add_argument("--scale-resolution", default="1 g", help="resolution of the scale (default 1 g)")
     span.add_argument(
         "--temperature-error", default="1 K", help="standard deviation; 2 %% of viscosity per K (default 1 K)"
     )
@@ -48,10 +46,7 @@ def add_commands(commands: Any) -> None:
 
 def _folder(out: Path, default: Any) -> Any:
     folder = Path(out) if out else Path("runs") / default
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError("--out", str(folder), f"cannot be written: {error.strerror}") from error
+    output_folder(folder)
     return folder
 
 
@@ -147,7 +142,7 @@ def _test_range(options: argparse.Namespace) -> str:
     liquids = {name: setup for name, setup in liquids.items() if setup.rate_and_offset(1.0)[1] > 0.0}
     if test.setup not in liquids.values():
         raise InputError("setup.outlet_pressure", test.setup.outlet_pressure,
-                         "must be below the weight of the liquid's column, or none runs out", options.setup)  # fmt: skip
+                         "must be below the pressure of the liquid column, or nothing drains", options.setup)  # fmt: skip
     permeabilities = np.geomspace(LEAST, GREATEST, GRID)
     bar = Bar(quiet=options.quiet)
     found: dict[str, list[Any]] = {name: [] for name in liquids}
@@ -169,11 +164,9 @@ def _test_range(options: argparse.Namespace) -> str:
         return ""
     from .pictures import draw_accuracies
 
-    lines = [
-        f"permeability within {error:.3g} of itself in 95 % of the tests, none longer than {longest / 3600.0:.4g} h:"
-    ]
+    lines = [f"relative error below {error:.3g} in 95 % of the tests, tests not longer than {longest / 3600.0:.4g} h:"]
     for name, span in ranges.items():
         lines.append(f"{name:14s} {f'{span[0]:.2g} to {span[1]:.2g} m2' if span else 'none'}")
-    lines.append("(the set-up's c0 and c1 held whatever the liquid)")
+    lines.append("(c0 and c1 of the set-up are the same for all liquids)")
     picture = draw_accuracies(folder / "test-range.png", found, error)
     return "\n".join([*lines, f"written to {folder}: test-range.json, {picture.name}"])

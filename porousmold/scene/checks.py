@@ -1,4 +1,4 @@
-"""What the keys of a scene must be together: each rule refuses with one line (`InputError`) that names a key."""
+"""Consistency checks of the keys of a scene: a violated rule raises an `InputError` that names a key."""
 
 from typing import Any, Literal
 
@@ -76,7 +76,7 @@ def _geometry(scene: Any) -> None:
     if scene.operation.programme is None:
         _need(scene, "operation", "inlet_temperature")
     elif scene.is_given("operation.inlet_temperature"):
-        allowed = "has no place beside [[operation.programme]]"
+        allowed = "cannot be combined with [[operation.programme]]"
         raise InputError("operation.inlet_temperature", None, allowed, scene.source)
 
 
@@ -90,7 +90,7 @@ def _drive(scene: Any) -> None:
         given = " and ".join(f"operation.{name}" for name in drives) or "operation.pressure_drop"
         names = ", ".join(f"operation.{name}" for name in DRIVES)
         raise InputError(given, None, f"exactly one of {names} must be given", scene.source)
-    if scene.model.flow_update == "frozen" and getattr(operation, drives[0]).kinks:
+    if scene.model.flow_update == "frozen" and getattr(operation, drives[0]).breakpoints:
         _refuse(scene, "model.flow_update", f"must be 'quasi-steady' with a time series as operation.{drives[0]}")
     limit = 10.0 * operation.outlet_pressure
     if operation.pressure_drop is not None and operation.pressure_drop.range[1] > limit:
@@ -101,11 +101,11 @@ def _drive(scene: Any) -> None:
 def _blower(scene: Any, drives: list[str]) -> None:
     operation, model = scene.operation, scene.model
     if drives:
-        raise InputError(f"operation.{drives[0]}", None, "has no place beside a blower", scene.source)
+        raise InputError(f"operation.{drives[0]}", None, "cannot be combined with a blower", scene.source)
     if operation.blower is not None:
         for name in ("blower_pressure", "blower_flow"):
             if getattr(operation, name) is not None:
-                _refuse(scene, f"operation.{name}", "has no place beside operation.blower, the file of a curve")
+                _refuse(scene, f"operation.{name}", "cannot be combined with operation.blower, a file")
         read_curve(operation.blower)
     elif operation.blower_flow is None:
         _need(scene, "operation", "blower_flow")
@@ -120,7 +120,7 @@ def _air_loop(scene: Any) -> None:
     if operation.duct_resistance and operation.blower is None and operation.blower_pressure is None:
         _refuse(scene, "operation.duct_resistance", "has no meaning without a blower")
     if operation.mold_width is not None and is_round(scene):
-        _refuse(scene, "operation.mold_width", "has no place in a pipe")
+        _refuse(scene, "operation.mold_width", "does not apply to a pipe")
     if not has_air_loop(scene):
         for name in ("fresh_temperature", "mold_width"):
             if getattr(operation, name):
@@ -137,13 +137,13 @@ def _flow_and_mesh(scene: Any) -> None:
     if geometry.width is not None and model.flow != "full":
         _refuse(scene, "model.flow", "must be 'full' with geometry.width")
     if geometry.kind == "mesh" and model.flow != "full":
-        _refuse(scene, "model.flow", "must be 'full' for a mesh: its stations are not known")
+        _refuse(scene, "model.flow", "must be 'full' for a mesh, which has no axial stations")
     if model.flow_update == "transient" and model.flow != "full":
         _refuse(scene, "model.flow_update", "must go with model.flow 'full'")
     if model.bead_modes is not None:
         for name, value in (("energy", "one-temperature"), ("flow_update", "transient")):
             if getattr(model, name) == value:
-                _refuse(scene, "model.bead_modes", f"has no place beside model.{name} {value!r}")
+                _refuse(scene, "model.bead_modes", f"cannot be combined with model.{name} {value!r}")
 
 
 def _wall(scene: Any) -> None:
@@ -168,9 +168,9 @@ def _layers(scene: Any) -> None:
         _refuse(scene, "model.wall", "must be 'conjugate' with [[wall.layer]]")
     for name in ("material", "thickness", "density", "heat_capacity", "conductivity"):
         if scene.is_given(f"wall.{name}"):
-            _refuse(scene, f"wall.{name}", "has no place beside [[wall.layer]], whose tables have it")
+            _refuse(scene, f"wall.{name}", "cannot be combined with [[wall.layer]]")
     if scene.is_given("solver.wall_cells"):
-        _refuse(scene, "solver.wall_cells", "has no place beside [[wall.layer]]: give the layers' cells")
+        _refuse(scene, "solver.wall_cells", "cannot be combined with [[wall.layer]]: set its cells")
     names: list[str] = []
     for number, layer in enumerate(wall.layer, start=1):
         place = f"wall.layer[{number}]"
@@ -208,6 +208,10 @@ def _bed(scene: Any) -> None:
     geometry, bed, limit = scene.geometry, scene.bed, POROSITY_MODELS[scene.bed.porosity_model].largest_bulk_porosity
     if bed.porosity_profile is None and bed.bulk_porosity > limit:
         _refuse(scene, "bed.bulk_porosity", f"must be <= {limit:g} with porosity_model {bed.porosity_model!r}")
+    if bed.conductivity_profile is not None:
+        for name in ("model.bead_conduction", "bed.emissivity", "bed.contact_flattening"):
+            if scene.is_given(name):
+                _refuse(scene, name, "has no place beside bed.conductivity_profile, which is used instead")
     if scene.model.rev_terms != "off" and bed.porosity_profile is None:
         _refuse(scene, "model.rev_terms", "needs bed.porosity_profile: the porosity models give no phi_A")
     least = SMALLEST_RATIO * bed.bead_diameter
@@ -236,7 +240,7 @@ def _moving_beads(scene: Any) -> None:
         _refuse(scene, "operation.bead_velocity", "has no place in a mesh of your own: beads move along straight beds")
     if model.bead_modes is not None:
         _refuse(
-            scene, "model.bead_modes", "has no place beside operation.bead_velocity: beads that move are isothermal"
+            scene, "model.bead_modes", "cannot be combined with operation.bead_velocity: moving beads are isothermal"
         )
     for name, needed in (
         ("energy", "two-temperature"),
@@ -262,7 +266,7 @@ def _outer_wall(scene: Any) -> None:
     operation = scene.operation
     heated = (operation.outer_heat_flux or operation.outer_coefficient) is not None
     if scene.model.wall in ("insulated", "fixed-temperature") and heated:
-        _refuse(scene, "model.wall", "has no place beside operation.outer_heat_flux or outer_coefficient")
+        _refuse(scene, "model.wall", "excludes operation.outer_heat_flux and outer_coefficient")
     if operation.outer_heat_flux is None and operation.outer_heat_flux_factor != 1.0:
         _refuse(scene, "operation.outer_heat_flux_factor", "has no meaning without operation.outer_heat_flux")
     if (operation.outer_coefficient is None) != (operation.ambient_temperature is None):

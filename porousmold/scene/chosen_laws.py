@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
-from ..laws import bead_interior
+from ..laws import bead_interior, stirring
 from ..laws.conductivity import BEAD_CONDUCTION_LAWS, DISPERSION_LAWS, BeadConduction, Dispersion
 from ..laws.drag import DRAG_LAWS, DragLaw
 from ..laws.material_library import FLUIDS, SOLIDS
@@ -63,7 +63,7 @@ class Laws:
             _walls(scene),
             replace(DRAG_LAWS[model.drag].for_width(width_ratio(scene)), factor=model.drag_factor),
             NUSSELT_CORRELATIONS[model.nusselt],
-            replace(BEAD_CONDUCTION_LAWS[model.bead_conduction], factor=model.conduction_factor),
+            _bead_conduction(scene),
             replace(DISPERSION_LAWS[model.dispersion], factor=model.conduction_factor),
             _turbulence(model),
             scene.porosity,
@@ -82,6 +82,8 @@ class Laws:
         """Where the laws in use come from, by what they are used for."""
         sources = {"drag": self.drag.source, "nusselt": self.nusselt.source, "porosity": self.porosity.source}
         sources |= {"bead conduction": self.bead_conduction.source, "dispersion": self.dispersion.source}
+        if self.bead_conduction.mixing_rate:
+            sources["stirring"] = stirring.SOURCE
         if self.turbulence is not None:
             sources["turbulence"] = self.turbulence.source
         if bead_modes:
@@ -93,6 +95,15 @@ def width_ratio(scene: Scene) -> float:
     """Hydraulic diameter over that of the beads: D/d of a pipe, 2 H/d of a cavity; infinite where only the mesh knows."""
     size = GEOMETRIES[scene.geometry.kind].size(scene.geometry)
     return float("inf") if size is None else 4.0 * size.area / size.walled_perimeter / float(scene.bed.bead_diameter)
+
+
+def _bead_conduction(scene: Scene) -> BeadConduction:
+    """The law of the scene or its table, with what stirring adds."""
+    bed, law = scene.bed, BEAD_CONDUCTION_LAWS[scene.model.bead_conduction]
+    if scene.conductivity_profile is not None:
+        law = BeadConduction(scene.conductivity_profile, str(bed.conductivity_profile), whole_bed=True)
+    mixing_rate = float(bed.stirring_coefficient * bed.shear_rate)
+    return replace(law, factor=scene.model.conduction_factor, mixing_rate=mixing_rate)
 
 
 def _turbulence(model: Table) -> TurbulenceModel | None:

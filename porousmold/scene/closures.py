@@ -58,6 +58,8 @@ def departures(scene: Any) -> dict[str, Any]:
     values = {name: _value(scene, name) for name in CLOSURES[scene.model.closures]}
     if scene.bed.porosity_profile is not None:
         values |= {"bed.porosity_model": "bed.porosity_profile", "bed.bulk_porosity": scene.porosity.bulk_porosity}
+    if scene.conductivity_profile is not None:
+        values["model.bead_conduction"] = "bed.conductivity_profile"
     return {name: value for name, value in values.items() if value != CLOSURES[scene.model.closures][name]}
 
 

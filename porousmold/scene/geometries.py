@@ -96,3 +96,13 @@ def dimension_of(table: Any) -> int:
 
 
 GEOMETRIES: Mapping[str, Geometry] = {"mold": Mold(), "pipe": Pipe(), "mesh": Mesh()}
+
+
+def modelled_part(geometry: Mapping[str, Any]) -> str:
+    """Which part of a tool is modelled, of the keys of a scene's [geometry]: what mass flows and heats belong to."""
+    if geometry["kind"] == "pipe":
+        return "the whole pipe"
+    if geometry["kind"] == "mesh":
+        planar = geometry.get("symmetry") in (None, "planar")
+        return "the part in the mesh" + (", per metre of width" if planar else "")
+    return "a quarter of the cavity" if geometry.get("width") is not None else "half of the cavity, per metre of width"

@@ -19,7 +19,7 @@ from .scene import Scene
 from .series import TimeSeries
 
 COMPUTING = ("laws", "mesh", "equations", "solvers", "simulation")
-"""The rooms whose sources count; of the others only what reads a value counts: `READING`."""
+"""Subpackages whose sources are part of the identity; of the others only those that read values: `READING`."""
 READING = ("files/units.py", "files/tables.py", "scene/chosen_laws.py", "scene/series.py", "scene/geometries.py")
 FREE_TO_CHANGE = {
     *("operation.end_time", "solver.first_step", "solver.step_growth", "solver.largest_step"),

@@ -1,4 +1,4 @@
-"""The language of the files that a user writes: keys with their unit, default, bounds and meaning, and how a file is checked.
+"""The schema of input files: keys with their unit, default, bounds and meaning, and the validation of a file.
 
 A language is {table: {name: `Key`}}. Values are SI numbers or texts with a unit. A key that is unknown, of the wrong dimension
 or out of bounds is refused by one line that names it.
@@ -18,6 +18,8 @@ from ..files.units import to_si
 from .series import TimeSeries, read_series
 
 INFINITY = float("inf")
+COLDEST_WITHOUT_UNIT = 150.0
+"""Temperature (K) below which a number needs a unit."""
 WITHOUT_UNIT = ("choice", "flag", "file", "text", "list", "tolerance", "integer")
 LONGEST_SPAN = 1e5
 """Time (s) up to which a given function of the time is sampled."""
@@ -98,6 +100,15 @@ def key_of(language: Language, full_name: str) -> Key:
     return key.entries[listed["key"]] if listed else key
 
 
+def unit_and_meaning(language: Language, full_name: str) -> tuple[str, str]:
+    """Of the key of a name; both empty for that of a material's own."""
+    try:
+        key = key_of(language, full_name)
+    except KeyError:
+        return "", ""
+    return key.unit, key.meaning
+
+
 def flat(tables: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
     """{"table.key": value} of nested tables; of tables in a list "table[1].key"."""
     found: dict[str, Any] = {}
@@ -159,7 +170,9 @@ def _checked_value(name: str, key: Key, value: Any, base: Path, where: str | Non
         return TimeSeries.constant(value) if key.series else value
     if key.kind == "choice":
         if not isinstance(value, str) or value not in key.choices:
-            raise InputError(name, value, f"must be one of {', '.join(map(repr, key.choices))}", where)
+            near = difflib.get_close_matches(str(value), list(key.choices), n=1, cutoff=0.7)
+            hint = f"; did you mean {near[0]!r}?" if near else ""
+            raise InputError(name, value, f"must be one of {', '.join(map(repr, key.choices))}{hint}", where)
         return value
     if key.kind == "tolerance":
         return value
@@ -185,8 +198,8 @@ def _checked_value(name: str, key: Key, value: Any, base: Path, where: str | Non
         return value
     if key.series:
         return _checked_series(name, key, value, base, where)
-    number = to_si(name, value, key.kind, where)
-    _check_bounds(name, number, key, where)
+    number = _number(name, value, key, where)
+    _check_bounds(name, number, key, where, value)
     return number
 
 
@@ -212,13 +225,26 @@ def _checked_series(name: str, key: Key, value: Any, base: Path, where: str | No
     elif isinstance(value, list | tuple):
         series = TimeSeries.of_pair(name, value, key.kind, where)
     else:
-        series = TimeSeries.constant(to_si(name, value, key.kind, where))
+        series = TimeSeries.constant(_number(name, value, key, where))
     for number in series.range:
         _check_bounds(name, number, key, series.source or where)
     return series
 
 
-def _check_bounds(name: str, number: float, key: Key, where: str | None) -> None:
+def _number(name: str, value: Any, key: Key, where: str | None) -> float:
+    """The value in SI. A temperature without a unit that no mold has is refused: it is likely to be meant in degrees Celsius."""
+    number = to_si(name, value, key.kind, where)
+    try:
+        is_bare = key.kind == "K" and 0.0 < float(value) < COLDEST_WITHOUT_UNIT
+    except ValueError:
+        is_bare = False
+    if is_bare:
+        raise InputError(name, value, f"needs a unit: '{number:g} degC' or '{number:g} K'", where)
+    return number
+
+
+def _check_bounds(name: str, number: float, key: Key, where: str | None, given: Any = None) -> None:
+    """Refuse a number out of bounds, shown as it is given where that is a text."""
     inside = key.low <= number <= key.high if key.closed else key.low < number < key.high
     if not inside:
-        raise InputError(name, number, key.allowed(), where)
+        raise InputError(name, given if isinstance(given, str) else number, key.allowed(), where)

@@ -1,7 +1,9 @@
-"""The language of a scene: every key with its kind, default, bounds and meaning (`docs/scene.md` lists it)."""
+"""The schema of a scene: every key with its type, default, bounds and meaning (`docs/scene.md` lists it)."""
 
 from collections.abc import Collection, Mapping
 
+from ..errors import InputError
+from ..laws import stirring
 from ..laws.conductivity import BEAD_CONDUCTION_LAWS, DISPERSION_LAWS
 from ..laws.drag import DRAG_LAWS
 from ..laws.material_library import FLUIDS, SOLIDS
@@ -39,31 +41,36 @@ KEYS: dict[str, dict[str, Key]] = {
     "geometry": {
         "kind": _choice("what is heated", ("mold", "pipe", "mesh"), None),
         "length": _length("length of the bed along the flow"),
-        "cavity_height": _length("full height of a mold's cavity; half of it is computed"),
-        "width": _length("full width of a mold's cavity, which makes it three-dimensional; half of it is computed"),
-        "sides": _choice("what is beside a cavity of given width: the wall, or more of the cavity", ("wall", "symmetry"),
+        "cavity_height": _length("full height of a mold's cavity between two equal walls; half of it is modelled"),
+        "width": _length("full width of a mold's cavity, for a three-dimensional model; half of it is modelled"),
+        "sides": _choice("lateral boundary of a cavity with a width: wall, or plane of symmetry", ("wall", "symmetry"),
                          "wall"),
         "diameter": _length("inner diameter of a pipe"),
-        "sensors": Key("file", "CSV file `name, x [mm], y [mm]` of places whose temperature is recorded: x along the flow, y "
+        "sensors": Key("file", "CSV file `name, x [mm], y [mm]` of points where the temperature is recorded: x along the flow, y "
                                "from the middle"),
         "mesh": Key("file", "gmsh file (.geo, .msh) with named physical groups, for kind 'mesh'"),
-        "symmetry": _choice("of a mesh: planar, about the axis x[1] = 0, or none, in three dimensions",
+        "symmetry": _choice("symmetry of a mesh: planar (2D), axisymmetric about x[1] = 0, or none (3D)",
                             ("planar", "axisymmetric", "none"), "planar"),
-        "refine_wall": Key("flag", "put cells at the wall of a mesh that is too coarse there", False),
-        "parts": Key("integer", "of a mesh without symmetry: how many of it the whole tool is, for blower and heater", 1, low=1,
+        "refine_wall": Key("flag", "insert graded cells at the wall of a mesh that is too coarse there", False),
+        "parts": Key("integer", "number of such parts in the whole tool (symmetry 'none'), for blower and heater", 1, low=1,
                      high=1000, closed=True),
     },
     "bed": {
         "bead_diameter": _length("diameter of the beads"),
         "bead_material": _choice("material of the beads", SOLIDS, "ceramic"),
         **{f"bead_{name}": key for name, key in _solid_properties("the beads").items()},
-        "contact_flattening": Key("", "flattened share of a bead's section, for model.bead_conduction "
+        "contact_flattening": Key("", "flattened fraction of a bead's cross-section, for model.bead_conduction "
                                       "'zehner-bauer-schluender'; overrides the material's", low=0.0, high=0.5, closed=True),
-        "emissivity": Key("", "of the beads' surface, for radiation between them in the same law; 0: none", 0.0, low=0.0,
+        "emissivity": Key("", "emissivity of the beads, for radiation between them in the same law; 0: none", 0.0, low=0.0,
                           high=1.0, closed=True),
         "porosity_model": _choice("porosity against wall distance", POROSITY_MODELS, _THESIS["bed.porosity_model"]),
         "bulk_porosity": Key("", "porosity far from the wall", _THESIS["bed.bulk_porosity"], low=0.0, high=1.0),
         "porosity_profile": Key("file", "CSV profile (wall distance over bead diameter, phi_V, phi_A), in place of a model"),
+        "conductivity_profile": Key("file", "CSV profile (wall distance, stagnant conductivity of bed and fluid), as written by "
+                                            "`porousmold conductivity`, in place of model.bead_conduction"),
+        "shear_rate": Key("1/s", "shear rate of a stirred bed; adds conduction across the flow", 0.0, low=0.0, closed=True),
+        "stirring_coefficient": Key("", "c of the stirring conductivity c (1 - phi) rho_s C_s d^2 x shear rate",
+                                    stirring.COEFFICIENT, low=0.0, high=1.0),
         "averaging_diameter_ratio": Key("", "largest averaging sphere over bead diameter, D_max/d", 5.5, low=0.0, high=100),
         "allow_small_ratio": Key("flag", "accept a bed narrower than 10 beads, with a warning", False),
     },
@@ -72,17 +79,17 @@ KEYS: dict[str, dict[str, Key]] = {
         "thickness": _length("thickness of the wall"),
         **_solid_properties("the wall"),
         "layer": Key("list", "layers of the wall from the bed outwards, in place of its material and thickness", entries={
-            "name": Key("text", "its name in results and targets, and of its physical group in a mesh; else its material's"),
+            "name": Key("text", "name in results and targets, and of the physical group in a mesh; default: its material"),
             "material": _choice("material of the layer", SOLIDS, None),
             "thickness": _length("thickness of the layer"),
             "contact_resistance": Key("m^2*K/W", "between this layer and the next one outwards", 0.0, low=0.0, high=100.0,
                                       closed=True),
-            "heat_source": Key("W/m^3", "heat set free in the layer", low=-1e9, high=1e9, series=True),
+            "heat_source": Key("W/m^3", "volumetric heat source in the layer", low=-1e9, high=1e9, series=True),
             "cells": Key("integer", "cells through the layer; default from its Biot number", low=1, high=1000, closed=True),
         }),
     },
     "fluid": {
-        "material": _choice("the fluid", FLUIDS, "air"),
+        "material": _choice("material of the fluid", FLUIDS, "air"),
         "density": _property("kg/m^3", "constant density: makes the fluid a liquid"),
         "viscosity": _property("Pa*s", "constant viscosity; overrides the material's"),
         "heat_capacity": _property("J/(kg*K)", "constant heat capacity; overrides the material's"),
@@ -90,92 +97,93 @@ KEYS: dict[str, dict[str, Key]] = {
     },
     "operation": {
         "initial_temperature": Key("K", "of fluid, beads and wall", low=0.0, high=5000.0),
-        "inlet_temperature": Key("K", "of the incoming fluid; its set-point where a heater has to reach it", low=0.0, high=5000.0,
+        "inlet_temperature": Key("K", "inlet temperature of the fluid; with a heater, its set-point", low=0.0, high=5000.0,
                                  series=True),
-        "programme": Key("list", "stages of the inlet's set-point, in place of inlet_temperature", entries={
-            "to": Key("K", "temperature that the stage goes to", low=0.0, high=5000.0),
-            "rate": Key("K/s", "at which it goes there", low=0.0, high=1e4),
+        "programme": Key("list", "stages of the inlet temperature set-point, instead of inlet_temperature", entries={
+            "to": Key("K", "temperature at the end of the ramp", low=0.0, high=5000.0),
+            "rate": Key("K/s", "heating or cooling rate of the ramp, positive", low=0.0, high=1e4),
             "over": Key("s", "time that it takes, in place of a rate", low=0.0, high=1e9),
-            "hold": Key("s", "time for which the temperature is held then", low=0.0, high=1e9),
+            "hold": Key("s", "duration of the hold after the ramp", low=0.0, high=1e9),
         }),
         "pressure_drop": Key("Pa", "static pressure, inlet minus outlet", low=0.0, high=1e8, closed=True, series=True),
         "inlet_velocity": Key("m/s", "superficial: volume flow over the empty cross-section", low=0.0, high=1e3, series=True),
-        "mass_flow": Key("kg/s", "whole pipe; half cavity of a mold per metre width, or a quarter of one that has a width",
+        "mass_flow": Key("kg/s", "mass flow: whole pipe; half cavity per metre of width; quarter of a cavity with a width",
                          low=0.0, high=1e6, series=True),
         "blower": Key("file", "CSV curve `volume_flow [m^3/h], pressure_rise [Pa]` of the whole tool's blower"),
-        "blower_pressure": Key("Pa", "pressure rise without flow of a blower whose curve is a parabola", low=0.0,
+        "blower_pressure": Key("Pa", "pressure rise at zero flow of a blower with a parabolic curve", low=0.0,
                                high=1e7),
-        "blower_flow": Key("m^3/s", "volume flow without pressure rise of that blower", low=0.0, high=1e4),
+        "blower_flow": Key("m^3/s", "volume flow at zero pressure rise of that blower", low=0.0, high=1e4),
         "blower_density": Key("kg/m^3", "density at which the blower's curve holds", 1.2, low=0.0, high=1e4),
-        "blower_efficiency": Key("", "of motor and fan; all of the power ends in the air", 0.6, low=0.01, high=1.0, closed=True),
+        "blower_efficiency": Key("", "of motor and fan; all power dissipated in the air", 0.6, low=0.01, high=1.0, closed=True),
         "duct_resistance": Key("Pa*s^2/m^6", "pressure loss of ducts and filters over the volume flow squared, at blower_density",
                                0.0, low=0.0, high=1e12, closed=True),
-        "heater_power": Key("W", "most that the heater of the whole tool gives", low=0.0, high=1e9),
-        "recirculation": Key("", "part of the outlet's flow that returns to the blower", low=0.0, high=1.0, closed=True,
+        "heater_power": Key("W", "maximum power of the heater of the whole tool", low=0.0, high=1e9),
+        "recirculation": Key("", "fraction of the outlet flow that is recirculated to the blower", low=0.0, high=1.0, closed=True,
                              series=True),
         "duct_conductance": Key("W/K", "heat lost by the return duct per kelvin above fresh_temperature", low=0.0, high=1e6,
                                 closed=True),
-        "fresh_temperature": Key("K", "of the air that is drawn in, and around the duct; default initial_temperature", low=0.0,
+        "fresh_temperature": Key("K", "temperature of fresh air and around the duct; default initial_temperature", low=0.0,
                                  high=5000.0),
-        "mold_width": _length("width of the mold that blower and heater feed, where geometry.width is not given; default 1 m"),
+        "mold_width": _length("mold width supplied by blower and heater, if geometry.width is not set; default 1 m"),
         "energy_price": Key("", "price of a kWh for heater and blower", low=0.0, high=1e6),
         "bead_velocity": Key("m/s", "of beads that move as a plug: positive along the flow, negative against it", 0.0, low=-10.0,
                              high=10.0),
-        "bead_inlet_temperature": Key("K", "of the beads that come in, for bead_velocity", low=0.0, high=5e3, series=True),
+        "bead_inlet_temperature": Key("K", "of the entering beads, for bead_velocity", low=0.0, high=5e3, series=True),
         "outlet_pressure": Key("Pa", "absolute static pressure at the outlet", 101325.0, low=0.0, high=1e9),
         "gravity": Key("m/s^2", "acceleration along the flow (negative: against it)", 0.0, low=-1e3, high=1e3),
-        "outer_heat_flux": Key("W/m^2", "heat into the outer wall (negative: loss); a file may have columns `0.1 m [W/m^2]`, ... "
-                               "along the flow", low=-1e7, high=1e7, series=True, along=True),
+        "outer_heat_flux": Key("W/m^2", "heat flux into the outer wall (negative: loss; not set: adiabatic); a file may have "
+                               "columns `0.1 m [W/m^2]`, ... along the flow", low=-1e7, high=1e7, series=True, along=True),
         "outer_heat_flux_factor": Key("", "factor on outer_heat_flux, for the error of its sensors", 1.0, low=0.0, high=10.0),
-        "outer_coefficient": Key("W/(m^2*K)", "heat transfer coefficient of the outer wall", low=0.0, high=1e6),
+        "outer_coefficient": Key("W/(m^2*K)", "heat transfer coefficient of the outer wall (not set: adiabatic)",
+                                 low=0.0, high=1e6),
         "ambient_temperature": Key("K", "outside the outer wall", low=0.0, high=5000.0, series=True),
         "wall_temperature": Key("K", "of the bed's wall, for model.wall 'fixed-temperature'", low=0.0, high=5000.0,
                                 series=True),
-        "heating_margin": Key("delta_degC", "heated when T_in - min T_wall falls below it", 2.0, low=0.0, high=1000.0),
-        "end_time": Key("s", "stop here if not heated before", 1e5, low=0.0, high=1e9),
+        "heating_margin": Key("delta_degC", "the wall is heated when T_in - min T_wall is below it", 2.0, low=0.0, high=1000.0),
+        "end_time": Key("s", "maximum simulated time, if the wall is not heated before", 1e5, low=0.0, high=1e9),
     },
     "model": {
-        "choose": _choice("the keys of [model] that are left open: as their defaults are, or the cheapest within model.accuracy",
+        "choose": _choice("keys of [model] that are not set: their defaults, or the cheapest choice within model.accuracy",
                           ("as-given", "cheapest"), "as-given"),
-        "accuracy": Key("", "largest relative change of the heating time by what model.choose leaves out", 0.01, low=1e-4,
+        "accuracy": Key("", "largest relative change of the heating time by the simplifications of model.choose", 0.01, low=1e-4,
                         high=0.5, closed=True),
-        "flow": _choice("two-dimensional flow, profiles developed at every station, or one uniform mass flux",
+        "flow": _choice("flow model: full (2D or 3D), locally developed profiles, or plug flow",
                         ("full", "developed", "plug"), "full"),
-        "turbulence": _choice("turbulence and bead sources", TURBULENCE_MODELS, _THESIS["model.turbulence"]),
-        "blend_half_width": Key("", "half-width, in Re_y, of the blend between the wall's layer and k-epsilon around Re_y = 200; "
+        "turbulence": _choice("turbulence model, bead sources included", TURBULENCE_MODELS, _THESIS["model.turbulence"]),
+        "blend_half_width": Key("", "half-width, in Re_y, of the blending of the near-wall layer and k-epsilon at Re_y = 200; "
                                     "published: 20", 120.0, low=1.0, high=200.0, closed=True),
-        "longest_eddy": Key("", "largest length k^1.5/epsilon of the turbulence over the bead diameter; published: none, "
-                                "which 1e6 is", 1.0, low=0.1, high=1e9, closed=True),
-        "energy": _choice("temperatures of fluid and beads, or one for both", ("two-temperature", "one-temperature"),
+        "longest_eddy": Key("", "upper limit of the turbulence length k^1.5/epsilon over the bead diameter; published: none "
+                                "(same as 1e6)", 1.0, low=0.1, high=1e9, closed=True),
+        "energy": _choice("separate temperatures of fluid and beads, or one temperature", ("two-temperature", "one-temperature"),
                           "two-temperature"),
-        "wall": _choice("wall: resolved, of one temperature through its thickness, held at operation.wall_temperature, or none",
+        "wall": _choice("wall model: resolved conduction, lumped in thickness, fixed at operation.wall_temperature, or adiabatic",
                         ("conjugate", "thin", "fixed-temperature", "insulated"), "conjugate"),
         "exchange_factor": Key("", "factor on the heat exchange between fluid and beads", 1.0, low=0.0, high=1e6),
-        "drag_factor": Key("", "factor on the resistance of the beads, for their experimental scatter", 1.0, low=0.0,
+        "drag_factor": Key("", "factor on the drag of the beads, for its experimental scatter", 1.0, low=0.0,
                            high=1e3),
-        "conduction_factor": Key("", "factor on what beads conduct and the flow mixes, for their experimental scatter", 1.0,
+        "conduction_factor": Key("", "factor on bead conduction and thermal dispersion, for their scatter", 1.0,
                                  low=0.0, high=1e3),
-        "bead_modes": Key("integer", "modes kept of the temperature inside a bead, the others follow at once; without it beads "
+        "bead_modes": Key("integer", "transient modes of the temperature inside a bead, others quasi-steady; not set: beads "
                           "are isothermal", low=0, high=16, closed=True),
         "rev_terms": _choice("terms of the non-constant averaging volume", ("off", "consistent", "as-published"), "off"),
-        "flow_update": _choice("how the flow follows the temperature", ("quasi-steady", "frozen", "transient"),
+        "flow_update": _choice("update of the flow as temperatures change", ("quasi-steady", "frozen", "transient"),
                                "quasi-steady"),
-        "nusselt": _choice("heat exchange between fluid and beads", NUSSELT_CORRELATIONS, "wakao"),
-        "closures": _choice("set of closures: the thesis's, or those that measurements support; it gives bead_conduction, "
-                            "dispersion, drag, turbulence, bed.porosity_model and bed.bulk_porosity where they are left "
-                            "open", CLOSURES,
+        "nusselt": _choice("Nusselt correlation between fluid and beads", NUSSELT_CORRELATIONS, "wakao"),
+        "closures": _choice("set of closures, the thesis's or those supported by measurements: default of bead_conduction, "
+                            "dispersion, drag, turbulence, bed.porosity_model and bed.bulk_porosity if these are not "
+                            "set", CLOSURES,
                             THESIS),
-        "bead_conduction": _choice("conduction by the beads: side by side with the fluid, or as the bed at rest conducts",
+        "bead_conduction": _choice("bead conduction: parallel to the fluid, or from the stagnant conductivity of the bed",
                                    BEAD_CONDUCTION_LAWS, _THESIS["model.bead_conduction"]),
-        "dispersion": _choice("mixing of heat by the flow between the beads, beside eddies the larger of the two",
+        "dispersion": _choice("thermal dispersion; with turbulence, the larger of dispersion and eddy conductivity",
                               DISPERSION_LAWS, _THESIS["model.dispersion"]),
-        "drag": _choice("resistance of the beads", DRAG_LAWS, _THESIS["model.drag"]),
+        "drag": _choice("drag law of the bed", DRAG_LAWS, _THESIS["model.drag"]),
     },
     "solver": {
         "axial_cells": Key("integer", "cells along the flow; default from the expected width of the front, at least 18", low=2,
                            high=100000, closed=True),
         "first_cell": _length("height of the cell at the wall; default from the expected wall shear"),
-        "cell_growth": Key("", "largest ratio of neighbouring cells across the bed; within a bead of the wall its root", 1.33,
+        "cell_growth": Key("", "largest growth ratio of cells across the bed; its root within a bead diameter of the wall", 1.33,
                            low=1.001, high=3.0),
         "wall_cells": Key("integer", "cells through the wall; default from its Biot number", low=1, high=1000, closed=True),
         "mesh_refinement": Key("", "factor on the number of cells in each direction, given or by default", 1.0, low=0.1,
@@ -185,43 +193,48 @@ KEYS: dict[str, dict[str, Key]] = {
                         low=1e-4, high=0.2, closed=True),
         "first_step": Key("s", "first time step", 1.0, low=0.0, high=1e6),
         "step_growth": Key("", "ratio of successive steps", 1.5, low=1.0, high=10.0, closed=True),
-        "largest_step": Key("s", "largest time step; default from how fast the front passes and the wall follows it",
+        "largest_step": Key("s", "largest time step; default from the front's passage time and the wall's time constant",
                             low=0.0, high=1e7),
-        "step_tolerance": Key("delta_degC", "estimated error of a step above which it is repeated smaller", 5.0,
+        "step_tolerance": Key("delta_degC", "estimated error above which a step is repeated with a smaller step size", 5.0,
                               low=0.0, high=1e3),
-        "flow_tolerance": Key("", "relative change of the flow above which it is iterated within a step", 0.01,
+        "flow_tolerance": Key("", "convergence tolerance of the flow in a time step (relative update)", 0.01,
                               low=0.0, high=1.0),
     },
     "target": {
-        "list": Key("list", "what is to be reached, [[target]]; the run goes on until all are, or operation.end_time", entries={
-            "name": Key("text", "its name in results"),
+        "list": Key("list", "targets of the run, [[target]]; it continues until all are met, or to operation.end_time", entries={
+            "name": Key("text", "name of the target in results"),
             "place": Key("text", "wall, bed_side, bed, or the name of a layer or a sensor", "wall"),
-            "within": Key("delta_degC", "all of the place this near to the set-point farthest from the start",
+            "within": Key("delta_degC", "largest difference from the set-point farthest from the start",
                           low=0.0, high=1000.0),
             "above": Key("K", "all of the place above this temperature", low=0.0, high=5000.0),
             "below": Key("K", "all of the place below this temperature", low=0.0, high=5000.0),
-            "spread": Key("delta_degC", "hottest and coldest of the place this near to each other, from half-way on",
+            "spread": Key("delta_degC", "largest temperature difference within the place, from half-way on",
                           low=0.0, high=1000.0),
             "cured": Key("", "least degree of cure of a layer", low=0.0, high=1.0),
         }),
     },
     "tolerance": TOLERANCES,
     "extensions": {
-        "python": Key("file", "Python file that registers laws; it runs only where the user allows it: --allow-extensions"),
+        "python": Key("file", "Python file that registers user-defined laws; run only with --allow-extensions"),
     },
     "output": {
         "pictures": Key("flag", "draw the PNG pictures", True),
         "fields": Key("flag", "write fields.h5 and fields.xdmf", True),
-        "checkpoint_interval": Key("s", "wall-clock time after which the state is saved again, for --resume", 30.0, low=0.0,
+        "checkpoint_interval": Key("s", "minimum wall-clock time between checkpoints, for --resume", 30.0, low=0.0,
                                    high=1e7, closed=True),
-        "field_times": Key("integer", "number of times at which fields are kept, spread over the run", 4, low=1, high=1000,
+        "field_times": Key("integer", "number of snapshots of the fields, spread over the run", 4, low=1, high=1000,
                            closed=True),
     },
 }  # fmt: skip
 
 
-def reference() -> str:
-    """Markdown page of every key: unit or kind, default, bounds or choices, meaning."""
+def reference(only: str | None = None) -> str:
+    """Markdown page of every key, or of those of one table: unit or kind, default, bounds or choices, meaning.
+
+    Raises `InputError` for a table that is none.
+    """
+    if only is not None and only not in KEYS:
+        raise InputError("TABLE", only, f"must be one of {', '.join(KEYS)}")
     lines = [
         "# Keys of a scene",
         "",
@@ -230,6 +243,8 @@ def reference() -> str:
         "[materials.md](materials.md).",
     ]
     for table, keys in KEYS.items():
+        if only not in (None, table):
+            continue
         lists = {name: key for name, key in keys.items() if key.kind == "list"}
         if len(lists) < len(keys):
             lines += _section(f"[{table}]", {name: key for name, key in keys.items() if name not in lists})

@@ -1,8 +1,9 @@
-"""What in a scene is possible, but looks like a slip: a temperature in °C given as K, a length in mm given as m."""
+"""What in a scene is possible, but looks like a slip: a length in mm given as m, a pressure drop in kPa given as Pa."""
 
 from typing import Any
 
 COLDEST, HOTTEST = 200.0, 1500.0
+SMALLEST_PRESSURE_DROP = 20.0
 THICKEST_WALL, LARGEST_BEAD, LONGEST_BED = 0.3, 0.1, 30.0
 
 
@@ -28,4 +29,7 @@ def implausible_values(scene: Any) -> list[str]:
     for name, value, most in lengths:
         if value is not None and value > most:
             found.append(f"{name} is {value:g} m: is {value:g} meant in mm?")
+    drop = scene.operation.pressure_drop
+    if drop is not None and 0.0 < drop.range[1] < SMALLEST_PRESSURE_DROP:
+        found.append(f"operation.pressure_drop is {drop.range[1]:g} Pa: is {drop.range[1]:g} meant in kPa?")
     return found

@@ -10,13 +10,14 @@ from typing import Any
 from ..errors import InputError
 from ..files.tables import read_toml
 from ..laws import registry
+from ..laws.conductivity_profile import ConductivityProfile
 from ..laws.materials import Fluid, Solid
 from ..laws.porosity import POROSITY_MODELS, LawPorosity, Porosity
 from ..laws.porosity_profile import PorosityProfile
 from .checks import check_together
 from .closures import completed
 from .geometries import GEOMETRIES
-from .keys import LISTED, Table, checked_names, checked_values, flat, full_names, key_of, unknown
+from .keys import LISTED, Table, checked_names, checked_values, flat, full_names, key_of, unit_and_meaning, unknown
 from .language import KEYS
 from .materials import language_with, own_materials
 from .programme import series_of
@@ -85,9 +86,10 @@ class Scene:
             found["operation"] = Table("operation", {**values["operation"], "inlet_temperature": series})
         self.__dict__.update(found)
         check_together(self)
-        profile = self.bed.porosity_profile
+        profile, table = self.bed.porosity_profile, self.bed.conductivity_profile
         read = None if profile is None else PorosityProfile.read("bed.porosity_profile", profile)
-        self.__dict__["_profile"] = read
+        conducts = None if table is None else ConductivityProfile.read("bed.conductivity_profile", table)
+        self.__dict__.update(_profile=read, conductivity_profile=conducts)
 
     source: str | None
     materials: Mapping[str, Solid | Fluid]
@@ -95,6 +97,7 @@ class Scene:
     _given: Mapping[str, Any]
     _allow_extensions: bool
     _profile: PorosityProfile | None
+    conductivity_profile: ConductivityProfile | None
 
     def __setattr__(self, name: str, value: Any) -> None:
         raise AttributeError("a scene is frozen: use scene.changed({'table.key': value})")
@@ -109,7 +112,7 @@ class Scene:
             return cls(tables, path, allow_extensions=allow_extensions)
         except InputError as error:
             if error.key in (settings or {}) and error.where == str(path):
-                raise InputError(error.key, error.value, error.allowed, "--set") from error
+                raise InputError(error.key, error.value, error.allowed, "--set") from None
             raise
 
     def changed(self, settings: Mapping[str, Any]) -> "Scene":
@@ -127,10 +130,7 @@ class Scene:
         """A table of the keys that are given, for notebooks."""
         rows = []
         for name, value in self.given().items():
-            try:
-                meaning = key_of(KEYS, name).meaning
-            except KeyError:  # one of a material
-                meaning = ""
+            _, meaning = unit_and_meaning(KEYS, name)
             rows.append("".join(f"<td>{html.escape(text)}</td>" for text in (name, value, meaning)))
         return f"<table><tr><th>key</th><th>value</th><th>meaning</th></tr><tr>{'</tr><tr>'.join(rows)}</tr></table>"
 

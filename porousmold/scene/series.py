@@ -116,7 +116,7 @@ class TimeSeries:
         return [value for name, value in vars(self).items() if name != "source"]
 
     @property
-    def kinks(self) -> tuple[float, ...]:
+    def breakpoints(self) -> tuple[float, ...]:
         """Times at which the slope changes: steps in time should end there."""
         if self.corners is not None:
             return self.corners

@@ -1,4 +1,4 @@
-"""How far a scene's inputs and closures may be off: the keys of [tolerance], with defaults.
+"""Uncertainties of the inputs and closures of a scene: the keys of [tolerance], with defaults.
 
 A tolerance is half the width of the interval that holds 95 % of all cases, two standard deviations: relative ("2 %"), or absolute
 in the unit of its key ("0.1 mm"). The keys are the names of the inputs themselves. Defaults of inputs are those of a careful

@@ -5,10 +5,11 @@ many cells in each direction, one with its own steps and one with half of those 
 
     e_m = |t(m, s) - t(m/2, s)| / (2^p - 1),    e_s = |t(m/2, s) - t(m/2, s/2)| / (2^p - 1),    e = sqrt(e_m^2 + e_s^2).
 
-From the coarsest meshes on errors fall faster than with the order 2 of the methods, because they begin to resolve the layer at
-the wall: p = 2.5 is what 39 scenes drawn at random show (docs/accuracy.md has 40 others). What is still missing is made up for by
-one finer run, with the mesh and the steps refined as each needs it at order 2. Its error is e_m and e_s scaled at that order, or
-what its difference from the run before tells, if that is more. The error is that of the discretisation, not of the model.
+On coarse meshes errors decrease faster than with the order 2 of the methods, because the near-wall layer is only beginning to
+be resolved: p = 2.5 is the order observed on 39 random scenes (docs/accuracy.md has 40 others). If the estimate exceeds the
+target, one finer run follows, with mesh and steps each refined as required at order 2. Its error estimate is e_m and e_s scaled
+at that order, or the estimate from its difference to the previous run, whichever is larger. This is the discretisation error,
+not the model error.
 """
 
 import math

@@ -43,8 +43,8 @@ class AirLoop:
     ) -> None:
         self.spec, self._fluid, self._outlet_pressure, self._boundary = spec, fluid, outlet_pressure, boundary
         self._communicator = communicator
-        self._leaving = fenicsx.LaterForm(equations.enthalpy_leaving(temperature))
-        self._mass = fenicsx.LaterForm(equations.mass_leaving())
+        self._leaving = fenicsx.DeferredForm(equations.enthalpy_leaving(temperature))
+        self._mass = fenicsx.DeferredForm(equations.mass_leaving())
         self._set_point = self._returned = 0.0
         self._slope: float | None = None
         self._points: list[tuple[float, float]] = []
@@ -161,7 +161,7 @@ class AirLoop:
                 self._points = [*[point for point in self._points if point[0] < time][-1:], (time, found)]
                 return
             self._boundary.pressure_drop = found
-        detail = f"the blower gives {wanted:.4g} Pa where the bed takes {pressure:.4g} Pa"
+        detail = f"the blower delivers {wanted:.4g} Pa, the pressure drop of the bed is {pressure:.4g} Pa"
         raise SolveError("operating point of the blower", time, detail, "a curve that falls with the volume flow")
 
     def _foreseen_point(self, time: float) -> float:

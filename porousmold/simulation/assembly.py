@@ -42,7 +42,7 @@ from ..solvers.protocols import Flow, Heat, Observer, silent
 from .air_loop import AirLoop
 from .boundary_values import BoundaryValues
 from .estimates import Estimates, estimate
-from .first_guess import FirstGuess
+from .initial_guess import InitialGuess
 from .meshing import cells_at_wall, straight_domain
 from .problem import Balances, Medium, Problem
 from .specs import Specs
@@ -150,7 +150,7 @@ def build_flow(specs: Specs, medium: Medium, observe: Observer = silent) -> Flow
     if specs.flow.kind == "developed":
         return developed_flow(specs, medium)
     developed = None if medium.domain.columns is None else developed_flow(specs, medium)
-    guess = FirstGuess(specs, medium, developed, _flow_in_the_plane, observe)
+    guess = InitialGuess(specs, medium, developed, _flow_in_the_plane, observe)
     return FullFlow(
         medium.domain,
         medium.equations,
@@ -308,13 +308,13 @@ def build_balances(medium: Medium, flow: Flow, heat: Heat, equations: EnergyEqua
     if equations.moving_beads is not None:
         solid, leaving = weight * (1.0 - equations.bed.porosity), equations.moving_beads.leaving
         bead_temperature = ufl.split(heat.unknown)[1]
-        bead_outlet = fenicsx.LaterForm(solid * bead_temperature * leaving), fenicsx.LaterForm(solid * leaving)
+        bead_outlet = fenicsx.DeferredForm(solid * bead_temperature * leaving), fenicsx.DeferredForm(solid * leaving)
     return Balances(
         domain.communicator,
-        mass_in=fenicsx.LaterForm(weight * equations.inward_mass_flux * ds(geometry.INLET)),
-        mass_out=fenicsx.LaterForm(outflow * ds(geometry.OUTLET)),
-        inlet_pressure=fenicsx.LaterForm(weight * flow.state.pressure / area * ds(geometry.INLET)),
-        outlet_heat=fenicsx.LaterForm(outflow * temperature * ds(geometry.OUTLET)),
+        mass_in=fenicsx.DeferredForm(weight * equations.inward_mass_flux * ds(geometry.INLET)),
+        mass_out=fenicsx.DeferredForm(outflow * ds(geometry.OUTLET)),
+        inlet_pressure=fenicsx.DeferredForm(weight * flow.state.pressure / area * ds(geometry.INLET)),
+        outlet_heat=fenicsx.DeferredForm(outflow * temperature * ds(geometry.OUTLET)),
         bead_outlet=bead_outlet,
     )
 
@@ -332,8 +332,11 @@ def with_constants(material: Any, domain: Domain) -> Any:
 
 
 def _with_constant_factor(law: Any, domain: Domain) -> Any:
-    """The law with its factor as a UFL constant, unless that is 1."""
-    return law if law.factor == 1.0 else replace(law, factor=domain.constant(law.factor))
+    """The law with its factor as a UFL constant, unless that is 1, and the rate at which beads are mixed, unless that is 0."""
+    given = {} if law.factor == 1.0 else {"factor": domain.constant(law.factor)}
+    if getattr(law, "mixing_rate", 0.0):
+        given["mixing_rate"] = domain.constant(law.mixing_rate)
+    return replace(law, **given)
 
 
 def _size_of(domain: Domain) -> BedSize:

@@ -1,4 +1,4 @@
-"""What a scene gives at its openings and outer wall, as constants of the equations that follow it in time."""
+"""Boundary conditions at inlet, outlet and outer wall: UFL constants, updated in time from the series of a scene."""
 
 from collections.abc import Callable
 from itertools import pairwise
@@ -14,7 +14,7 @@ from ..scene.series import ProfileSeries, TimeSeries
 from ..solvers.protocols import Drive
 from .specs import FlowSpec, HeatSpec
 
-HOLDING_COEFFICIENT = 1e6
+PENALTY_COEFFICIENT = 1e6
 """Heat transfer coefficient (W/m2/K) that holds a wall at a fixed temperature: within 0.01 K at 10 kW/m2."""
 
 
@@ -34,7 +34,7 @@ class BoundaryValues:
         self.set(0.0)
 
     def set(self, time: float) -> None:
-        """Give flow and heat their values at a time (s)."""
+        """Update the boundary values of flow and energy to a time (s)."""
         if self._heat.air_loop is None:
             self._drive_temperature.value = self._heat.inlet_temperature(time)
         else:
@@ -57,7 +57,7 @@ class BoundaryValues:
         return float(self._heat.inlet_temperature(time))
 
     def set_heat(self, time: float) -> None:
-        """Give the heat alone its values: what flows in during a step is what the flow was solved for."""
+        """Update the boundary values of the energy equations only: the flow is held during a step."""
         if self._heat.air_loop is None:
             self.inlet_temperature.value = self._heat.inlet_temperature(time)
         for constant, series in self._outer:
@@ -85,7 +85,7 @@ class BoundaryValues:
         """The `OuterWall` on the facets of a measure, None where the scene gives it no heat."""
         if self._heat.wall == "fixed-temperature":
             ambient = self.following(self._heat.wall_temperature)
-            return OuterWall(ds, coefficient=self._domain.constant(HOLDING_COEFFICIENT), ambient=ambient)
+            return OuterWall(ds, coefficient=self._domain.constant(PENALTY_COEFFICIENT), ambient=ambient)
         given = self._heat.outer_wall
         if given.heat_flux is None and given.coefficient is None:
             return None

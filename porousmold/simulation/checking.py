@@ -1,4 +1,4 @@
-"""What is known of a scene before anything is computed: mesh, unknowns, memory, seconds, expected flow; and warnings.
+"""Checks of a scene before a run: mesh, unknowns, memory, computing time, expected flow, and warnings.
 
 Only the mesh is made. Seconds are of one process on an office machine, right within a factor of three.
 """
@@ -24,8 +24,8 @@ from .specs import Specs, specs_of
 SECONDS_A_STEP = {2: 1.2e-5, 3: 8e-5}
 """For an unknown of flow and heat, by dimensions of space."""
 STEPS_AT_THE_START, HEATING_TIMES = 10, 1.7
-"""Steps until the largest one is reached, at the start and after every kink of the set-point; heating times that the estimated
-duration stands for."""
+"""Steps until the largest one is reached, at the start and after every breakpoint of the set-point; heating times that the
+estimated duration stands for."""
 COARSEST_FIRST_CELL = 3.0
 """Of what the wall needs."""
 LONGEST_MESH, SHORTEST_MESH = 30.0, 0.01
@@ -50,22 +50,32 @@ def check(scene: Scene, communicator: Communicator) -> Checked:
     energy = nodes["all"] + (nodes["bed"] if specs.heat.two_temperatures else 0)
     memory = BYTES_AN_UNKNOWN[dimension] * flow
     first = first_cell(domain)
-    kinks = specs.heat.inlet_temperature.kinks
-    duration = min(max(HEATING_TIMES * estimates.heating_duration, *kinks, 0.0), specs.time.end_time)
-    steps = STEPS_AT_THE_START * (1 + len(kinks)) + duration / (specs.time.largest_step or estimates.largest_step)
+    breakpoints = specs.heat.inlet_temperature.breakpoints
+    duration = min(max(HEATING_TIMES * estimates.heating_duration, *breakpoints, 0.0), specs.time.end_time)
+    steps = STEPS_AT_THE_START * (1 + len(breakpoints)) + duration / (specs.time.largest_step or estimates.largest_step)
     seconds = SECONDS_A_STEP[dimension] * (flow + energy) * steps
     unit = "m2" if dimension == 3 or domain.axisymmetric else "m2 per metre of width"
     facts = [
-        f"mesh: {domain.length:.4g} m long, {size.area:.4g} {unit} of inlet, {nodes['all']} nodes, {nodes['bed']} in the bed",
-        f"first cell at the wall: {1e3 * first:.3g} mm; the wall needs about {1e3 * estimates.first_cell:.3g} mm",
+        f"mesh: length {domain.length:.4g} m, inlet area {size.area:.4g} {unit}, {nodes['all']} nodes, {nodes['bed']} in the bed",
+        f"height of the first cell at the wall: {1e3 * first:.3g} mm; recommended: about {1e3 * estimates.first_cell:.3g} mm",
         f"unknowns: about {flow} of the flow and {energy} of the temperatures; {memory / 2**30:.2g} GiB",
-        f"expected: {seconds:.0f} s of computing, within a factor of three, in {steps:.0f} time steps",
+        f"expected computing time: {seconds:.0f} s, within a factor of three, for {steps:.0f} time steps",
         f"expected flow: {estimates.speed:.3g} m/s between the beads, bead Reynolds number {estimates.reynolds_number:.3g}, "
-        f"{estimates.mass_flow:.3g} kg/s of what is computed",
+        f"mass flow {estimates.mass_flow:.3g} kg/s of the modelled part",
         f"bead Biot number: {estimates.bead_biot_number:.2g}",
-        f"the fluid brings the heat that bed and wall take in about {estimates.heating_duration:.0f} s: none is heated sooner",
+        *([_heat_loss_of(specs)] if domain.has_outer_wall else []),
+        f"lower bound of the heating time, from the heat capacities and the mass flow: about {estimates.heating_duration:.0f} s",
     ]
     return Checked(facts, implausible_values(scene) + _warnings_of_the_mesh(specs, domain, estimates, first))
+
+
+def _heat_loss_of(specs: Specs) -> str:
+    """What happens at the outer wall."""
+    outer = specs.heat.outer_wall
+    if outer.coefficient is None and outer.heat_flux is None:
+        return "outer wall: adiabatic, no heat loss (see operation.outer_coefficient)"
+    loss = "given heat flux" if outer.coefficient is None else f"{outer.coefficient:g} W/m2/K to the surroundings"
+    return f"outer wall: {loss}"
 
 
 def _nodes(domain: Domain) -> dict[str, int]:
@@ -103,7 +113,7 @@ def _warnings_of_the_mesh(specs: Specs, domain: Domain, estimates: Estimates, fi
         found.append(f"bead Biot number {estimates.bead_biot_number:.2g} > {HIGHEST_BIOT_NUMBER}: see model.bead_modes")
     if specs.time.end_time < estimates.heating_duration:
         found.append(
-            f"operation.end_time {specs.time.end_time:g} s ends the run before the fluid has brought the heat, "
+            f"operation.end_time {specs.time.end_time:g} s is before the lower bound of the heating time, "
             f"{estimates.heating_duration:.0f} s"
         )
     return found

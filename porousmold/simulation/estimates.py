@@ -5,7 +5,7 @@ cell, cells through the wall, largest step) and scale the unknowns; no result de
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -38,10 +38,10 @@ class Estimates:
     `transfer_units` are those of the exchange between fluid and beads over the bed's length, `wall_biot_number` the largest of
     the wall's layers.
 
-    `front_width` is the standard deviation (m) of the thermal front at the outlet, `wall_time` that (s) in which the wall
-    follows the bed, `end_length` that over which the wall's insulated end at the outlet is felt along it, `inlet_time` that
-    (s) in which the inlet's temperature changes, `bead_time` that in which moving beads cross the bed; `wall_cells` are those
-    through each of its layers.
+    `front_width` is the standard deviation (m) of the thermal front at the outlet, `wall_time_constant` (s) that with which
+    the wall follows the bed, `end_length` that over which the wall's insulated end at the outlet is felt along it,
+    `inlet_time` (s) that in which the inlet temperature changes, `bead_residence_time` (s) that in which moving beads cross
+    the bed; `wall_cells` are those through each layer of the wall.
     """
 
     speed: float
@@ -59,9 +59,9 @@ class Estimates:
     heating_duration: float
     end_length: float
     front_width: float
-    wall_time: float
+    wall_time_constant: float
     inlet_time: float
-    bead_time: float
+    bead_residence_time: float
     length: float
 
     @property
@@ -74,7 +74,9 @@ class Estimates:
     def largest_step(self) -> float:
         """Default cap of the time steps, s: a part of the time in which the front passes and the wall follows it."""
         passing = self.front_width / self.length * self.heating_duration
-        return LARGEST_STEP * min(math.hypot(passing, self.wall_time, self.inlet_time), self.bead_time)
+        return LARGEST_STEP * min(
+            math.hypot(passing, self.wall_time_constant, self.inlet_time), self.bead_residence_time
+        )
 
 
 def estimate(specs: Specs, size: BedSize) -> Estimates:
@@ -121,9 +123,9 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
         wall_cells=wall.cells,
         end_length=wall.end_length,
         front_width=math.sqrt(2.0 * size.length * spreading),
-        wall_time=wall.time,
+        wall_time_constant=wall.time,
         inlet_time=_inlet_time(heat.inlet_temperature),
-        bead_time=size.length / abs(heat.bead_velocity) if heat.bead_velocity else math.inf,
+        bead_residence_time=size.length / abs(heat.bead_velocity) if heat.bead_velocity else math.inf,
         length=size.length,
         heating_duration=(bead_heat + wall.heat_capacity) / (advection * size.area),
     )
@@ -158,11 +160,12 @@ def _core(specs: Specs, fluid: "_Fluid", speed: float, bead_conductivity: float)
         temperature=temperature,
         emissivity=specs.heat.emissivity,
         contact_flattening=specs.laws.beads.contact_flattening,
+        bead_heat_capacity=specs.laws.beads.density(temperature) * specs.laws.beads.heat_capacity(temperature),
     )
 
 
 def _conduction_ratio(specs: Specs, core: LocalBed) -> float:
-    found = specs.laws.bead_conduction.beads(core)
+    found = replace(specs.laws.bead_conduction, mixing_rate=0.0).beads(core)
     across = found.across if isinstance(found, Anisotropic) else found
     return float(across / (stagnant_conductivity(core, core.porosity) + core_dispersion(core)))
 

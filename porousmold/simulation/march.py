@@ -1,4 +1,4 @@
-"""The march in time: flow and heat in turn, until the wall is heated or the end is reached."""
+"""Time integration: flow and energy in turn, until the wall is heated or the end time is reached."""
 
 import logging
 import math
@@ -57,7 +57,7 @@ class Simulation:
             (time.largest_step or default) / time.refinement,
             time.tolerance,
             time.end_time,
-            time.kinks,
+            time.breakpoints,
         )
 
     def march(
@@ -148,7 +148,7 @@ class Simulation:
 
     def _heated_for_good(self) -> bool:
         """Whether the wall is heated, or all targets are met, and the inlet's temperature has no change ahead."""
-        last_change = max(self.specs.heat.inlet_temperature.kinks, default=0.0)
+        last_change = max(self.specs.heat.inlet_temperature.breakpoints, default=0.0)
         return self.recorder.reached and self.time >= last_change * (1 - 1e-12)
 
     def _keep_snapshot(self) -> None:

@@ -114,7 +114,7 @@ def choose_model(scene: Scene, march: Callable[[Scene], float | None]) -> ModelC
             continue
         foreseen = candidate.foresee(known)
         if foreseen is not None and foreseen.worth > HOPELESS * accuracy:
-            choices.append(replace(refused, reason=f"{foreseen.text}: about {foreseen.worth:.2g} to be expected"))
+            choices.append(replace(refused, reason=f"{foreseen.text}: expected effect about {foreseen.worth:.2g}"))
             continue
         try:
             time = march(_coarse(simpler))
@@ -215,10 +215,8 @@ def _one_temperature(known: _Known) -> _Foreseen | None:
 
 
 _CANDIDATES = (
-    _Candidate(
-        {"model.flow": "plug", "model.turbulence": "none"}, "the profile of the velocity, and turbulence", _unknown
-    ),
-    _Candidate({"model.flow": "developed"}, "the entrance of the flow", _unknown),
+    _Candidate({"model.flow": "plug", "model.turbulence": "none"}, "velocity profile and turbulence", _unknown),
+    _Candidate({"model.flow": "developed"}, "entrance effects of the flow", _unknown),
     _Candidate({"model.turbulence": "none"}, "turbulence", _without_turbulence),
     _Candidate({"model.flow_update": "frozen"}, "the flow's change with the temperature", _frozen),
     _Candidate({"model.bead_modes": None}, "the temperature inside the beads", _isothermal),

@@ -1,4 +1,4 @@
-"""What came of a simulation: the content of result.json, and everything that its reader should know."""
+"""Results of a simulation: the content of result.json, and its warnings."""
 
 import platform
 from datetime import datetime
@@ -11,6 +11,7 @@ from petsc4py import PETSc
 from .. import __version__
 from ..errors import SolveError
 from ..laws.porosity import LawPorosity, benyahia_oneill_mean_porosity, dixon_mean_porosity, mean_porosity
+from ..laws.stirring import SOLID_FRACTIONS
 from ..output.quantities import JOULES_A_KWH
 from ..scene.checks import SMALLEST_RATIO
 from ..scene.chosen_laws import width_ratio
@@ -29,6 +30,8 @@ HIGHEST_BEAD_CONDUCTION = 2.0
 """Of the beads, over what measurements give for the whole bed across the flow. Up to twice that, bulk conduction stands for the
 dispersion that the thesis leaves out (ceramic beads in air: 1 to 1.5); beyond, nothing makes up for it."""
 LARGEST_UNDERSHOOT = 0.05
+STEADY = 0.02
+"""Relative change of the wall's distance from the inlet temperature over the last fifth of a run that counts as none."""
 SPENT = ("fluid_heat", "pumping_work", "energy_spent", "mean_power")
 
 
@@ -163,9 +166,31 @@ def versions(ranks: int) -> dict[str, Any]:
 
 
 def warnings_of(scene: Scene, simulation: Simulation, bounds: list[float] | None) -> list[str]:
-    """Limits of the model that this run touched (collective)."""
+    """Warnings of a run: limits of the model that it exceeds (collective)."""
     found = _of_the_outcome(simulation) + _of_the_scene(scene, simulation)
     return found + (_of_what_was_reached(simulation, bounds) if bounds is not None else [])
+
+
+def _why_not_heated(simulation: Simulation) -> str:
+    """How far the wall is from the inlet's temperature at the end, and whether it still approaches it."""
+    time, history, heat = simulation.specs.time, simulation.recorder.history, simulation.specs.heat
+    text = f"not heated to within {time.margin:g} K by operation.end_time {time.end_time:g} s: "
+    text += f"the wall is {history['deficit_wall'][-1]:.1f} K away"
+    times, deficits = (np.array(history[name]) for name in ("time", "deficit_wall"))
+    if len(times) < 3:
+        return text
+    before = min(int(np.searchsorted(times, 0.8 * times[-1])), len(times) - 2)
+    approached = deficits[before] - deficits[-1]
+    if deficits[-1] > (1.0 - STEADY) * deficits.max():
+        return text + ", its coldest point hardly heated yet"
+    if abs(approached) < STEADY * deficits[-1]:
+        losses = heat.outer_wall.coefficient is not None or heat.outer_wall.heat_flux is not None
+        return (
+            text
+            + " and stays there"
+            + (": heat losses of the outer wall balance the heat from the bed" if losses else "")
+        )
+    return text + f" and approaches it by {60.0 * approached / (times[-1] - times[before]):.2g} K/min"
 
 
 def _of_the_outcome(simulation: Simulation) -> list[str]:
@@ -173,7 +198,7 @@ def _of_the_outcome(simulation: Simulation) -> list[str]:
     at_end = simulation.time >= time.end_time * (1 - 1e-9)
     waiting = simulation.recorder.heating_time is None and simulation.specs.heat.wall != "fixed-temperature"
     if waiting and at_end and not time.targets:
-        found.append(f"not heated to within {time.margin:g} K by operation.end_time {time.end_time:g} s")
+        found.append(_why_not_heated(simulation))
     for target in time.targets:
         if simulation.recorder.targets[target.name] is None and at_end:
             found.append(f"target {target.name!r} not met by operation.end_time {time.end_time:g} s")
@@ -182,7 +207,7 @@ def _of_the_outcome(simulation: Simulation) -> list[str]:
         found.append(f"k undershoots by {undershoot:.0%} of its largest value in single cells, where it counts as 0")
     if len(simulation.regimes) > 1:
         found.append(
-            "with these settings a laminar flow is steady, too; this is the turbulent one (flow_regimes), as if tripped"
+            "with these settings a laminar flow is steady, too; the turbulent solution is used, as for a tripped flow"
         )
     return found
 
@@ -192,7 +217,7 @@ def _of_the_scene(scene: Scene, simulation: Simulation) -> list[str]:
     if estimates.bead_biot_number > HIGHEST_BIOT_NUMBER and specs.heat.bead_modes is None:
         found.append(
             f"bead Biot number {estimates.bead_biot_number:.2g} > {HIGHEST_BIOT_NUMBER}: "
-            "beads are taken as isothermal, which they are not (see model.bead_modes)"
+            "the assumption of isothermal beads is not valid (see model.bead_modes)"
         )
     low, high = specs.laws.nusselt.reynolds_range
     if not low <= estimates.reynolds_number <= high:
@@ -204,18 +229,24 @@ def _of_the_scene(scene: Scene, simulation: Simulation) -> list[str]:
         found.append("plug flow carries no turbulence: model.turbulence has no effect")
     if estimates.conduction_ratio > HIGHEST_BEAD_CONDUCTION:
         found.append(
-            f"the beads conduct {estimates.conduction_ratio:.2g} times as much as measurements give for the whole bed: "
-            "heat spreads too far (see model.closures 'measured', or model.bead_conduction)"
+            f"the beads conduct {estimates.conduction_ratio:.2g} times as much as measured for the whole bed: "
+            "conduction in the bed is overestimated (see model.closures 'measured', or model.bead_conduction)"
+        )
+    solid_fraction = 1.0 - specs.porosity.bulk_porosity
+    if scene.bed.shear_rate and not SOLID_FRACTIONS[0] <= solid_fraction <= SOLID_FRACTIONS[1]:
+        found.append(
+            f"the solid fraction {solid_fraction:.2f} is outside {SOLID_FRACTIONS[0]:g} to {SOLID_FRACTIONS[1]:g}, "
+            "the range of what stirring carries (bed.shear_rate)"
         )
     for name in ("emissivity", "contact_flattening"):
         if not specs.laws.bead_conduction.whole_bed and getattr(scene.bed, name):
             law = scene.model.bead_conduction
-            found.append(f"bed.{name} has no effect beside model.bead_conduction {law!r}")
+            found.append(f"bed.{name} has no effect with model.bead_conduction {law!r}")
     found += _of_the_porosity(scene, simulation)
     if specs.mesh.is_too_narrow:
         found.append(
             f"the bed is {specs.mesh.beads_across:.1f} beads wide, below {SMALLEST_RATIO:g}: "
-            "averages over a packing lose their meaning there"
+            "volume averages are not meaningful at this width"
         )
     return found
 
@@ -249,7 +280,7 @@ def _of_the_beads_weight(simulation: Simulation) -> list[str]:
     if drop <= weight:
         return []
     return [
-        f"the flow upwards lifts the beads: its pressure drop of {drop:.4g} Pa exceeds their weight, {weight:.4g} Pa "
+        f"the upward flow fluidises the beads: its pressure drop of {drop:.4g} Pa exceeds their weight, {weight:.4g} Pa "
         "(see 'porousmold fluidised')"
     ]
 
@@ -262,9 +293,9 @@ def _of_what_was_reached(simulation: Simulation, bounds: list[float]) -> list[st
     for material in simulation.specs.laws.materials(problem.has_wall).values():
         for name, law in material.laws().items():
             first, last = law.temperature_range
-            if bounds[0] < first or bounds[1] > last:
-                used = f"used for {bounds[0]:.4g} to {bounds[1]:.4g} K"
-                found.append(f"{material.name} {name} is given for {first:g} to {last:g} K, {used}")
+            if bounds[0] < first - LARGEST_OVERSHOOT or bounds[1] > last + LARGEST_OVERSHOOT:
+                known, used = (f"{low - 273.15:.1f} to {high - 273.15:.1f} °C" for low, high in ((first, last), bounds))
+                found.append(f"{material.name} {name} is given for {known}, used for {used}")
     lowest, highest = temperature_bounds(simulation.specs.heat)
     highest = max(
         highest, *simulation.recorder.history["inlet_temperature"]

@@ -307,7 +307,7 @@ class Problem:
         Of the developed flow, where the bed is straight.
         """
         model = self.specs.laws.turbulence
-        if model is None or not self.flow.is_turbulent() or model.is_fed_by_beads(self.highest_reynolds_number()):
+        if model is None or not self.flow.is_turbulent() or model.has_bead_sources(self.highest_reynolds_number()):
             return False
         return self.flow.is_also_laminar()
 

@@ -103,12 +103,12 @@ class Recorder:
 
     def _at_end_of_step(self, time: float, flow_time: float) -> tuple[float, float]:
         """Mass flow and pressure drop at the end of the last step: a flow solved for its middle goes on as it did between the
-        last two middles, unless what drives it has a kink on the way."""
+        last two middles, unless what drives it has a breakpoint on the way."""
         now = [flow_time, self._problem.balances.mass_flow, self._problem.balances.pressure_drop]
         before, self._last_flow = self._last_flow, now
         if flow_time == time or before is None or not 0.0 <= before[0] < flow_time:
             return now[1], now[2]
-        if any(before[0] < kink < time for kink in self._time.kinks):
+        if any(before[0] < instant < time for instant in self._time.breakpoints):
             return now[1], now[2]
         ahead = (time - flow_time) / (flow_time - before[0])
         mass_flow, pressure_drop = (

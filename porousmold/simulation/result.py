@@ -2,6 +2,7 @@
 
 import base64
 import html
+import importlib
 import io
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -45,14 +46,13 @@ class Result:
         from ..output.pictures import draw_temperatures, marks_of
 
         if axes is None:
-            _, axes = plt.subplots(figsize=(8.0, 5.0))
+            _, axes = plt.subplots(figsize=(9.5, 5.0), layout="constrained")
         draw_temperatures(axes, self.history, marks_of(self.summary))
         return axes
 
     def to_pandas(self) -> "pandas.DataFrame":
         """The history as a table over the time (s); `attrs["units"]` has the unit of every column. Needs pandas."""
-        import pandas
-
+        pandas = _optional("pandas")
         columns = {name: np.array(values) for name, values in self.history.items()}
         table = pandas.DataFrame(columns).set_index("time")
         table.attrs["units"] = {name: values.unit for name, values in self.history.items()}
@@ -60,7 +60,7 @@ class Result:
 
     def to_xarray(self) -> "xarray.Dataset":
         """The history as a data set over the time (s), with units and words as attributes. Needs xarray."""
-        import xarray
+        xarray = _optional("xarray")
 
         def described(name: str) -> dict[str, str]:
             return {"units": self.history[name].unit, "long_name": quantity(name).label}
@@ -102,3 +102,11 @@ class Result:
         plt.close(figure)
         data = base64.b64encode(content.getvalue()).decode()
         return f'<img alt="temperatures against time" src="data:image/png;base64,{data}">'
+
+
+def _optional(name: str) -> Any:
+    """A package that a run does without. Raises `ImportError` that names Debian's package where it is missing."""
+    try:
+        return importlib.import_module(name)
+    except ModuleNotFoundError:
+        raise ImportError(f"needs {name}: apt install python3-{name}") from None

@@ -195,7 +195,7 @@ class _Run:
             summary["warnings"].append(f"the estimated error {error:.2g} exceeds the accuracy asked for")
         if wanted is None and self._marched.solver.mesh_refinement > self._scene.solver.mesh_refinement:
             summary["warnings"].append(
-                "a solve failed on the scene's own cells; this is with mesh_refinement "
+                "a solve failed on the mesh of the scene; this result is for mesh_refinement "
                 f"{self._marched.solver.mesh_refinement:g}"
             )
         unfinished = failure is not None or interrupted

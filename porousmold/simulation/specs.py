@@ -1,4 +1,4 @@
-"""What a scene asks for, cut into typed parts at the door: nothing behind it sees the scene.
+"""Typed specifications of a simulation, made from a scene: the numerical code uses these only, never the scene.
 
 Lengths in m, times in s, temperatures in K. None stands for what the scene leaves to the program.
 """
@@ -124,8 +124,8 @@ class HeatSpec:
 
 @dataclass(frozen=True, kw_only=True)
 class TimeSpec:
-    """The march: steps before `refinement`, `kinks` at which steps end, and when the wall counts as heated: all of it within
-    `margin` (K) of the inlet's temperature. With `targets` the march goes on until these are met."""
+    """The march: steps before `refinement`, `breakpoints` at which steps end, and when the wall counts as heated: all of it
+    within `margin` (K) of the inlet's temperature. With `targets` the march goes on until these are met."""
 
     first_step: float
     step_growth: float
@@ -135,7 +135,7 @@ class TimeSpec:
     end_time: float
     margin: float
     targets: tuple[Target, ...]
-    kinks: tuple[float, ...]
+    breakpoints: tuple[float, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -311,5 +311,5 @@ def _time(scene: Scene) -> TimeSpec:
         end_time=operation.end_time,
         margin=operation.heating_margin,
         targets=_targets(scene),
-        kinks=tuple(sorted({kink for each in series for kink in each.kinks if kink > 0.0})),
+        breakpoints=tuple(sorted({instant for each in series for instant in each.breakpoints if instant > 0.0})),
     )

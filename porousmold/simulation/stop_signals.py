@@ -1,9 +1,9 @@
-"""The signals that end a command: SIGINT (Ctrl-C) and SIGTERM.
+"""Handling of SIGINT (Ctrl-C) and SIGTERM.
 
-The first one is noted, and the command ends in good order where it next looks, with what is computed written. A second one
-ends it at once, whatever it does: the kernel sees to that. A call into a library may take minutes (a factorisation, the
-assembly of a million cells) and lets Python note nothing; so a small process beside the command ends it `PATIENCE` seconds
-after the first signal, unless the command has seen the signal by then.
+The first signal sets a flag; the command ends in an orderly way at its next check of the flag and writes its results. A second
+signal kills the process at once (default action of the kernel). A library call may take minutes (a factorisation, the assembly
+of a million cells), during which Python handles no signals. Therefore a watchdog process ends the command `PATIENCE` seconds
+after the first signal, unless the command has acknowledged it by then.
 """
 
 import ctypes

@@ -1,4 +1,4 @@
-"""What a run is to reach: a place within some kelvins of the inlet, above or below a temperature, even, or cured.
+"""Targets of a run: a place within some kelvins of the inlet, above or below a temperature, uniform, or cured.
 
 Every target is a quantity that falls below a margin; when it does so is interpolated as the heating time is. Hot and cold ends of
 the run serve as the reference, from which the quantities fall off nearly exponentially.

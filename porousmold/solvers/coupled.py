@@ -196,7 +196,7 @@ class CoupledTransient:
                 "coupled transient (u, p, k, epsilon, T_f, T_s)",
                 time,
                 f"step of {step:.3g} s, residual {self._system.residual_norm:.3e}",
-                "a smaller solver.largest_step or solver.first_step",
+                "a smaller solver.largest_step, or where turbulence dies out model.turbulence = 'decaying-nakayama-kuwahara'",
             )
 
     def _iterate(self) -> float:

@@ -66,7 +66,7 @@ class DevelopedFlow(NonlinearFlow):
         arguments = (self.unknown, previous, inverse_step, self.pressure, self.gradient, temperature)
         residual = developed_residual(equations, *arguments, dx(BED), domain.nodal_measure()(BED))
         push = ufl.derivative(residual, self.gradient, fem.Constant(domain.mesh, 1.0) * unit(scalars))
-        self._push = fenicsx.LaterForm(push)
+        self._push = fenicsx.DeferredForm(push)
         nothing = fem.Constant(domain.mesh, 0.0)
         residual += nothing * ufl.inner(self.unknown, ufl.TestFunction(self.space)) * domain.wall_measure(1)
         constrained = np.unique(self._constrained(turbulence))
@@ -93,7 +93,7 @@ class DevelopedFlow(NonlinearFlow):
         weighted = equations.coordinates.weight * equations.bed.porosity * density * equations.scales.speed
         mixed = len(self._parts) > 1
         carried, present = (ufl.split(f)[0] if mixed else f for f in (self._carried, self.unknown))
-        self._through = fenicsx.LaterForm(weighted * carried * ufl.TestFunction(scalars) * dx(BED))
+        self._through = fenicsx.DeferredForm(weighted * carried * ufl.TestFunction(scalars) * dx(BED))
         self._sums = fenicsx.petsc_vector(self.pressure).duplicate()
         self._owned = scalars.dofmap.index_map.size_local
         self._column = self.columns.of(scalars.tabulate_dof_coordinates())

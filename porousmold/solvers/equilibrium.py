@@ -1,4 +1,4 @@
-"""The initial guess of a flow: what drag and beads alone would make of it at every place."""
+"""Initial guess of a flow: local equilibrium of pressure gradient, drag and bead turbulence."""
 
 from dataclasses import replace
 from typing import Any

@@ -1,4 +1,4 @@
-"""The quasi-steady flow over a bed: how it is found, and how it follows the temperature."""
+"""The quasi-steady flow over a bed: its solution, and its update as temperatures change."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -158,7 +158,7 @@ class NonlinearFlow(ABC):
         raise SolveError(
             f"flow ({symbols})",
             time,
-            f"no false transient ends, residual {self.solver.system.residual_norm:.3e}, "
+            f"the false transient does not converge, residual {self.solver.system.residual_norm:.3e}, "
             f"last update {self.solver.update:.3e}",
             "a finer mesh (porousmold check says what the wall needs), model.turbulence = 'none', or a smaller pressure drop",
         )
@@ -244,7 +244,7 @@ class FullFlow(NonlinearFlow):
         system = NewtonSystem(residual, self.unknown, constrained, keep_jacobian=True, blocks=blocks)
         state = equations.state_of(ufl.split(self.unknown))
         self._entering = [
-            (opening.mean_square, *map(fenicsx.LaterForm, entering(equations, opening, state, temperature)))
+            (opening.mean_square, *map(fenicsx.DeferredForm, entering(equations, opening, state, temperature)))
             for opening in openings
             if opening.mean_square is not None
         ]

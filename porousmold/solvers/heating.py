@@ -115,7 +115,7 @@ class TransientHeat:
         else:
             constrained, self._storing = np.empty(0, np.int64), np.arange(len(self.unknown.x.array))
         self._system = NewtonSystem(residual, self.unknown, constrained, keep_jacobian=True, pivoting=False)
-        self._stored_form = fenicsx.LaterForm(stored)
+        self._stored_form = fenicsx.DeferredForm(stored)
         self._stored_start, self._stored_now = (fenicsx.petsc_vector(self.unknown).duplicate() for _ in range(2))
         self.scalars = {
             "by_fluid": equations.heat_input(parts[0]),
@@ -124,7 +124,7 @@ class TransientHeat:
             "by_rev_terms": equations.rev_heat(*parts),
             "by_beads": equations.heat_by_beads(parts[1]),
         }
-        self.scalars = {name: fenicsx.LaterForm(form) for name, form in self.scalars.items() if form is not None}
+        self.scalars = {name: fenicsx.DeferredForm(form) for name, form in self.scalars.items() if form is not None}
         self.balance = HeatBalance()
         self.observe: Observer = silent
         self.newton_iterations = 0

@@ -1,4 +1,4 @@
-"""Plug flow: one superficial mass flux over the section, whose pressure drop is that of the bulk."""
+"""Plug flow: a uniform superficial mass flux, with the pressure drop of the bulk porosity."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any

@@ -1,4 +1,4 @@
-"""What the march asks of a flow and of a heat solver, whichever they are."""
+"""Interfaces of flow and heat solvers for the time integration."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -49,7 +49,7 @@ class Stateful(Protocol):
 
 
 class Follower(Protocol):
-    """What follows the temperature within a stage of a time step without being an unknown."""
+    """A quantity that is updated with the temperature in each stage of a time step, without being an unknown."""
 
     def begin_step(self, step: float, gamma: float) -> None:
         """Start a step (s) whose stages all have theta = `gamma` times it."""
@@ -150,9 +150,10 @@ class HeatBalance:
 
     @property
     def imbalance(self) -> float:
-        """What is missing, as a fraction of the heat put in (the larger of stored and brought in, at least 1e-6 J)."""
+        """What is missing, as a fraction of the heat put in (the larger of stored and brought in, at least 1 mJ: more than what
+        rounding leaves where nothing flows)."""
         given = self.by_fluid + self.through_outer_wall + self.by_sources + self.by_beads
-        return (given + self.by_rev_terms - self.stored) / max(abs(given), abs(self.stored), abs(self.by_beads), 1e-6)
+        return (given + self.by_rev_terms - self.stored) / max(abs(given), abs(self.stored), abs(self.by_beads), 1e-3)
 
 
 class Heat(Stateful, Protocol):

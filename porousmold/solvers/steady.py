@@ -1,4 +1,4 @@
-"""A steady nonlinear system and the ways to its solution: Newton's method, a false transient, and following a change.
+"""Solution of a steady nonlinear system: Newton's method, a false transient, and updates after small changes.
 
 The false transient takes one Newton iteration for each implicit step; the first step is a fraction of the time in which the
 flow passes a bead, later ones grow as the updates fall, until they are endless and the steady equations themselves are solved.

@@ -1,4 +1,4 @@
-"""Sizes of the time steps: a geometric ramp under a cap, cut back at kinks and after steps that went wrong."""
+"""Time step control: geometric growth up to a maximum, reduced at breakpoints of series and after failed steps."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -20,7 +20,7 @@ LARGEST_OVER_FIRST = 20.0
 
 @dataclass
 class TimeControl:
-    """Proposes steps (s). `kinks` are times at which given series change slope: steps end there and start small again.
+    """Proposes steps (s). `breakpoints` are times at which given series change slope: steps end there and start small again.
 
     `tolerance` (K) bounds the estimated error of one step, as a safety net: under a cap of a few per cent of the
     heating time it seldom acts. State is `step` (the next one) and counters.
@@ -31,7 +31,7 @@ class TimeControl:
     largest_step: float
     tolerance: float
     end_time: float
-    kinks: tuple[float, ...] = ()
+    breakpoints: tuple[float, ...] = ()
     step: float = field(init=False)
     rejected: int = field(init=False, default=0)
     _failures: int = field(init=False, default=0)
@@ -41,13 +41,13 @@ class TimeControl:
         self.step = self.first_step
 
     def after_jump(self, time: float) -> bool:
-        """Whether a step from `time` is among the first few after a kink, where the fluid may jump."""
-        last = max(kink for kink in (0.0, *self.kinks) if kink <= time * (1 + 1e-9))
+        """Whether a step from `time` is among the first few after a breakpoint, where the fluid may jump."""
+        last = max(instant for instant in (0.0, *self.breakpoints) if instant <= time * (1 + 1e-9))
         return time - last < self.first_step * JUMP_STEPS
 
     def propose(self, time: float) -> Any:
-        """The step to try from `time`: never across a kink or the end."""
-        stops = [stop for stop in (*self.kinks, self.end_time) if stop > time * (1 + 1e-12)]
+        """The step to try from `time`: never across a breakpoint or the end."""
+        stops = [stop for stop in (*self.breakpoints, self.end_time) if stop > time * (1 + 1e-12)]
         room = min(stops, default=self.end_time) - time
         if room <= self.step * (1 + 1e-9):
             return room
@@ -60,7 +60,7 @@ class TimeControl:
             self.rejected += 1
             self.step = step * max(0.2, 0.8 * (self.tolerance / error) ** 0.5)
             return False
-        if any(abs(time - kink) <= 1e-9 * max(kink, 1.0) for kink in self.kinks):
+        if any(abs(time - instant) <= 1e-9 * max(instant, 1.0) for instant in self.breakpoints):
             self.step = self.first_step
             return True
         room = (self.tolerance / max(error, 1e-12)) ** 0.5

@@ -1,4 +1,4 @@
-"""What the fluid does to the heat during a step: taken at its start, with cells made monotone where bounds are left."""
+"""Transport coefficients of a time step, frozen at its start, with monotone cells where temperatures violate bounds."""
 
 from typing import Any
 
@@ -7,7 +7,6 @@ from dolfinx import fem
 from numpy.typing import NDArray
 
 from ..equations.energy import EnergyEquations, Transport
-from ..equations.stabilisation import Streamline
 from ..mesh import fenicsx
 from ..mesh.domain import Domain
 
@@ -29,32 +28,28 @@ class FrozenTransport:
     ) -> None:
         cells = fenicsx.cell_constant_space(domain.mesh)
         self.monotone = fem.Function(cells)
+        self._cells: list[tuple[fem.Function, Any]] = []
+        self._points: list[fenicsx.PointValues] = []
+
+        def of_cell(expression: Any) -> fem.Function:
+            space = (
+                fenicsx.cell_constant_space(domain.mesh, domain.mesh.geometry.dim) if expression.ufl_shape else cells
+            )
+            self._cells.append((fem.Function(space), fenicsx.compiled_expression(expression, space)))
+            return self._cells[-1][0]
+
+        def at_points(expression: Any) -> Any:
+            self._points.append(fenicsx.PointValues(domain.mesh, expression, quadrature_degree))
+            return self._points[-1].value
+
         transport = equations.transport(temperature, self.monotone)
-        along = transport.streamline
-        of_cells = [along.fitting, along.exchange] + ([] if transport.touching is None else [transport.touching])
-        self._cells = [(fem.Function(cells), fenicsx.compiled_expression(expression, cells)) for expression in of_cells]
-        given = [along.reach, along.upwind, transport.advection, transport.conduction, transport.bead_conduction]
-        given += [transport.exchange] if transport.exchange is not None else []
-        self._points = [fenicsx.PointValues(domain.mesh, expression, quadrature_degree) for expression in given]
-        reach, upwind, *points = (point.value for point in self._points)
-        fitting, exchange, *touching = (function for function, _ in self._cells)
-        streamline = Streamline(
-            reach,
-            upwind,
-            fitting,
-            exchange,
-            self.monotone,
-            equations.coordinates.from_middle,
-            along.across,
-        )
-        advection, conduction, bead_conduction, *exchanged = points
         self.frozen = Transport(
-            advection,
-            conduction,
-            bead_conduction,
-            exchanged[0] if exchanged else None,
-            touching[0] if touching else None,
-            streamline,
+            at_points(transport.mass_flux),
+            at_points(transport.conduction),
+            at_points(transport.bead_conduction),
+            None if transport.exchange is None else at_points(transport.exchange),
+            None if transport.touching is None else of_cell(transport.touching),
+            transport.streamline.held(of_cell, at_points),
         )
 
     def renew(self) -> None:

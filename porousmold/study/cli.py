@@ -20,7 +20,7 @@ DONE, REFUSED, FAILED, INTERRUPTED = 0, 2, 3, 130
 
 def add_commands(commands: Any) -> None:
     """Add the commands to the program's subparsers."""
-    study = commands.add_parser("study", help="run many cases of a scene, as STUDY.toml says")
+    study = commands.add_parser("study", help="run the cases of the parameter study in STUDY.toml")
     study.add_argument("study", metavar="STUDY.toml")
     study.add_argument("--out", metavar="DIR", help="folder to write (default: runs/NAME OF STUDY)")
     study.add_argument("--group", type=int, default=1, metavar="M", help="ranks per case under mpirun (default 1)")
@@ -42,22 +42,24 @@ def add_commands(commands: Any) -> None:
     add_extension_option(sensitivity)
     sensitivity.set_defaults(command=_sensitivity)
     uncertainty = commands.add_parser(
-        "uncertainty", help="how sure the heating time of a scene is, and what decides it"
+        "uncertainty", help="uncertainty of the heating time of a scene, and the contribution of each input"
     )
-    uncertainty.add_argument("scene", metavar="SCENE.toml", help="its [tolerance] tells how far its inputs may be off")
+    uncertainty.add_argument(
+        "scene", metavar="SCENE.toml", help="its table [tolerance] gives the tolerances of the inputs"
+    )
     uncertainty.add_argument("--out", metavar="DIR", help="folder to write (default: runs/NAME OF SCENE-uncertainty)")
     add_settings_option(uncertainty)
     uncertainty.add_argument(
-        "--sample", type=int, default=0, metavar="N", help="check it by a Latin hypercube of N runs"
+        "--sample", type=int, default=0, metavar="N", help="verify it by a Latin hypercube sample of N runs"
     )
-    uncertainty.add_argument("--seed", type=int, default=1, metavar="S", help="of the hypercube (default 1)")
+    uncertainty.add_argument("--seed", type=int, default=1, metavar="S", help="random seed of the sample (default 1)")
     uncertainty.add_argument("--quiet", action="store_true", help="no progress bar, no summary")
     add_extension_option(uncertainty)
     uncertainty.set_defaults(command=_uncertainty)
-    solve = commands.add_parser("solve-for", help="what to change, and by how much, so that a scene reaches a target")
+    solve = commands.add_parser("solve-for", help="the value of a key with which a scene reaches a target")
     solve.add_argument("scene", metavar="SCENE.toml")
     solve.add_argument("--key", action="append", required=True, metavar="TABLE.KEY", dest="keys",
-                       help="what may change, one after the other; may be repeated")  # fmt: skip
+                       help="key to vary; may be repeated, each key is varied on its own")  # fmt: skip
     solve.add_argument("--target", required=True, metavar="RECORD=VALUE",
                        help="for example 'heating_time = 15 min' or 'targets.cured = 2 h'")  # fmt: skip
     solve.add_argument("--out", metavar="DIR", help="folder to write (default: runs/NAME OF SCENE-solve-for)")
@@ -65,7 +67,9 @@ def add_commands(commands: Any) -> None:
     solve.add_argument("--quiet", action="store_true", help="no progress bar, no summary")
     add_extension_option(solve)
     solve.set_defaults(command=_solve_for)
-    optimum = commands.add_parser("optimum", help="the best parameters of a study under limits, as its [optimum] says")
+    optimum = commands.add_parser(
+        "optimum", help="optimum parameters of a study under the constraints of its table [optimum]"
+    )
     optimum.add_argument("study", metavar="STUDY.toml")
     optimum.add_argument("--out", metavar="DIR", help="folder to write (default: runs/NAME OF STUDY)")
     optimum.add_argument("--quiet", action="store_true", help="no progress bar, no summary")
@@ -109,7 +113,7 @@ def _sensitivity(options: argparse.Namespace) -> Any:
     if first:
         picture = write(found, out)
         if not options.quiet:
-            print(f"{'parameter':30s} per cent of the heating time for a per cent of it")
+            print(f"{'parameter':30s} change of the heating time in % for a change of 1 %")
             for entry in found:
                 print(f"{entry.parameter:30s} {entry.value:+.3f}" if entry.value is not None
                       else f"{entry.parameter:30s} none: {entry.reason}")  # fmt: skip
@@ -176,7 +180,7 @@ def _solve_for(options: argparse.Namespace) -> int:
     if first:
         written = write(found, aim, out)
         if not options.quiet:
-            print(summary_text(found, aim))
+            print(summary_text(found, aim, scene))
             print(f"written to {out}: {written.name}")
     return DONE
 

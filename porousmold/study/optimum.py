@@ -20,9 +20,9 @@ from scipy.interpolate import RBFInterpolator
 from scipy.optimize import minimize
 
 from ..errors import InputError
+from ..files.atomic_files import output_file
 from ..files.tables import read_toml
 from ..files.units import to_si
-from ..files.whole_files import output_file
 from ..mpi import MPI
 from ..scene.keys import key_of
 from ..scene.language import KEYS

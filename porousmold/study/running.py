@@ -1,8 +1,8 @@
 """Runs the cases of a study: serially, by the ranks of `mpirun` as workers, or by the tasks of an array job.
 
-Every group of ranks (one, or `--group M`) goes through the list of cases and takes each that is neither done nor taken, so
-that all work until the list is at its end, and no one has to lead. A case is taken by a lock on a file in its folder, which
-ends with its process: what a killed worker leaves behind is found missing, and run, by the next start.
+Each group of ranks (one, or `--group M`) goes through the list of cases and computes each case that is neither finished nor
+claimed by another group; there is no coordinating rank. A case is claimed by a lock on a file in its folder. The lock is
+released when its process ends, so that the next start recomputes the cases of a killed worker.
 """
 
 import csv
@@ -19,8 +19,8 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError, SolveError
-from ..files.children import forked
-from ..files.whole_files import InUseError, locked, whole_file
+from ..files.atomic_files import InUseError, locked, whole_file
+from ..files.subprocesses import forked
 from ..mpi import IS_ALONE, MPI
 from ..scene.geometries import dimension_of
 from ..scene.identity import identity_of

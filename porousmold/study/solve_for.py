@@ -1,4 +1,4 @@
-"""What must I change? The value of a key with which a scene reaches a target, one key after the other.
+"""Inverse problem: the value of a key with which a scene reaches a target, one key at a time.
 
 For each key the root of ln(record/target) over ln(value) is enclosed from the scene's own value on, step by step up to a factor
 `FARTHEST` or to where no scene can have the value, and found by Brent's method. What is reported is always a run. Temperatures of
@@ -16,10 +16,11 @@ from typing import Any
 from scipy.optimize import brentq
 
 from ..errors import InputError
+from ..files.atomic_files import output_file
 from ..files.units import to_si
-from ..files.whole_files import output_file
 from ..scene.checks import target_name
 from ..scene.chosen_laws import Laws
+from ..scene.geometries import modelled_part
 from ..scene.keys import WITHOUT_UNIT, key_of
 from ..scene.language import KEYS
 from ..scene.scene import Scene
@@ -212,7 +213,7 @@ class _Search:
         return Change(self._key, self._unit, self._value, needed, reached, beside, reason)
 
 
-def summary_text(found: Sequence[Change], aim: Aim) -> str:
+def summary_text(found: Sequence[Change], aim: Aim, scene: Scene) -> str:
     """Which single change reaches the aim, as a table."""
     unit = unit_of_record(aim.record)
     lines = [f"{aim.record} = {aim.value:.6g} {unit} by a single change of"]
@@ -222,11 +223,13 @@ def summary_text(found: Sequence[Change], aim: Aim) -> str:
             lines.append(f"  {change.key:32s} cannot: {change.reason}{nearest}")
             continue
         power = change.beside["mean_power"]
-        cost = f", mean power {power / 1e3:.3g} kW of what is computed" if power is not None else ""
+        cost = f", mean power {power / 1e3:.3g} kW" if power is not None else ""
         lines.append(
-            f"  {change.key:32s} {change.value:.6g} -> {change.needed:.6g} {change.unit} "
-            f"(x {change.needed / change.value:.3f}): {change.reached:.6g} {unit}{cost}"
+            f"  {change.key:32s} {change.value:.4g} -> {change.needed:.4g} {change.unit} "
+            f"(x {change.needed / change.value:.3f}): {change.reached:.5g} {unit}{cost}"
         )
+    if any(change.needed is not None for change in found):
+        lines.append(f"power of {modelled_part(dict(scene.geometry))}")
     return "\n".join(lines)
 
 

@@ -1,4 +1,4 @@
-"""How sure a heating time is: a budget of what its inputs, closures and cells contribute.
+"""Uncertainty budget of a heating time: the contributions of inputs, closures and mesh.
 
 Every input and closure of [tolerance] has a standard deviation sigma, half its tolerance. With t the heating time, each of them
 contributes
@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from scipy.stats import norm, qmc
 
 from ..errors import InputError
-from ..files.whole_files import output_file
+from ..files.atomic_files import output_file
 from ..laws.porosity import POROSITY_MODELS
 from ..scene.chosen_laws import Laws
 from ..scene.scene import Scene

@@ -1,10 +1,10 @@
 """What the page says between its tables; numbers that the study computes stand in braces."""
 
 OPENING = """
-**What this page does not show.** No heating time of this program has been compared with a measured one: no measured heating
-with a flow through the bed exists as numbers that we hold, and the thesis's figures are not available (its printed 1470 s for
-the aluminium mold is a computation). What is compared are correlations, cited at second hand from programs and compilations
-(`studies/validation/correlations.py`), of which we hold no points; five permeabilities; and one bed at rest.
+**Limits of this page.** No heating time of this program has been compared with a measured one: we have no numerical data of a
+measured heating with flow through the bed, and the thesis's figures are not available (its printed 1470 s for the aluminium
+mold is a computation). The page compares with correlations, cited at second hand from programs and compilations
+(`studies/validation/correlations.py`) without their data points, with five permeabilities, and with one bed without flow.
 
 Re_d = rho U d/mu and Nu are on the bead diameter d and the superficial speed U, Re_m = Re_d/(1 - phi), phi is the void
 fraction, D the tube's diameter. Two sets of closures are compared; a key that a scene sets wins:
@@ -60,9 +60,9 @@ that one model holds over the whole range. Independent of it are Leva, and Li an
 Nu of the model over the median of the eight:
 """
 BRANCHES = """
-Plain k-epsilon has two steady states between Re_d 420 and 2000, laminar and turbulent, and the search decides which is found:
-its row is no prediction. N-K are the bead sources of Nakayama and Kuwahara, damped where they fade out below a bead Reynolds
-number of 800 to 900 on the interstitial speed.
+Plain k-epsilon has two steady solutions between Re_d 420 and 2000, laminar and turbulent. Which one the solver converges to
+depends on its initial guess, so this row is not a prediction. N-K are the bead sources of Nakayama and Kuwahara; "damped":
+they fade out below a bead Reynolds number of 800 to 900 on the interstitial speed.
 """
 SPLIT = """
 k_r/lambda_f in the middle of the tube, and the Nu_w that gives the overall coefficient with it in plug flow: b J1(b) = Bi
@@ -70,10 +70,10 @@ J0(b), Bi = Nu_w D/(2 k_r d), Nu = k_r b^2 d/D with k_r over lambda_f; D/d = 20.
 Finlayson, Colledge and Paterson, Dixon et al., to go with Specchia's k_r.
 """
 SPLIT_END = """
-**Where the thesis's numbers come from.** At Re_d about 400, that of its mold, the overall coefficient agrees with the
-correlations because two errors compensate: beads conduct five times what a bed at rest conducts, and nothing but eddies mixes
-across the flow. Away from there they do not: a laminar flow takes up a fifth of the correlated heat at Re_d = 3000, wide
-tubes at Re_d = 100 half as much again.
+**Reason for the thesis's numbers.** At Re_d about 400, that of its mold, the overall coefficient agrees with the correlations
+because two errors compensate: the bead conduction is five times the measured stagnant conductivity, and there is no dispersion
+across the flow except by eddies. At other Reynolds numbers they do not compensate: at Re_d = 3000 a laminar flow transfers a
+fifth of the correlated heat, at Re_d = 100 wide tubes transfer one and a half times as much.
 
 The coefficients are those of a section of the program's own developed flow. Two runs of its energy equation, beds of
 {short:g} and {long:g} m at Re_d = 420, D/d = 10, give the same Nu: {told}.

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 import ufl
-from dolfinx import fem
+from dolfinx import fem, mesh
+from mpi4py import MPI
 
 from porousmold.equations.coordinates import Coordinates
-from porousmold.equations.stabilisation import Streamline, metric, streamline_time_scale, time_scale
+from porousmold.equations.stabilisation import SimplexStreamline, Streamline, metric, streamline_time_scale, time_scale
 from porousmold.mesh import fenicsx
 
 from ..support import box, integral
@@ -52,14 +53,14 @@ def test_storage_of_a_monotone_cell_is_lumped_along_the_flow():
     domain, dx, streamline = cell()
     (a, b), (c, d) = (1.0, 4.0), (2.0, -3.0)
     value, test = linear(domain, (a, b)), linear(domain, (c, d))
-    found = integral(streamline.lumped(value, streamline.along(value), test) * dx)
+    found = integral(streamline.lumped(value, ufl.grad(value), test) * dx)
     assert found == pytest.approx(LENGTH * WIDTH * (a * c + b * d) / 2.0)
 
 
 def test_storage_of_other_cells_is_not_lumped():
     domain, dx, streamline = cell(monotone=0.0)
     value, test = linear(domain, (1.0, 4.0)), linear(domain, (2.0, -3.0))
-    lumped = integral(streamline.lumped(value, streamline.along(value), test) * dx)
+    lumped = integral(streamline.lumped(value, ufl.grad(value), test) * dx)
     assert lumped == pytest.approx(integral(value * test * dx))
 
 
@@ -109,6 +110,96 @@ def test_outlet_of_a_monotone_cell_lies_between_inlet_and_beads(exchange):
         assert found == pytest.approx(90.0, abs=0.1)
     if exchange >= 1e6:
         assert found == pytest.approx(20.0, abs=0.1)
+
+
+def one_simplex(dimension, *, advection=None, conduction=0.0, exchange=40.0, monotone=1.0, seed=0):
+    """One triangle or tetrahedron of any shape: (domain, values at the vertices of its functions, streamline)."""
+    kind = {2: mesh.CellType.triangle, 3: mesh.CellType.tetrahedron}[dimension]
+    create, cells = {2: (mesh.create_unit_square, (1, 1)), 3: (mesh.create_unit_cube, (1, 1, 1))}[dimension]
+    domain = create(MPI.COMM_SELF, *cells, kind)
+    generator = np.random.default_rng(seed)
+    stretched = generator.uniform(-1.0, 1.0, (dimension, dimension)) + 2.0 * np.eye(dimension)
+    domain.geometry.x[:, :dimension] = (
+        domain.geometry.x[:, :dimension] @ stretched * generator.uniform(0.1, 1.0, dimension)
+    )
+    direction = generator.uniform(-1.0, 1.0, dimension) if advection is None else advection
+    streamline = Streamline.of(
+        Coordinates(domain, False),
+        ufl.as_vector([fem.Constant(domain, value) for value in direction]),
+        *(fem.Constant(domain, value) for value in (conduction, exchange, 0.0, monotone)),
+        straight=False,
+    )
+    assert isinstance(streamline, SimplexStreamline)
+    return domain, ufl.as_vector([fem.Constant(domain, value) for value in direction]), streamline
+
+
+def matrix_of(form):
+    """The bilinear form as an array."""
+    compiled = fem.form(form)
+    matrix = fenicsx.create_matrix(compiled)
+    fenicsx.assemble_matrix(matrix, compiled, [])
+    return np.array(matrix.convert("dense").getDenseArray())  # a copy, as the matrix goes
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_storage_of_monotone_simplices_is_lumped_at_their_vertices(dimension):
+    """Storage and exchange couple no two nodes, and neither does what enters through the boundary."""
+    domain, _, streamline = one_simplex(dimension)
+    space = fenicsx.lagrange_space(domain)
+    trial, test = ufl.TrialFunction(space), ufl.TestFunction(space)
+    one = fem.Constant(domain, 1.0)
+    for form in (
+        streamline.lumped(trial, ufl.grad(trial), test) * ufl.dx,
+        streamline.exchanged(one, trial, test) * ufl.dx,
+        streamline.exchanged_downstream(one, trial, test) * ufl.dx,
+        (trial * test + streamline.entered(one, trial, test)) * ufl.ds,
+    ):
+        found = matrix_of(form)
+        assert found == pytest.approx(np.diag(np.diag(found)), abs=1e-14 * np.abs(found).max())
+        assert (np.diag(found) > 0.0).all()
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("seed", range(5))
+def test_monotone_simplices_make_every_node_an_average_of_its_neighbours(dimension, seed):
+    """No entry off the diagonal is positive, whatever the cell's shape, and a uniform temperature carries nothing away; in other
+    cells there are positive ones."""
+
+    def off_diagonal(monotone):
+        numbers = {"conduction": 0.03, "exchange": 2.0, "monotone": monotone, "seed": seed}
+        domain, advection, streamline = one_simplex(dimension, **numbers)
+        space = fenicsx.lagrange_space(domain)
+        trial, test = ufl.TrialFunction(space), ufl.TestFunction(space)
+        form = ufl.dot(advection, ufl.grad(trial)) * streamline.downstream(test)
+        form += streamline.conducted(fem.Constant(domain, 0.03), trial, test)
+        found = matrix_of(form * ufl.dx)
+        assert np.abs(found.sum(axis=1)).max() < 1e-13 * np.abs(found).max()
+        return (found - np.diag(np.diag(found))).max() / np.abs(found).max()
+
+    assert off_diagonal(1.0) < 1e-13
+    assert off_diagonal(0.0) > 1e-3
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.5, 1.2, 2.0, 3.0, -1.0])
+def test_cells_of_any_mesh_are_lumped_along_their_own_sides(angle):
+    """A quadrilateral turned by an angle, the flow nearly along its long side: the same as if it were not turned."""
+    domain = box((1, 1), length=LENGTH, width=WIDTH)
+    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    domain.mesh.geometry.x[:, :2] = domain.mesh.geometry.x[:, :2] @ turn
+    flow = np.array([5.0, 0.1]) @ turn
+    streamline = Streamline.of(
+        Coordinates(domain.mesh, False),
+        ufl.as_vector([fem.Constant(domain.mesh, value) for value in flow]),
+        *(fem.Constant(domain.mesh, value) for value in (0.0, 40.0, 0.0, 1.0)),
+        straight=False,
+    )
+    area = LENGTH * WIDTH
+    sides = np.array([[LENGTH / 2.0, 0.0], [0.0, WIDTH / 2.0]]) @ turn
+    reach = [integral(streamline.reach[axis] * domain.cell_measure(2)) / area for axis in (0, 1)]
+    (half, square), *none = streamline.across
+    across = [integral(half[axis] * domain.cell_measure(2)) / area for axis in (0, 1)]
+    assert reach == pytest.approx(sides[0]) and np.abs(across) == pytest.approx(np.abs(sides[1]))
+    assert square == 1.0 and not none
 
 
 def test_upwinding_fades_where_conduction_or_exchange_wins():

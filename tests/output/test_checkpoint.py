@@ -9,7 +9,7 @@ from dolfinx import fem
 from mpi4py import MPI
 
 from porousmold import InputError, Scene, run
-from porousmold.files.whole_files import locked
+from porousmold.files.atomic_files import locked
 from porousmold.mesh import fenicsx
 from porousmold.output.checkpoint import NAME, NodeOrder
 from porousmold.scene.identity import identity_of

@@ -2,9 +2,29 @@
 
 import logging
 
-from porousmold.output.console import PART, Bar, MarchProgress, log_to_console
+from porousmold.output.console import PART, Bar, MarchProgress, log_to_console, summary_text
+from porousmold.simulation.running import run
 
 from ..support import coarse_scene, problem_of
+
+PLUG = {"model.flow": "plug", "model.turbulence": "none"}
+
+
+def test_the_summary_names_what_is_modelled_and_whether_it_is_cooled(tmp_path):
+    cold = {"operation.initial_temperature": "90 degC", "operation.inlet_temperature": "20 degC"}
+    scene = coarse_scene({**PLUG, **cold})
+    text = summary_text(scene, run(scene).summary, tmp_path, [])
+    assert text.startswith("cooling time (wall within 2 K of the inlet): ")
+    assert "of half of the cavity, per metre of width" in text and "MJ to cool the fluid" in text
+
+
+def test_targets_come_first_and_replace_a_heating_time_that_is_not_reached(tmp_path):
+    target = {"target.list": [{"name": "warm", "place": "wall", "above": "40 degC"}], "operation.end_time": 1500.0}
+    scene = coarse_scene(
+        {**PLUG, **target, "operation.outer_coefficient": 500.0, "operation.ambient_temperature": 293.0}
+    )
+    text = summary_text(scene, run(scene).summary, tmp_path, [])
+    assert text.startswith("warm: ") and "heating time" not in text
 
 
 def test_a_quiet_bar_shows_nothing(capsys):

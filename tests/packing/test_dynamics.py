@@ -15,7 +15,7 @@ STIFFNESS = 2e4
 
 def material(restitution=1.0, friction=0.0, spin_decay=0.0):
     zeta = -math.log(restitution) / math.hypot(math.pi, math.log(restitution))
-    return STIFFNESS, 2.0 * zeta * math.sqrt(STIFFNESS), friction, spin_decay
+    return STIFFNESS, 2.0 * zeta * math.sqrt(STIFFNESS), friction, spin_decay, dynamics.SPRING_RATIO
 
 
 def march(body, settings, dt, steps, planes=NOWHERE, size=None, period=OPEN):
@@ -25,7 +25,8 @@ def march(body, settings, dt, steps, planes=NOWHERE, size=None, period=OPEN):
     springs, load = np.zeros((count, len(planes) + 1, 3)), np.zeros((count, 6))
     none = (np.zeros(count + 1, np.int64), np.zeros(0, np.int64), np.zeros(0), np.zeros((0, 3)))
     pairs = dynamics.renew_pairs(body, size, np.arange(count), springs, none, 100.0, period, settings[1])
-    dynamics.advance(body, load, size, pairs, (planes, 0.0, period), springs, settings, dt, steps, 1e9)
+    walls = (planes, 0.0, period, np.zeros((len(planes) + 1, 3)))
+    dynamics.advance(body, load, size, pairs, walls, springs, settings, np.array([0.0, 0.0, -1.0]), dt, steps, 1e9)
 
 
 def test_bead_bounces_with_its_restitution():

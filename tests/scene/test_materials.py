@@ -59,7 +59,7 @@ def test_a_layer_changes_by_its_number():
 def test_the_programme_is_the_set_point():
     series = Scene.load(WORKSHOP).operation.inlet_temperature
     assert series(0.0) == pytest.approx(293.15) and series(60.0) == pytest.approx(296.15)
-    assert series.kinks[-1] == pytest.approx(160.0 / 3.0 * 60.0 + 5400.0) and series(1e5) == pytest.approx(453.15)
+    assert series.breakpoints[-1] == pytest.approx(160.0 / 3.0 * 60.0 + 5400.0) and series(1e5) == pytest.approx(453.15)
 
 
 def test_a_stage_that_takes_its_time_without_a_change_is_a_hold(tmp_path):

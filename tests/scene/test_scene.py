@@ -6,7 +6,7 @@ import tomllib
 
 import pytest
 import tomli_w
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from porousmold.errors import InputError
@@ -57,6 +57,9 @@ REFUSED = [
     ({"bed.bulk_porosity": 1.0}, "bed.bulk_porosity"),
     ({"bed.bulk_porosity": 0.6, "bed.porosity_model": "cheng-hsu"}, "<= 0.5"),
     ({"bed.porosity_profile": "nowhere.csv"}, "existing file"),
+    ({"wall.material": "aluminum"}, "did you mean 'aluminium'?"),
+    ({"wall.thickness": "2,5 mm"}, "decimal point"),
+    ({"wall.thickness": "-2 mm"}, "= '-2 mm': must be > 0"),
     ({"bed.bead_diameter": "6 mm"}, "at least 10 bead diameters"),
     ({"bed.bead_diameter": "60 mm", "bed.allow_small_ratio": True}, "bed.bead_diameter"),
     ({"geometry.kind": "sphere"}, "'mold'"),
@@ -125,6 +128,8 @@ values = st.one_of(
 
 
 @settings(max_examples=400)
+@example(changes={"bed.porosity_profile": "\n"})
+@example(changes={"operation.inlet_temperature": "a\r\n\x1b.csv"})
 @given(changes=st.dictionaries(names, values, min_size=1, max_size=3))
 def test_any_value_is_accepted_or_refused_by_one_line_that_names_a_key(changes):
     try:

@@ -18,7 +18,7 @@ def test_interpolates_holds_its_ends_and_converts_units(tmp_path):
     series = read_series(KEY, write(tmp_path, "time [min], T [degC]\n# comment\n0, 20\n1, 80\n"), "K")
     assert series(30.0) == pytest.approx(273.15 + 50.0)
     assert series(-5.0) == pytest.approx(293.15) and series(1e9) == pytest.approx(353.15)
-    assert series.kinks == (0.0, 60.0)
+    assert series.breakpoints == (0.0, 60.0)
     assert series.range == pytest.approx((293.15, 353.15))
 
 
@@ -29,7 +29,7 @@ def test_semicolons_with_decimal_commas_and_tabs_are_read(tmp_path, text):
 
 def test_constant_has_no_kinks():
     series = TimeSeries.constant(5.0)
-    assert series(123.0) == 5.0 and series.kinks == ()
+    assert series(123.0) == 5.0 and series.breakpoints == ()
 
 
 @pytest.mark.parametrize(
@@ -61,7 +61,7 @@ def test_columns_along_the_flow_are_interpolated_in_time_and_give_their_places(t
     )
     assert series.positions == pytest.approx((0.1, 0.3))
     assert series(5.0) == pytest.approx([-1.5, -6.0]) and series(99.0) == pytest.approx([-2.0, -9.0])
-    assert series.range == (-9.0, -1.0) and series.kinks == (0.0, 10.0)
+    assert series.range == (-9.0, -1.0) and series.breakpoints == (0.0, 10.0)
 
 
 @pytest.mark.parametrize(

@@ -90,6 +90,18 @@ def test_a_mesh_too_coarse_at_the_wall_is_refined_to_the_answer(tmp_path, kind):
     assert abs(refined.summary["energy_imbalance"]) < 1e-4
 
 
+@pytest.mark.parametrize("kind", ["quadrilaterals", "triangles"])
+def test_the_first_front_stays_between_the_temperatures_given(tmp_path, kind):
+    """On a curved mesh as well, and in triangles that have no side along the flow (once 27 K above the inlet's)."""
+    text = (MESHES / "curved_mold.geo").read_text()
+    mesh = tmp_path / "curved.geo"
+    mesh.write_text(text.replace("Recombine", "//") if kind == "triangles" else text)
+    settings = {"geometry.mesh": str(mesh), "operation.end_time": 120.0, "output.pictures": False}
+    found = run(Scene.load(CURVED, settings), communicator=MPI.COMM_SELF)
+    assert not [warning for warning in found.summary["warnings"] if "beyond" in warning]
+    assert abs(found.summary["energy_imbalance"]) < 1e-4
+
+
 def test_keys_of_a_mesh_in_three_dimensions():
     with pytest.raises(InputError, match=re.escape("geometry.parts")):
         Scene.load(CURVED, {"geometry.parts": 4})

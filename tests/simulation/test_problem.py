@@ -70,7 +70,7 @@ def test_no_number_of_a_scene_is_compiled_in(path, numbers, choices, tmp_path, m
         return original(expression, *arguments)
 
     monkeypatch.setattr(fenicsx, "_expression_at", compiled)
-    monkeypatch.setattr(fenicsx, "LaterForm", note)  # the forms are looked at, none is compiled
+    monkeypatch.setattr(fenicsx, "DeferredForm", note)  # the forms are looked at, none is compiled
     for factor in (1.0, 1.04):
         flux.write_text(f"time [s], {0.1 * factor} m [W/m^2], {0.5 * factor} m [W/m^2]\n0, 10, {20 * factor}\n")
         found.clear()

@@ -12,7 +12,7 @@ from mpi4py import MPI
 
 from porousmold import InputError, Scene, run
 from porousmold.cli import main
-from porousmold.files.whole_files import locked
+from porousmold.files.atomic_files import locked
 from porousmold.laws.porosity_profile import HEAD
 from porousmold.output.pictures import draw
 from porousmold.output.stored import LOCK
@@ -364,7 +364,7 @@ def test_liquid_and_time_dependent_inlet(tmp_path):
     result = run(tables, communicator=MPI.COMM_SELF)
     times = result.history["time"]
     assert times[-1] >= 200.0 and result.heating_time > 0.0
-    assert all(np.min(np.abs(times - kink)) < 1e-6 for kink in (40.0, 60.0) if kink < times[-1])
+    assert all(np.min(np.abs(times - instant)) < 1e-6 for instant in (40.0, 60.0) if instant < times[-1])
     assert abs(result.summary["energy_imbalance"]) < 1e-4
     assert result.history["mass_flow"][-1] == pytest.approx(result.history["mass_flow"][0], rel=1e-3)
 

@@ -9,7 +9,7 @@ import time
 
 import pytest
 
-from porousmold.files.whole_files import locked
+from porousmold.files.atomic_files import locked
 
 from ..support import ALUMINIUM
 

@@ -1,4 +1,4 @@
-"""Step sizes: ramp, cap, kinks, repetition."""
+"""Step sizes: ramp, cap, breakpoints, repetition."""
 
 import pytest
 from hypothesis import given
@@ -24,14 +24,14 @@ def marched(control, error=lambda time, step: 0.0, limit=10000):
     first=st.floats(0.01, 10.0),
     growth=st.floats(1.0, 3.0),
     cap=st.floats(5.0, 50.0),
-    kinks=st.lists(st.floats(1.0, 999.0), max_size=4),
+    breakpoints=st.lists(st.floats(1.0, 999.0), max_size=4),
 )
-def test_hits_every_kink_and_the_end_within_the_cap(first, growth, cap, kinks):
-    kinks = tuple(sorted(kinks))
-    times, steps = marched(TimeControl(first, max(growth, 1.05), cap, 5.0, 1000.0, kinks))
+def test_hits_every_kink_and_the_end_within_the_cap(first, growth, cap, breakpoints):
+    breakpoints = tuple(sorted(breakpoints))
+    times, steps = marched(TimeControl(first, max(growth, 1.05), cap, 5.0, 1000.0, breakpoints))
     assert times[-1] == pytest.approx(1000.0)
     assert max(steps) <= max(cap, first) * (1 + 1e-9)
-    assert all(min(abs(time - kink) for time in times) < 1e-6 for kink in kinks)
+    assert all(min(abs(time - instant) for time in times) < 1e-6 for instant in breakpoints)
 
 
 def test_ramps_geometrically_and_small_again_after_a_kink():

@@ -11,7 +11,7 @@ import pytest
 
 from porousmold import InputError
 from porousmold.cli import main
-from porousmold.files.whole_files import locked
+from porousmold.files.atomic_files import locked
 from porousmold.study.definition import Study
 from porousmold.study.running import collect, row_of, run_study
 

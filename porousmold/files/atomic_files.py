@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all, and files that only one process holds."""
+"""Atomic file writes, and lock files."""
 
 import fcntl
 import os
@@ -31,6 +31,15 @@ def output_file(path: Path) -> Iterator[Any]:
             yield temporary
     except OSError as error:
         raise InputError("--out", str(path), f"cannot be written: {error.strerror or error}") from error
+
+
+def output_folder(path: Path) -> Path:
+    """Make a folder that the user named, if it is not there; `InputError` if it cannot be made."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError("--out", str(path), f"cannot be written: {error.strerror or error}") from error
+    return path
 
 
 class InUseError(OSError):

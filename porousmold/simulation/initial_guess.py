@@ -1,4 +1,4 @@
-"""The first guess of a full flow: from a cheaper flow over the same bed."""
+"""Initial guess of a full flow, from a cheaper flow model over the same bed."""
 
 import contextlib
 from collections.abc import Callable
@@ -22,7 +22,7 @@ from .specs import Specs
 Fields = dict[str, fem.Function]
 
 
-class FirstGuess:
+class InitialGuess:
     """Gives a `FullFlow` its initial guess: the developed profiles where the bed is straight, in three dimensions the flow over
     two of them at the same distance from the wall, else the local equilibrium of drag and beads.
 

@@ -5,7 +5,7 @@ import select
 import subprocess
 import sys
 
-from porousmold.files.children import forked
+from porousmold.files.subprocesses import forked
 
 
 def test_a_child_works_in_a_process_of_its_own_and_in_silence(tmp_path, capfd):
@@ -23,9 +23,7 @@ def test_a_child_works_in_a_process_of_its_own_and_in_silence(tmp_path, capfd):
 def test_a_child_ends_with_its_parent():
     """Nobody is left to hold the pipe open that both have."""
     reading, writing = os.pipe()
-    code = (
-        "import time; from porousmold.files.children import forked; print(forked(lambda: time.sleep(60)), flush=True)"
-    )
+    code = "import time; from porousmold.files.subprocesses import forked; print(forked(lambda: time.sleep(60)), flush=True)"
     command = [sys.executable, "-c", f"{code}; time.sleep(60)"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, pass_fds=[writing]) as parent:
         os.close(writing)

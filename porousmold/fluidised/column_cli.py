@@ -1,0 +1,162 @@
+"""The command `porousmold fluidise`."""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from ..errors import InputError, SolveError
+from ..files.atomic_files import output_folder
+from ..files.units import to_si
+from ..output.console import SECONDS_AND_PARTS, Bar
+from .cli import write_tables
+
+FRAMES = 80
+LENGTHS = ("width", "depth", "height", "bed-height", "bead-diameter")
+UNITS = {"time": "s", "pressure_drop": "Pa", "force_on_beads": "Pa", "bed_height": "m", "highest_bead": "m"}
+UNITS |= {"fastest_bead": "m/s", "bead_temperature": "K", "outlet_temperature": "K", "heat_imbalance": "1"}
+
+
+def add_commands(commands: Any) -> None:
+    """Add the command to the program's subparsers."""
+    command = commands.add_parser(
+        "fluidise", help="a small column of beads that a gas flows through and lifts, bead by bead"
+    )
+    for option, default, text in (
+        ("--width", None, "between the walls"),
+        ("--depth", None, "of the slab, periodic"),
+        ("--height", None, "of the column"),
+        ("--bed-height", None, "of the bed at rest"),
+        ("--bead-diameter", None, "of the beads"),
+        ("--velocity", None, "superficial, of the gas at the inlet temperature"),
+    ):
+        command.add_argument(option, required=default is None, metavar="VALUE", help=text)
+    command.add_argument("--beads", required=True, metavar="MATERIAL", help="solid of `porousmold materials`")
+    command.add_argument("--fluid", default="air", metavar="MATERIAL", help="fluid of that library (default air)")
+    for option, default, text in (
+        ("--time", "1 s", "simulated (default 1 s)"),
+        ("--initial-temperature", "20 degC", "of beads and gas (default 20 degC)"),
+        ("--inlet-temperature", "80 degC", "of the gas (default 80 degC)"),
+        ("--blocked-width", "0 mm", "in the middle of the floor, through which no gas enters (default 0)"),
+        ("--friction", "0.3", "coefficient between beads and at walls (default 0.3)"),
+        ("--cell-size", "3.5", "of the gas's cells, in bead diameters (default 3.5)"),
+        ("--seed", "1", "same seed, same packing"),
+    ):
+        command.add_argument(option, default=default, metavar="VALUE", help=text)
+    command.add_argument(
+        "--out", default="runs/fluidise", metavar="DIR", help="folder to write (default runs/fluidise)"
+    )
+    command.add_argument("--animate", action="store_true", help="also column.gif: the beads, coloured by temperature")
+    command.add_argument("--quiet", action="store_true", help="no progress bar, no summary")
+    command.set_defaults(serial=_fluidise)
+
+
+def _fluidise(options: argparse.Namespace) -> str:
+    from .column import Column
+
+    given, end, out = _input(options), to_si("--time", options.time, "s"), Path(options.out)
+    if not 0.0 < end < 1e4:
+        raise InputError("--time", options.time, "must be > 0 and < 10000 s")
+    output_folder(out)
+    bar = Bar(quiet=options.quiet)
+    bar.phase("beads come to rest")
+    column = Column(given)
+    pictures: list[Any] = []
+
+    def progress(time: float, total: float, text: str) -> None:
+        bar.show(round(time, 4), total, f"beads {text}", SECONDS_AND_PARTS)
+        if options.animate and time >= len(pictures) * end / FRAMES:
+            pictures.append((time, column.places, column.bead_temperature - 273.15))
+
+    problem = None
+    try:
+        column.march(end, progress)
+    except SolveError as error:
+        if not column.rows:
+            raise
+        problem = error
+    finally:
+        bar.close()
+    text = _write(column, out, pictures)
+    column.free()
+    if problem is not None:
+        raise problem
+    return "" if options.quiet else text
+
+
+def _input(options: argparse.Namespace) -> Any:
+    from ..laws.material_library import FLUIDS, SOLIDS, named
+    from .column import ColumnInput
+
+    beads, fluid = named("--beads", options.beads, SOLIDS), named("--fluid", options.fluid, FLUIDS)
+    start, inlet = (
+        to_si(f"--{name}", getattr(options, name.replace("-", "_")), "K")
+        for name in ("initial-temperature", "inlet-temperature")
+    )
+    for name, value in (("--initial-temperature", start), ("--inlet-temperature", inlet)):
+        if not 150.0 < value < 5000.0:
+            raise InputError(name, value, "must be > 150 and < 5000 K")
+    lengths = {
+        name.replace("-", "_"): to_si(f"--{name}", getattr(options, name.replace("-", "_")), "m") for name in LENGTHS
+    }
+    for name, value in lengths.items():
+        if not value > 0.0:
+            raise InputError(f"--{name.replace('_', '-')}", value, "must be > 0 m")
+    seed = options.seed.strip()
+    if not seed.isdecimal():
+        raise InputError("--seed", options.seed, "must be a whole number >= 0")
+    return ColumnInput(
+        **lengths,
+        velocity=to_si("--velocity", options.velocity, "m/s"),
+        density=float(fluid.density(101325.0, inlet)),
+        viscosity=float(fluid.viscosity(inlet)),
+        heat_capacity=float(fluid.heat_capacity(inlet)),
+        conductivity=float(fluid.conductivity(inlet)),
+        bead_density=float(beads.density(start)),
+        bead_heat_capacity=float(beads.heat_capacity(start)),
+        blocked_width=to_si("--blocked-width", options.blocked_width, "m"),
+        initial_temperature=start,
+        inlet_temperature=inlet,
+        friction=to_si("--friction", options.friction, ""),
+        cell_size=to_si("--cell-size", options.cell_size, ""),
+        seed=int(seed),
+    )
+
+
+def _write(column: Any, out: Path, pictures: list[Any]) -> str:
+    """History, summary and pictures; gives the text of the summary."""
+    from .column_pictures import draw_column, draw_motion
+
+    rows, half = column.rows, column.rows[len(column.rows) // 2 :]
+
+    def mean(name: str) -> float:
+        return float(sum(row[name] for row in half) / len(half))
+
+    summary = {
+        "beads": len(column.bead_temperature),
+        "weight": column.weight,
+        "pressure_drop": mean("pressure_drop"),
+        "force_on_beads": mean("force_on_beads"),
+        "bed_height": mean("bed_height"),
+        "bed_height_at_first": rows[0]["bed_height"],
+        "bead_temperature": rows[-1]["bead_temperature"],
+        "outlet_temperature": rows[-1]["outlet_temperature"],
+        "heat_imbalance": rows[-1]["heat_imbalance"],
+        "time": rows[-1]["time"],
+        "steps": len(rows),
+    }
+    write_tables(out, summary, UNITS, ([f"{row[name]:.9g}" for name in UNITS] for row in rows))
+    files = [
+        draw_column(out / "column.png", column),
+        *([draw_motion(out / "column.gif", column, pictures)] if pictures else []),
+    ]
+    drop, force = summary["pressure_drop"], summary["force_on_beads"]
+    height, first = 1e3 * summary["bed_height"], 1e3 * summary["bed_height_at_first"]
+    beads, gas = summary["bead_temperature"] - 273.15, summary["outlet_temperature"] - 273.15
+    lines = [
+        f"{summary['beads']} beads, {summary['steps']} steps of {column.time_step:.2g} s; means over the second half:",
+        f"pressure drop {drop:.4g} Pa, {drop / column.weight:.3f} of the weight of the beads; force on the beads {force:.4g} Pa",
+        f"bed height {height:.3g} mm, at first {first:.3g} mm",
+        f"beads {beads:.2f} °C, gas at the outlet {gas:.2f} °C; relative heat imbalance {summary['heat_imbalance']:.1e}",
+        f"written to {out}: result.json, history.csv, {', '.join(path.name for path in files)}",
+    ]
+    return "\n".join(lines)

@@ -1,0 +1,1 @@
+"""Beads sheared between two walls: what their motion and their contacts conduct."""

@@ -1,0 +1,168 @@
+"""A column of beads in a gas, bead by bead: Ergun, weight, forces, heat, settling, and input that is refused."""
+
+import json
+
+import numpy as np
+import pytest
+
+from porousmold.cli import main
+from porousmold.errors import InputError
+from porousmold.fluidised import column as module
+from porousmold.fluidised.column import Column, ColumnInput
+from porousmold.laws.drag import DRAG_LAWS
+from porousmold.laws.fluidisation import archimedes_number, suspension_drag, terminal_reynolds_number
+from porousmold.packing import dynamics
+
+AIR = {"density": 1.2, "viscosity": 2e-5, "heat_capacity": 1010.0, "conductivity": 0.025}
+GLASS = {"bead_density": 2500.0, "bead_heat_capacity": 840.0}
+SIZES = {"width": 0.014, "depth": 0.007, "height": 0.049, "bed_height": 0.012, "bead_diameter": 1e-3}
+
+
+def column(velocity, positions=None, **settings):
+    return Column(ColumnInput(**{**SIZES, **AIR, **GLASS, "velocity": velocity, **settings}), positions)
+
+
+def mean(run, name):
+    half = run.rows[len(run.rows) // 2 :]
+    return np.mean([row[name] for row in half])
+
+
+@pytest.fixture(scope="module")
+def fluidised():
+    run = column(0.9)
+    run.march(0.2)
+    return run
+
+
+def test_the_pressure_drop_is_the_weight_of_beads_that_float(fluidised):
+    assert mean(fluidised, "pressure_drop") == pytest.approx(fluidised.weight, rel=0.05)
+    assert mean(fluidised, "force_on_beads") == pytest.approx(mean(fluidised, "pressure_drop"), rel=0.04)
+    assert mean(fluidised, "bed_height") > 1.1 * fluidised.rows[0]["bed_height"]
+
+
+def test_heat_is_conserved_and_temperatures_stay_within_bounds(fluidised):
+    assert abs(fluidised.rows[-1]["heat_imbalance"]) < 1e-10
+    gas, beads = fluidised.temperature.x.array, fluidised.bead_temperature
+    for values in (gas, beads):
+        assert values.min() > 293.15 - 1e-6 and values.max() < 353.15
+    assert beads.mean() > 293.3
+    # nearly all of the gas's heat stays in the beads: they take it up within the first cells
+    taken_up = 0.9 * 1.2 * 1010.0 * 60.0 * 0.014 * 0.007 * fluidised.time
+    stored = len(beads) * fluidised.given.bead_mass * 840.0 * (beads.mean() - 293.15)
+    assert stored == pytest.approx(taken_up, rel=0.02)
+
+
+def test_gas_of_the_beads_temperature_changes_nothing():
+    run = column(0.7, inlet_temperature=293.15)
+    run.march(0.02)
+    assert np.ptp(run.temperature.x.array) < 1e-8 and np.ptp(run.bead_temperature) < 1e-9
+
+
+def test_no_gas_enters_where_the_floor_is_blocked():
+    run = column(0.4, blocked_width=4e-3)
+    run.march(0.01)
+    up = run._gas_velocity()[0][0] * run._porosity.x.array[run._grid[0]]
+    middle = run._cells[1] // 2
+    assert up[middle] < 0.5 * up[[0, -1]].min()
+    assert abs(run.rows[-1]["heat_imbalance"]) < 1e-10
+
+
+def lattice(spacing_of_cells=4):
+    """Beads that leave the same porosity at every node, those at the walls included."""
+    cell = SIZES["width"] / 4
+    spacing = cell / spacing_of_cells
+    across = (np.arange(4 * spacing_of_cells) + 0.5) * spacing - 0.5 * SIZES["width"]
+    up = (np.arange(round(SIZES["height"] / spacing)) + 0.5) * spacing
+    deep = np.linspace(-0.5, 0.5, 7)[:-1] * SIZES["depth"]
+    return np.stack(np.meshgrid(across, deep, up, indexing="ij"), axis=-1).reshape(-1, 3)
+
+
+def test_beads_that_are_held_resist_by_ergun(monkeypatch):
+    """In the limit of short steps: the gas reckons with beads that yield to it, by theta, of the first order in the step."""
+    monkeypatch.setattr(Column, "_move", lambda self, gas, push, rate: None)
+    errors = []
+    for factor in (0.2, 0.1):
+        monkeypatch.setattr(module, "STEP", 0.05 * factor)
+        run = column(0.3, lattice())
+        run.march(0.004)
+        porosity = run._porosity.x.array
+        assert np.ptp(porosity) < 1e-12
+        coefficient = DRAG_LAWS["ergun"].coefficient(porosity[0], 1e-3, 1.2, 2e-5, 0.3 / porosity[0])
+        errors.append(run.rows[-1]["pressure_drop"] / (coefficient * 0.3 / porosity[0] ** 2 * SIZES["height"]) - 1.0)
+    assert abs(errors[1]) < 0.02
+    assert errors[0] / errors[1] == pytest.approx(2.0, rel=0.25)
+
+
+def test_a_dilute_suspension_settles_as_richardson_and_zaki_say():
+    """Glass in water, 2.5 % of the volume: the velocity of a single bead times porosity^n."""
+    water = {"density": 1000.0, "viscosity": 1e-3, "heat_capacity": 4180.0, "conductivity": 0.6}
+    d = 5e-4
+    sizes = {"width": 7e-3, "depth": 4e-3, "height": 2.8e-2, "bed_height": 1e-2, "bead_diameter": d}
+    volume = 7e-3 * 4e-3 * 2.8e-2
+    count = round(0.025 * volume / (np.pi / 6.0 * d**3))
+    places, low, high = np.empty((count, 3)), np.array([-3.5e-3, -2e-3, 6e-3]), np.array([3.5e-3, 2e-3, 2.6e-2])
+    rng, period = np.random.default_rng(2), np.array([0.0, 4e-3])
+    assert dynamics.place(rng, places, np.full(count, 0.5 * d), low, high, 0.0, period, 10_000) == count
+    run = column(0.0, places, **sizes, **water)
+    run.march(0.1)
+    before = run.places[:, 1].mean()
+    run.march(0.15)
+    speed = (before - run.places[:, 1].mean()) / 0.05
+    archimedes = archimedes_number(d, 1000.0, 2500.0, 1e-3)
+    single = terminal_reynolds_number(archimedes) * 1e-3 / (1000.0 * d)
+    share = 0.025 * 2.8 / 2.0
+    assert speed == pytest.approx(single * (1.0 - share) ** 3.5, rel=0.2)
+
+
+def test_drag_of_dense_and_dilute_beds():
+    """Ergun's below a porosity of 0.7, a single bead's above 0.99."""
+    porosity, speed = 0.45, 0.8
+    assert suspension_drag(porosity, 1e-3, 1.2, 2e-5, speed) == pytest.approx(
+        DRAG_LAWS["ergun"].coefficient(porosity, 1e-3, 1.2, 2e-5, speed), rel=0.01
+    )
+    reynolds = 1.2 * speed * 1e-3 / 2e-5
+    drag = 24.0 / reynolds * (1.0 + 0.15 * reynolds**0.687) * 0.5 * 1.2 * speed * np.pi / 4.0 * 1e-6
+    solids = 1e-6
+    found = suspension_drag(1.0 - solids, 1e-3, 1.2, 2e-5, speed) / solids * np.pi / 6.0 * 1e-9
+    assert found == pytest.approx(drag, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"width": 5e-3}, "--width = 0.005: must be >= 0.008 m"),
+        ({"height": 0.01}, "--height = 0.01: must be >="),
+        ({"cell_size": 1.0}, "--cell-size = 1.0: must be >= 2"),
+        ({"blocked_width": 0.02}, "--blocked-width = 0.02: must be >= 0"),
+        ({"velocity": -1.0}, "--velocity = -1.0: must be >= 0"),
+        ({"bead_density": 1.0}, "float"),
+    ],
+)
+def test_bad_input_is_refused(settings, message):
+    with pytest.raises(InputError, match=message):
+        ColumnInput(**{**SIZES, **AIR, **GLASS, "velocity": 0.5, **settings})
+
+
+def test_the_command_writes_history_summary_and_pictures(tmp_path, capsys):
+    words = [
+        "--width",
+        "10 mm",
+        "--depth",
+        "7 mm",
+        "--height",
+        "30 mm",
+        "--bed-height",
+        "8 mm",
+        "--bead-diameter",
+        "1 mm",
+    ]
+    words += ["--beads", "glass", "--velocity", "0.8 m/s", "--time", "0.01 s"]
+    out = tmp_path / "column"
+    assert main(["fluidise", *words, "--out", str(out), "--animate"]) == 0
+    assert "of the weight of the beads" in capsys.readouterr().out
+    assert sorted(path.name for path in out.iterdir()) == ["column.gif", "column.png", "history.csv", "result.json"]
+    assert json.loads((out / "result.json").read_text())["steps"] > 10
+    assert main(["fluidise", *words[:-2], "--time", "0 s", "--out", str(out)]) == 2
+    assert "--time" in capsys.readouterr().err
+    assert main(["fluidise", *words, "--fluid", "honey", "--out", str(out)]) == 2
+    assert "--fluid = 'honey'" in capsys.readouterr().err
