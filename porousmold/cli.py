@@ -18,7 +18,7 @@ from .output.console import add_extension_option, add_settings_option, add_verbo
 from .packing.cli import add_commands as add_packing_commands
 from .permeability.cli import add_commands as add_permeability_commands
 from .shear.cli import add_commands as add_shear_commands
-from .simulation.stop_signals import StopSignals
+from .simulation.stop_signals import StopSignals, acknowledge
 from .study.cli import add_commands as add_study_commands
 
 DONE, LACKING, BAD_INPUT, SOLVE_FAILED, INTERRUPTED = 0, 1, 2, 3, 130
@@ -104,6 +104,7 @@ def _status_of(command: Callable[..., Any], options: argparse.Namespace) -> Any:
     except SolveError as error:
         return _end(SOLVE_FAILED, error)
     except KeyboardInterrupt:
+        acknowledge()
         return _end(INTERRUPTED, "interrupted before the run began")
     except ModuleNotFoundError as error:
         package = (error.name or "").partition(".")[0]

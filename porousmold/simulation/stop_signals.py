@@ -3,7 +3,9 @@
 The first signal sets a flag; the command ends in an orderly way at its next check of the flag and writes its results. A second
 signal kills the process at once (default action of the kernel). A library call may take minutes (a factorisation, the assembly
 of a million cells), during which Python handles no signals. Therefore a watchdog process ends the command `PATIENCE` seconds
-after the first signal, unless the command has acknowledged it by then.
+after the first signal, unless the command has acknowledged it by then. That is where the flag is checked, or where
+`KeyboardInterrupt` is caught at last, not where it is raised: one that is raised while Python forks, or deletes an object, is
+printed and forgotten.
 """
 
 import ctypes
@@ -24,7 +26,7 @@ class StopSignals:
 
     def __init__(self) -> None:
         self._received: list[int] = []
-        self._asked = self._ending = False
+        self._asked = False
         reading, self._writing = os.pipe()
         os.set_blocking(self._writing, False)
         parent = os.getpid()
@@ -44,21 +46,20 @@ class StopSignals:
     def _note(self, number: int, frame: Any) -> None:
         self._received.append(number)
         if not self._asked:
-            self._under_way()
             raise KeyboardInterrupt
 
     def __bool__(self) -> bool:
         self._asked = True
         if self._received:
-            self._under_way()
+            acknowledge()
         return bool(self._received)
 
-    def _under_way(self) -> None:
-        """Who has seen the signal ends in good order: it is given the time that it takes."""
-        if not self._ending:
-            self._ending = True
-            signal.set_wakeup_fd(-1)
-            os.write(self._writing, b"\0")
+
+def acknowledge() -> None:
+    """Tell the watchdog that the signal was seen: the command ends in an orderly way, in the time that this takes."""
+    watchdog = signal.set_wakeup_fd(-1)
+    if watchdog != -1:
+        os.write(watchdog, b"\0")
 
 
 def _only_once(number: int) -> None:

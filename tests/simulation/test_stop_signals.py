@@ -56,6 +56,22 @@ def test_while_it_starts(tmp_path):
     assert seconds < PATIENCE
 
 
+def test_an_interruption_that_is_lost():
+    """Python prints an exception of a fork's hook and goes on: the command ends nevertheless."""
+    program = (
+        "import os, signal, time\n"
+        "from porousmold.simulation.stop_signals import StopSignals\n"
+        "signals = StopSignals()\n"
+        "os.register_at_fork(before=lambda: os.kill(os.getpid(), signal.SIGTERM))\n"
+        "if os.fork() == 0: os._exit(0)\n"
+        "time.sleep(60.0)\n"
+    )
+    start = time.perf_counter()
+    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=100)
+    assert "Exception ignored" in ended.stderr and "within a long call" in ended.stderr
+    assert ended.returncode == -signal.SIGINT and time.perf_counter() - start < PATIENCE
+
+
 @pytest.mark.heavy  # among tests that compile as well, the compilers of all take the cores for half a minute
 def test_while_it_compiles(tmp_path):
     """The processes that compile end with the run: none keeps its folder from the next one."""
