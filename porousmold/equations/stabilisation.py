@@ -115,7 +115,6 @@ class Streamline:
         if exchange is None:
             exchange = fem.Constant(coordinates.mesh, 0.0)
         direction = advection / speed
-        is_simplex = not straight and fenicsx.cell_name(coordinates.mesh) in ("triangle", "tetrahedron")
         side, across = _sides(coordinates, advection, metric_tensor, straight)
         if side is not None:  # monotone only along the cells themselves: a slight slope crosses many of the flat ones
             direction = ufl.conditional(ufl.gt(monotone, 0.5), side, direction)
@@ -133,7 +132,7 @@ class Streamline:
         fitting = 1.0 - carried / (exchange + 1e-30)
         fitting = ufl.conditional(ufl.gt(fitting, 0.0), fitting, 0.0)
         parts = direction / inverse, upwind, fitting, exchange, monotone, coordinates.from_middle, across
-        if not is_simplex:
+        if side is not None:
             return cls(*parts)
         return SimplexStreamline(*parts, **SimplexStreamline.of_cell(coordinates.mesh, advection, diffusion))
 
@@ -177,15 +176,18 @@ class Streamline:
         lumped = ufl.dot(flux_density(conductivity, change), test_change)
         return plain + 2.0 / 3.0 * self.monotone * lumped
 
+    def _lumping(self, gradient: Value, test: Value) -> Value:
+        """What brings the integral of a function, with its `gradient`, times a test to that at the nodes."""
+        return 2.0 / 3.0 * ufl.dot(self.reach, gradient) * self.along(test)
+
     def lumped(self, value: Value, gradient: Value, test: Value) -> Value:
         """Storage of `value`, with its `gradient`, where nothing flows."""
-        return value * test + 2.0 / 3.0 * self.monotone * ufl.dot(self.reach, gradient) * self.along(test)
+        return value * test + self.monotone * self._lumping(gradient, test)
 
     def lumped_downstream(self, value: Value, gradient: Value, test: Value) -> Value:
         """Storage of `value`, with its `gradient`, in what flows."""
-        upwinded = (1.0 - self.monotone) * self.upwind * value
-        lumped = 2.0 / 3.0 * self.monotone * ufl.dot(self.reach, gradient)
-        return value * test + (upwinded + lumped) * self.along(test)
+        upwinded = (1.0 - self.monotone) * self.upwind * value * self.along(test)
+        return value * test + upwinded + self.monotone * self._lumping(gradient, test)
 
     def exchanged(self, coefficient: Value, value: Value, test: Value) -> Value:
         """Exchange of `value` as the beads have it, with the local `coefficient` or, where monotone, the cell's."""
@@ -242,7 +244,6 @@ class SimplexStreamline(Streamline):
         return replace(super().held(of_cell, at_points), crossing=at_points(self.crossing))
 
     def _lumping(self, gradient: Value, test: Value) -> Value:
-        """What brings the integral of a function, with its `gradient`, times a test to that at the vertices."""
         return ufl.dot(gradient, self.vertices * ufl.grad(test)) / (len(self.reach) + 2.0)
 
     def downstream(self, test: Value) -> Value:
@@ -251,13 +252,6 @@ class SimplexStreamline(Streamline):
     def conducted(self, conductivity: Value, function: Value, test: Value) -> Value:
         plain = ufl.dot(flux_density(conductivity, ufl.grad(function)), ufl.grad(test))
         return plain + self.monotone * self.crossing * ufl.dot(ufl.grad(function), self.vertices * ufl.grad(test))
-
-    def lumped(self, value: Value, gradient: Value, test: Value) -> Value:
-        return value * test + self.monotone * self._lumping(gradient, test)
-
-    def lumped_downstream(self, value: Value, gradient: Value, test: Value) -> Value:
-        upwinded = (1.0 - self.monotone) * self.upwind * value * self.along(test)
-        return value * test + upwinded + self.monotone * self._lumping(gradient, test)
 
     def exchanged(self, coefficient: Value, value: Value, test: Value) -> Value:
         nodal = value * test + self._lumping(ufl.grad(value), test)

@@ -66,7 +66,9 @@ class SuspendedBeads:
 @dataclass(frozen=True)
 class GasAmongBeads:
     """Heat of the gas: `flux` w (m/s), `porosity` now and `old_porosity` before, `capacity` rho C (J/m3/K), `conductivity`
-    (W/m/K), `exchange` sum K per volume (W/m3/K) and `heating` sum K T_i (W/m3), fields at the nodes."""
+    (W/m/K), `exchange` sum K per volume (W/m3/K) and `heating` sum K T_i (W/m3), fields at the nodes.
+
+    Measures: `dx`, `nodes` (lumped there), `inlet` and `outlet`."""
 
     coordinates: Coordinates
     flux: Any
@@ -76,11 +78,15 @@ class GasAmongBeads:
     conductivity: Any
     exchange: Any
     heating: Any
+    dx: ufl.Measure
+    nodes: ufl.Measure
+    inlet: ufl.Measure
+    outlet: ufl.Measure
 
-    def correction(self, potential: Any, imbalance: Any, dx: ufl.Measure, nodes: ufl.Measure) -> Value:
+    def correction(self, potential: Any, imbalance: Any) -> Value:
         """Form of div grad psi = `imbalance` (1/s, a field at the nodes)."""
         test = ufl.TestFunction(potential.function_space)
-        return ufl.dot(ufl.grad(potential), ufl.grad(test)) * dx - imbalance * test * nodes
+        return ufl.dot(ufl.grad(potential), ufl.grad(test)) * self.dx - imbalance * test * self.nodes
 
     def imbalance(
         self,
@@ -89,14 +95,10 @@ class GasAmongBeads:
         flux: Any,
         inflow: Any,
         out: Any,
-        dx: ufl.Measure,
-        nodes: ufl.Measure,
-        inlet: ufl.Measure,
-        outlet: ufl.Measure,
     ) -> Value:
         """Form of the volume that the gas gains beyond what `flux` (m/s) brings, with `out` and `inflow` at the boundary."""
-        gained = inverse_step * (self.porosity - self.old_porosity) * test * nodes
-        return gained - ufl.dot(flux, ufl.grad(test)) * dx + out * test * outlet - inflow * test * inlet
+        gained = inverse_step * (self.porosity - self.old_porosity) * test * self.nodes
+        return gained - ufl.dot(flux, ufl.grad(test)) * self.dx + out * test * self.outlet - inflow * test * self.inlet
 
     def residual(
         self,
@@ -106,18 +108,16 @@ class GasAmongBeads:
         inflow: Any,
         inlet_temperature: Any,
         out: Any,
-        dx: ufl.Measure,
-        nodes: ufl.Measure,
-        inlet: ufl.Measure,
-        outlet: ufl.Measure,
     ) -> Value:
         """Form of the heat balance, W against the test; `out` (m/s) leaves through the outlet, `inflow` enters."""
         test = ufl.TestFunction(temperature.function_space)
         stored = inverse_step * (self.porosity * temperature - self.old_porosity * old)
-        form = (self.capacity * stored + self.exchange * temperature - self.heating) * test * nodes
-        form -= self.capacity * temperature * ufl.dot(self.flux, ufl.grad(test)) * dx
-        form += self.capacity * (out * temperature * test * outlet - inflow * inlet_temperature * test * inlet)
-        form += self.porosity * self.conductivity * ufl.dot(ufl.grad(temperature), ufl.grad(test)) * dx
+        form = (self.capacity * stored + self.exchange * temperature - self.heating) * test * self.nodes
+        form -= self.capacity * temperature * ufl.dot(self.flux, ufl.grad(test)) * self.dx
+        form += self.capacity * (
+            out * temperature * test * self.outlet - inflow * inlet_temperature * test * self.inlet
+        )
+        form += self.porosity * self.conductivity * ufl.dot(ufl.grad(temperature), ufl.grad(test)) * self.dx
         along = ufl.dot(self.flux, ufl.dot(metric(self.coordinates.mesh), self.flux)) + 1e-20
         upwind = ufl.dot(self.flux, ufl.grad(temperature)) * ufl.dot(self.flux, ufl.grad(test)) / ufl.sqrt(along)
-        return form + self.capacity * upwind * dx
+        return form + self.capacity * upwind * self.dx

@@ -216,18 +216,22 @@ class Column:
         inlet, outlet = ds(geometry.INLET), ds(geometry.OUTLET)
         capacity, inflow = number(given.density * given.heat_capacity), self._inflow
         heat = GasAmongBeads(equations.coordinates, gas_flux + ufl.grad(potential), self._porosity, self._old_porosity, capacity,
-                             number(given.conductivity), self._exchange, self._heating)  # fmt: skip
+                             number(given.conductivity), self._exchange, self._heating, dx, nodes, inlet, outlet)  # fmt: skip
         # what the discrete mass balance lets out has no fine scales
         leaving = self._porosity * ufl.dot(state.velocity, normal)
         test = ufl.TestFunction(scalar)
-        gained = heat.imbalance(test, self._inverse_step, gas_flux, inflow, leaving, dx, nodes, inlet, outlet)
+        gained = heat.imbalance(test, self._inverse_step, gas_flux, inflow, leaving)
         self._gained = fenicsx.compiled_form(gained)
         pinned = np.array([0], np.int32)
-        self._correction = NewtonSystem(
-            heat.correction(potential, imbalance, dx, nodes), potential, pinned, keep_jacobian=True
+        self._correction = NewtonSystem(heat.correction(potential, imbalance), potential, pinned, keep_jacobian=True)
+        form = heat.residual(
+            self.temperature,
+            self._old_temperature,
+            self._inverse_step,
+            inflow,
+            number(given.inlet_temperature),
+            leaving,
         )
-        form = heat.residual(self.temperature, self._old_temperature, self._inverse_step, inflow, number(given.inlet_temperature),
-                             leaving, dx, nodes, inlet, outlet)  # fmt: skip
         self._heat = NewtonSystem(form, self.temperature, np.empty(0, np.int32))
         self._carried_off = fenicsx.compiled_form(capacity * leaving * self.temperature * outlet)
         self._nodal_mass = fem.Function(scalar)

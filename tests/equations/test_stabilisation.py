@@ -112,8 +112,8 @@ def test_outlet_of_a_monotone_cell_lies_between_inlet_and_beads(exchange):
         assert found == pytest.approx(20.0, abs=0.1)
 
 
-def one_simplex(dimension, *, advection=None, conduction=0.0, exchange=40.0, monotone=1.0, seed=0):
-    """One triangle or tetrahedron of any shape: (domain, values at the vertices of its functions, streamline)."""
+def simplices(dimension, *, conduction=0.0, exchange=40.0, monotone=1.0, seed=0):
+    """Two triangles or six tetrahedra of any shape, with a flow in any direction: (mesh, advection, streamline)."""
     kind = {2: mesh.CellType.triangle, 3: mesh.CellType.tetrahedron}[dimension]
     create, cells = {2: (mesh.create_unit_square, (1, 1)), 3: (mesh.create_unit_cube, (1, 1, 1))}[dimension]
     domain = create(MPI.COMM_SELF, *cells, kind)
@@ -122,15 +122,15 @@ def one_simplex(dimension, *, advection=None, conduction=0.0, exchange=40.0, mon
     domain.geometry.x[:, :dimension] = (
         domain.geometry.x[:, :dimension] @ stretched * generator.uniform(0.1, 1.0, dimension)
     )
-    direction = generator.uniform(-1.0, 1.0, dimension) if advection is None else advection
+    advection = ufl.as_vector([fem.Constant(domain, value) for value in generator.uniform(-1.0, 1.0, dimension)])
     streamline = Streamline.of(
         Coordinates(domain, False),
-        ufl.as_vector([fem.Constant(domain, value) for value in direction]),
+        advection,
         *(fem.Constant(domain, value) for value in (conduction, exchange, 0.0, monotone)),
         straight=False,
     )
     assert isinstance(streamline, SimplexStreamline)
-    return domain, ufl.as_vector([fem.Constant(domain, value) for value in direction]), streamline
+    return domain, advection, streamline
 
 
 def matrix_of(form):
@@ -144,7 +144,7 @@ def matrix_of(form):
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_storage_of_monotone_simplices_is_lumped_at_their_vertices(dimension):
     """Storage and exchange couple no two nodes, and neither does what enters through the boundary."""
-    domain, _, streamline = one_simplex(dimension)
+    domain, _, streamline = simplices(dimension)
     space = fenicsx.lagrange_space(domain)
     trial, test = ufl.TrialFunction(space), ufl.TestFunction(space)
     one = fem.Constant(domain, 1.0)
@@ -167,7 +167,7 @@ def test_monotone_simplices_make_every_node_an_average_of_its_neighbours(dimensi
 
     def off_diagonal(monotone):
         numbers = {"conduction": 0.03, "exchange": 2.0, "monotone": monotone, "seed": seed}
-        domain, advection, streamline = one_simplex(dimension, **numbers)
+        domain, advection, streamline = simplices(dimension, **numbers)
         space = fenicsx.lagrange_space(domain)
         trial, test = ufl.TrialFunction(space), ufl.TestFunction(space)
         form = ufl.dot(advection, ufl.grad(trial)) * streamline.downstream(test)
