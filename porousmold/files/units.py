@@ -3,7 +3,8 @@
 import functools
 import math
 import re
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 from ..errors import InputError
 
@@ -100,3 +101,34 @@ def _dimension(unit: str) -> Any:
 
 def _example(unit: str) -> Any:
     return _EXAMPLES[unit][1]
+
+
+class _Preferred(NamedTuple):
+    """A unit that readers prefer to that of the SI, for values (SI) from `low` up to `high`: its `size` and `zero` in SI."""
+
+    sign: str
+    size: float
+    low: float = 0.0
+    high: float = math.inf
+    zero: float = 0.0
+
+
+_PREFERRED = {
+    "m": _Preferred("mm", 1e-3, high=1.0),
+    "K": _Preferred("°C", 1.0, zero=273.15),
+    "s": _Preferred("min", 60.0, low=180.0),
+    "Pa": _Preferred("kPa", 1e3, low=1e3),
+    "W": _Preferred("kW", 1e3, low=1e3),
+    "J": _Preferred("kWh", 3.6e6, low=3.6e5),
+    "kg/s": _Preferred("g/s", 1e-3, high=1.0),
+}
+
+
+def preferred_unit(values: Sequence[float | None], unit: str) -> tuple[list[float | None], str]:
+    """SI values in the one unit in which readers like them, and its sign: mm, °C, min, kPa, kW, kWh or g/s where they suit the
+    largest value, else the `unit` itself."""
+    largest = max((abs(value) for value in values if value is not None), default=math.nan)
+    preferred = _PREFERRED.get(unit)
+    if preferred is None or not preferred.low <= largest < preferred.high:
+        return list(values), {"delta_degC": "K", "1": ""}.get(unit, unit)
+    return [None if value is None else (value - preferred.zero) / preferred.size for value in values], preferred.sign

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from ..errors import InputError
+from ..files.units import preferred_unit
 from .figures import STYLE, plt, save
 from .quantities import ENERGY_GIVEN, ENERGY_NAMES, JOULES_A_KWH, Columns, quantity
 from .slices import slice_of, triangles_of
@@ -25,8 +26,6 @@ from .xdmf import read_fields
 PLACES = {"centre": ("bed centre", "-"), "bed_side": ("wall, bed side", "--"), "outer": ("wall, outside", ":")}
 LEAST_DIFFERENCE = 0.3
 """Of temperatures (K), that can be seen."""
-SHORT = 180.0
-"""Seconds up to which a run is drawn over seconds, not minutes."""
 FRAMES_A_SECOND = 8
 BUTTONS = {
     "fa-minus": "&minus;",
@@ -93,9 +92,8 @@ def _temperatures(folder: Path, history: Columns, marks: Mapping[str, float]) ->
 
 def _time_axis(history: Any) -> tuple[NDArray[Any], str, float]:
     """Times as they are drawn, their unit, and the factor on seconds."""
-    seconds = np.array(history["time"])
-    unit, scale = ("s", 1.0) if seconds[-1] < SHORT else ("min", 1.0 / 60.0)
-    return scale * seconds, unit, scale
+    times, unit = preferred_unit(history["time"], "s")
+    return np.array(times), unit, 1.0 if unit == "s" else 1.0 / 60.0
 
 
 def draw_temperatures(axes: Any, history: Any, marks: Mapping[str, float]) -> None:

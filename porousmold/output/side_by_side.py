@@ -10,6 +10,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..files.atomic_files import output_file, output_folder
+from ..files.units import preferred_unit
 from ..scene.keys import flat, unit_and_meaning
 from ..scene.language import KEYS
 from .figures import STYLE, plt, save
@@ -106,19 +107,20 @@ def _draw(histories: list[Columns], names: list[str], out: Path) -> Path:
         return save(figure, out / "beside.png")
 
 
-def _shown(value: Any) -> str:
-    if value is None:
-        return "-"
-    return f"{value:.6g}" if isinstance(value, int | float) and not isinstance(value, bool) else str(value)
+def _row(name: str, values: list[Any], unit: str) -> str:
+    """A line of the table; numbers in one unit that suits both."""
+    numbers = [value for value in values if isinstance(value, int | float) and not isinstance(value, bool)]
+    if len(numbers) + values.count(None) == len(values):
+        values, unit = preferred_unit(values, unit)
+    texts = ["-" if value is None else f"{value:.6g}" if numbers else str(value) for value in values]
+    return f"  {f'{name} {unit}'.strip():38s} {texts[0]:>18s} {texts[1]:>18s}"
 
 
 def _text(content: Mapping[str, Any], out: Path, picture: Path) -> str:
     lines = ["the scenes differ in" if content["scenes"] else "the scenes are the same"]
-    for name, (a, b) in content["scenes"].items():
-        lines.append(f"  {f'{name} {unit_and_meaning(KEYS, name)[0]}'.strip():38s} {_shown(a):>18s} {_shown(b):>18s}")
+    lines += [_row(name, values, unit_and_meaning(KEYS, name)[0]) for name, values in content["scenes"].items()]
     lines.append("results")
     for name, (a, b) in content["results"].items():
         ratio = f"   x {b / a:.4f}" if a and b is not None else ""
-        unit = RESULTS.get(name, "s").replace("1", "")
-        lines.append(f"  {f'{name} {unit}'.strip():38s} {_shown(a):>18s} {_shown(b):>18s}{ratio}")
+        lines.append(_row(name, [a, b], RESULTS.get(name, "s")) + ratio)
     return "\n".join([*lines, f"written to {out}: beside.json, {picture.name}"])

@@ -17,7 +17,7 @@ from scipy.optimize import brentq
 
 from ..errors import InputError
 from ..files.atomic_files import output_file
-from ..files.units import to_si
+from ..files.units import preferred_unit, to_si
 from ..scene.checks import target_name
 from ..scene.chosen_laws import Laws
 from ..scene.geometries import modelled_part
@@ -215,19 +215,18 @@ class _Search:
 
 def summary_text(found: Sequence[Change], aim: Aim, scene: Scene) -> str:
     """Which single change reaches the aim, as a table."""
-    unit = unit_of_record(aim.record)
-    lines = [f"{aim.record} = {aim.value:.6g} {unit} by a single change of"]
-    for change in found:
+    reached = [change.reached for change in found]
+    (aimed, *reached), unit = preferred_unit([aim.value, *reached], unit_of_record(aim.record) or "")
+    lines = [f"{aim.record} = {aimed:.6g} {unit}".rstrip() + " by a single change of"]
+    for change, value in zip(found, reached, strict=True):
         if change.needed is None:
-            nearest = f"; nearest {change.reached:.6g} {unit}" if change.reached is not None else ""
+            nearest = f"; nearest {value:.5g} {unit}" if value is not None else ""
             lines.append(f"  {change.key:32s} cannot: {change.reason}{nearest}")
             continue
         power = change.beside["mean_power"]
         cost = f", mean power {power / 1e3:.3g} kW" if power is not None else ""
-        lines.append(
-            f"  {change.key:32s} {change.value:.4g} -> {change.needed:.4g} {change.unit} "
-            f"(x {change.needed / change.value:.3f}): {change.reached:.5g} {unit}{cost}"
-        )
+        (now, needed), sign = preferred_unit([change.value, change.needed], change.unit)
+        lines.append(f"  {change.key:32s} {now:.4g} -> {needed:.4g} {sign}".rstrip() + f": {value:.5g} {unit}{cost}")
     if any(change.needed is not None for change in found):
         lines.append(f"power of {modelled_part(dict(scene.geometry))}")
     return "\n".join(lines)

@@ -26,7 +26,8 @@ def test_what_differs_between_two_runs(tmp_path, capsys):
     assert content["scenes"] == {"wall.thickness": [pytest.approx(3e-3), pytest.approx(2e-3)]}
     assert content["results"]["mass_flow_initial"][0] > 0.0
     assert (tmp_path / "both" / "beside.png").stat().st_size > 10_000
-    assert "wall.thickness" in capsys.readouterr().out
+    (row,) = (line for line in capsys.readouterr().out.splitlines() if "wall.thickness" in line)
+    assert row.split() == ["wall.thickness", "mm", "3", "2"]
 
 
 def test_a_folder_without_a_run_is_refused(tmp_path, capsys):

@@ -64,8 +64,14 @@ def test_the_command_and_its_file(tmp_path, capsys):
     settings = [word for name, value in COARSE.items() for word in ("--set", f"{name}={value}")]
     words = ["solve-for", str(ALUMINIUM), "--key", "wall.thickness", "--target", "heating_time = 26 min", *settings]
     assert main([*words, "--out", str(tmp_path)]) == 0
+    printed = capsys.readouterr().out
+    assert (
+        printed.startswith("heating_time = 26 min by a single change of")
+        and "wall.thickness" in printed
+        and " mm: " in printed
+    )
     change = json.loads((tmp_path / "solve_for.json").read_text())["changes"][0]
-    assert change["reached"] == pytest.approx(1560.0, rel=0.003) and "wall.thickness" in capsys.readouterr().out
+    assert change["reached"] == pytest.approx(1560.0, rel=0.003)
     again = under_mpirun(2, "-m", "porousmold", *words, "--out", str(tmp_path), "--quiet")
     assert again.returncode == 0, again.stderr
     assert json.loads((tmp_path / "solve_for.json").read_text())["changes"][0] == change
