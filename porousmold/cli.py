@@ -12,13 +12,13 @@ from typing import Any, NoReturn
 from . import __version__
 from .errors import InputError, SolveError
 from .experiment.cli import add_commands as add_experiment_commands
+from .files.stop_signals import StopSignals, acknowledge
 from .fluidised.cli import add_commands as add_fluidised_commands
 from .fluidised.column_cli import add_commands as add_column_commands
 from .output.console import add_extension_option, add_settings_option, add_verbosity_option, settings_of
 from .packing.cli import add_commands as add_packing_commands
 from .permeability.cli import add_commands as add_permeability_commands
 from .shear.cli import add_commands as add_shear_commands
-from .simulation.stop_signals import StopSignals, acknowledge
 from .study.cli import add_commands as add_study_commands
 
 DONE, LACKING, BAD_INPUT, SOLVE_FAILED, INTERRUPTED = 0, 1, 2, 3, 130
@@ -136,8 +136,9 @@ def _on_one_rank(command: Callable[..., Any], options: argparse.Namespace) -> An
     def told(options: argparse.Namespace) -> Any:
         try:
             text = command(options)
-        except KeyboardInterrupt:
-            return _end(INTERRUPTED, "interrupted; nothing was written")
+        except KeyboardInterrupt as interruption:
+            acknowledge()
+            return _end(INTERRUPTED, str(interruption) or "interrupted; nothing was written")
         if text:
             _printed(text)
         return DONE

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from porousmold.fluidised.column import Column, ColumnInput
+from porousmold.fluidised.column import Column
+from porousmold.fluidised.column_input import ColumnInput
 from porousmold.output.figures import STYLE, plt, save
 
 DOCS = Path(__file__).parent.parent / "docs"
@@ -28,7 +29,7 @@ def marched(velocity):
     """Places and temperatures of the beads at the end, their velocity upwards, and what was recorded."""
     column = Column(ColumnInput(velocity=velocity, **GIVEN))
     column.march(END_TIME)
-    return column.places, column.bead_temperature, column.upwards, column.rows
+    return column.beads.places, column.beads.temperature, column.beads.velocity[0], column.rows
 
 
 def main():

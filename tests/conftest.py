@@ -17,7 +17,7 @@ SLOW = {
     *("output/test_checkpoint.py", "output/test_report.py", "packing/test_averaging.py", "packing/test_cli.py"),
     *("packing/test_generator.py", "permeability/test_virtual.py", "scene/test_identity.py"),
     *("simulation/test_accuracy.py", "simulation/test_problem.py", "simulation/test_running.py"),
-    *("simulation/test_stop_signals.py", "solvers/test_flow.py", "study/test_optimum.py", "study/test_running.py"),
+    *("files/test_stop_signals.py", "solvers/test_flow.py", "study/test_optimum.py", "study/test_running.py"),
     *("study/test_sensitivity.py", "study/test_uncertainty.py", "test_validation.py"),
 }
 """Files whose tests run whole simulations or packings, or compile many forms: `make test-quick` leaves them out."""

@@ -1,16 +1,25 @@
 """The command `porousmold fluidise`."""
 
 import argparse
+import math
 from pathlib import Path
+from time import monotonic
 from typing import Any
+from zipfile import BadZipFile
+
+import numpy as np
 
 from ..errors import InputError, SolveError
 from ..files.atomic_files import output_folder
+from ..files.stop_signals import StopSignals
 from ..files.units import to_si
 from ..output.console import SECONDS_AND_PARTS, Bar
+from ..scene.identity import COMPUTING, code_digest
 from .cli import write_tables
 
 FRAMES = 80
+INTERVAL = 20.0
+"""Seconds between checkpoints."""
 LENGTHS = ("width", "depth", "height", "bed-height", "bead-diameter")
 UNITS = {"time": "s", "pressure_drop": "Pa", "force_on_beads": "Pa", "bed_height": "m", "highest_bead": "m"}
 UNITS |= {"fastest_bead": "m/s", "bead_temperature": "K", "outlet_temperature": "K", "heat_imbalance": "1"}
@@ -57,15 +66,17 @@ def _fluidise(options: argparse.Namespace) -> str:
     if not 0.0 < end < 1e4:
         raise InputError("--time", options.time, "must be > 0 and < 10000 s")
     output_folder(out)
-    bar = Bar(quiet=options.quiet)
+    signals, bar = StopSignals(), Bar(quiet=options.quiet)
     bar.phase("beads come to rest")
     column = Column(given)
-    pictures: list[Any] = []
+    kept = _Kept(column, out / "checkpoint.npz", end / FRAMES if options.animate else math.inf)
 
     def progress(time: float, total: float, text: str) -> None:
         bar.show(round(time, 4), total, f"beads {text}", SECONDS_AND_PARTS)
-        if options.animate and time >= len(pictures) * end / FRAMES:
-            pictures.append((time, column.places, column.bead_temperature - 273.15))
+        kept.look(time)
+        if signals:
+            kept.save()
+            raise KeyboardInterrupt(f"stopped at t = {time:.4g} s; the same command goes on from there")
 
     problem = None
     try:
@@ -76,16 +87,58 @@ def _fluidise(options: argparse.Namespace) -> str:
         problem = error
     finally:
         bar.close()
-    text = _write(column, out, pictures)
+    text = _write(column, out, kept.pictures)
+    kept.path.unlink(missing_ok=True)
     column.free()
     if problem is not None:
         raise problem
     return "" if options.quiet else text
 
 
+class _Kept:
+    """A checkpoint on the way, every `INTERVAL`, and pictures of an animation `every` so many simulated seconds."""
+
+    def __init__(self, column: Any, path: Path, every: float) -> None:
+        self._column, self.path, self._every = column, path, every
+        self.pictures: list[Any] = []
+        self._last = monotonic()
+        self._identity = column.given.identity + code_digest((*COMPUTING, "packing", "fluidised"))
+        if path.is_file():
+            self._restore()
+
+    def look(self, time: float) -> None:
+        """Keep what is due."""
+        if math.isfinite(self._every) and (not self.pictures or time >= self.pictures[-1][0] + self._every):
+            beads = self._column.beads
+            self.pictures.append((time, beads.places, beads.temperature - 273.15))
+        if monotonic() > self._last + INTERVAL:
+            self.save()
+
+    def save(self) -> None:
+        """Write the checkpoint."""
+        times, places, warm = zip(*self.pictures, strict=True) if self.pictures else ((), (), ())
+        pictures = {"pictured_times": times, "pictured_places": places, "pictured_temperatures": warm}
+        more = {name: np.array(values) for name, values in pictures.items()}
+        self._column.save(self.path, more | {"identity": np.array(self._identity)})
+        self._last = monotonic()
+
+    def _restore(self) -> None:
+        """Go on from the checkpoint. Raises `InputError` for one that is damaged, or of another column."""
+        try:
+            with np.load(self.path) as saved:
+                if str(saved["identity"]) != self._identity:
+                    allowed = "is a checkpoint of another column, or of other program code; delete it to start anew"
+                    raise InputError("--out", str(self.path), allowed)
+                self._column.restore(saved)
+                pictured = (saved[f"pictured_{name}"] for name in ("times", "places", "temperatures"))
+                self.pictures = list(zip(*pictured, strict=True))
+        except (OSError, ValueError, LookupError, BadZipFile) as error:
+            raise InputError("--out", str(self.path), f"is damaged; delete it to start anew: {error}") from error
+
+
 def _input(options: argparse.Namespace) -> Any:
     from ..laws.material_library import FLUIDS, SOLIDS, named
-    from .column import ColumnInput
+    from .column_input import ColumnInput
 
     beads, fluid = named("--beads", options.beads, SOLIDS), named("--fluid", options.fluid, FLUIDS)
     start, inlet = (
@@ -132,7 +185,7 @@ def _write(column: Any, out: Path, pictures: list[Any]) -> str:
         return float(sum(row[name] for row in half) / len(half))
 
     summary = {
-        "beads": len(column.bead_temperature),
+        "beads": len(column.beads),
         "weight": column.weight,
         "pressure_drop": mean("pressure_drop"),
         "force_on_beads": mean("force_on_beads"),
@@ -153,7 +206,7 @@ def _write(column: Any, out: Path, pictures: list[Any]) -> str:
     height, first = 1e3 * summary["bed_height"], 1e3 * summary["bed_height_at_first"]
     beads, gas = summary["bead_temperature"] - 273.15, summary["outlet_temperature"] - 273.15
     lines = [
-        f"{summary['beads']} beads, {summary['steps']} steps of {column.time_step:.2g} s; means over the second half:",
+        f"{summary['beads']} beads, {summary['steps']} steps of {column.given.time_step:.2g} s; means over the second half:",
         f"pressure drop {drop:.4g} Pa, {drop / column.weight:.3f} of the weight of the beads; force on the beads {force:.4g} Pa",
         f"bed height {height:.3g} mm, at first {first:.3g} mm",
         f"beads {beads:.2f} °C, gas at the outlet {gas:.2f} °C; relative heat imbalance {summary['heat_imbalance']:.1e}",

@@ -31,7 +31,7 @@ def draw_column(path: Path, column: Any) -> Path:
         middle.plot(time, of("outlet_temperature") - 273.15, label="gas at the outlet")
         middle.set(xlabel="time in s", ylabel="temperature in °C")
         middle.legend(fontsize=9)
-        drawn = _beads(right, column, column.places, column.bead_temperature - 273.15)
+        drawn = _beads(right, column, column.beads.places, column.beads.temperature - 273.15)
         figure.colorbar(drawn, ax=right, label="bead temperature in °C")
         return save(figure, path)
 

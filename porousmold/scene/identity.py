@@ -29,10 +29,10 @@ FREE_TO_CHANGE = {
 
 
 @functools.cache
-def code_digest() -> str:
-    """Digest of the sources of everything that computes, read once a process."""
+def code_digest(rooms: tuple[str, ...] = COMPUTING) -> str:
+    """Digest of the sources of everything that computes in these subpackages, read once a process."""
     package = Path(__file__).parent.parent
-    files = sorted(p for room in COMPUTING for p in (package / room).rglob("*") if p.suffix in (".py", ".toml", ".csv"))
+    files = sorted(p for room in rooms for p in (package / room).rglob("*") if p.suffix in (".py", ".toml", ".csv"))
     digest = hashlib.sha256()
     for path in [*files, *(package / name for name in READING)]:
         digest.update(str(path.relative_to(package)).encode() + path.read_bytes())

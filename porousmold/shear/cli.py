@@ -11,6 +11,7 @@ from typing import Any
 
 from ..errors import InputError, SolveError
 from ..files.atomic_files import output_file, output_folder
+from ..files.stop_signals import StopSignals, acknowledge
 from ..files.units import to_si
 from ..output.console import PART, Bar
 
@@ -70,6 +71,7 @@ def _shear(options: argparse.Namespace) -> int:
     cells, world = _cells(options), MPI.COMM_WORLD
     parts = out.with_suffix(".parts")
     output_folder(parts)
+    StopSignals()
     bar = Bar(quiet=options.quiet or bool(world.rank))
     mine, problem = range(world.rank, len(cells), world.size), None
 
@@ -84,6 +86,7 @@ def _shear(options: argparse.Namespace) -> int:
     except (InputError, SolveError) as error:
         problem = error
     except KeyboardInterrupt:
+        acknowledge()
         if world.rank == 0:
             print(f"porousmold: interrupted; finished blocks are in {parts}, the same command goes on", file=sys.stderr)
         if world.size > 1:

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
+from ..files.stop_signals import StopSignals
 from ..files.units import to_si
 from ..output.console import Bar, add_extension_option, add_settings_option, settings_of
 from ..output.stored import read_study
-from ..simulation.stop_signals import StopSignals
 
 DONE, REFUSED, FAILED, INTERRUPTED = 0, 2, 3, 130
 """Exit statuses: of a study in which cases were refused, or failed, too."""

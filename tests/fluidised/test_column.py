@@ -1,14 +1,17 @@
 """A column of beads in a gas, bead by bead: Ergun, weight, forces, heat, settling, and input that is refused."""
 
 import json
+import subprocess
+import sys
 
 import numpy as np
 import pytest
 
 from porousmold.cli import main
 from porousmold.errors import InputError
-from porousmold.fluidised import column as module
-from porousmold.fluidised.column import Column, ColumnInput
+from porousmold.fluidised.column import Column
+from porousmold.fluidised.column_beads import ColumnBeads
+from porousmold.fluidised.column_input import ColumnInput
 from porousmold.laws.drag import DRAG_LAWS
 from porousmold.laws.fluidisation import archimedes_number, suspension_drag, terminal_reynolds_number
 from porousmold.packing import dynamics
@@ -42,7 +45,7 @@ def test_the_pressure_drop_is_the_weight_of_beads_that_float(fluidised):
 
 def test_heat_is_conserved_and_temperatures_stay_within_bounds(fluidised):
     assert abs(fluidised.rows[-1]["heat_imbalance"]) < 1e-10
-    gas, beads = fluidised.temperature.x.array, fluidised.bead_temperature
+    gas, beads = fluidised.gas.temperature, fluidised.beads.temperature
     for values in (gas, beads):
         assert values.min() > 293.15 - 1e-6 and values.max() < 353.15
     assert beads.mean() > 293.3
@@ -55,14 +58,14 @@ def test_heat_is_conserved_and_temperatures_stay_within_bounds(fluidised):
 def test_gas_of_the_beads_temperature_changes_nothing():
     run = column(0.7, inlet_temperature=293.15)
     run.march(0.02)
-    assert np.ptp(run.temperature.x.array) < 1e-8 and np.ptp(run.bead_temperature) < 1e-9
+    assert np.ptp(run.gas.temperature) < 1e-8 and np.ptp(run.beads.temperature) < 1e-9
 
 
 def test_no_gas_enters_where_the_floor_is_blocked():
     run = column(0.4, blocked_width=4e-3)
     run.march(0.01)
-    up = run._gas_velocity()[0][0] * run._porosity.x.array[run._grid[0]]
-    middle = run._cells[1] // 2
+    up = run.gas.velocity[0][0] * run.gas.porosity[0]
+    middle = run.grid.cells[1] // 2
     assert up[middle] < 0.5 * up[[0, -1]].min()
     assert abs(run.rows[-1]["heat_imbalance"]) < 1e-10
 
@@ -79,13 +82,12 @@ def lattice(spacing_of_cells=4):
 
 def test_beads_that_are_held_resist_by_ergun(monkeypatch):
     """In the limit of short steps: the gas reckons with beads that yield to it, by theta, of the first order in the step."""
-    monkeypatch.setattr(Column, "_move", lambda self, gas, push, rate: None)
+    monkeypatch.setattr(ColumnBeads, "move", lambda self, gas, push, rate: None)
     errors = []
     for factor in (0.2, 0.1):
-        monkeypatch.setattr(module, "STEP", 0.05 * factor)
-        run = column(0.3, lattice())
+        run = column(0.3, lattice(), relative_step=0.05 * factor)
         run.march(0.004)
-        porosity = run._porosity.x.array
+        porosity = run.gas.porosity.ravel()
         assert np.ptp(porosity) < 1e-12
         coefficient = DRAG_LAWS["ergun"].coefficient(porosity[0], 1e-3, 1.2, 2e-5, 0.3 / porosity[0])
         errors.append(run.rows[-1]["pressure_drop"] / (coefficient * 0.3 / porosity[0] ** 2 * SIZES["height"]) - 1.0)
@@ -105,9 +107,9 @@ def test_a_dilute_suspension_settles_as_richardson_and_zaki_say():
     assert dynamics.place(rng, places, np.full(count, 0.5 * d), low, high, 0.0, period, 10_000) == count
     run = column(0.0, places, **sizes, **water)
     run.march(0.1)
-    before = run.places[:, 1].mean()
+    before = run.beads.places[:, 1].mean()
     run.march(0.15)
-    speed = (before - run.places[:, 1].mean()) / 0.05
+    speed = (before - run.beads.places[:, 1].mean()) / 0.05
     archimedes = archimedes_number(d, 1000.0, 2500.0, 1e-3)
     single = terminal_reynolds_number(archimedes) * 1e-3 / (1000.0 * d)
     share = 0.025 * 2.8 / 2.0
@@ -143,26 +145,66 @@ def test_bad_input_is_refused(settings, message):
         ColumnInput(**{**SIZES, **AIR, **GLASS, "velocity": 0.5, **settings})
 
 
+def test_it_goes_on_from_a_checkpoint_to_the_same_numbers(tmp_path):
+    once, first, second = (column(0.9) for _ in range(3))
+    once.march(0.02)
+    first.march(0.01)
+    first.save(tmp_path / "checkpoint.npz", {})
+    with np.load(tmp_path / "checkpoint.npz") as saved:
+        second.restore(saved)
+    second.march(0.02)
+    assert second.rows == once.rows and (second.beads.places == once.beads.places).all()
+
+
+def command(out, seconds):
+    sizes = {"width": 10, "depth": 7, "height": 30, "bed-height": 8, "bead-diameter": 1}
+    words = ["fluidise", *(word for name, value in sizes.items() for word in (f"--{name}", f"{value} mm"))]
+    return [*words, "--beads", "glass", "--velocity", "0.8 m/s", "--time", f"{seconds} s", "--out", str(out)]
+
+
 def test_the_command_writes_history_summary_and_pictures(tmp_path, capsys):
-    words = [
-        "--width",
-        "10 mm",
-        "--depth",
-        "7 mm",
-        "--height",
-        "30 mm",
-        "--bed-height",
-        "8 mm",
-        "--bead-diameter",
-        "1 mm",
-    ]
-    words += ["--beads", "glass", "--velocity", "0.8 m/s", "--time", "0.01 s"]
     out = tmp_path / "column"
-    assert main(["fluidise", *words, "--out", str(out), "--animate"]) == 0
+    assert main([*command(out, 0.01), "--animate"]) == 0
     assert "of the weight of the beads" in capsys.readouterr().out
     assert sorted(path.name for path in out.iterdir()) == ["column.gif", "column.png", "history.csv", "result.json"]
     assert json.loads((out / "result.json").read_text())["steps"] > 10
-    assert main(["fluidise", *words[:-2], "--time", "0 s", "--out", str(out)]) == 2
+    assert main(command(out, 0)) == 2
     assert "--time" in capsys.readouterr().err
-    assert main(["fluidise", *words, "--fluid", "honey", "--out", str(out)]) == 2
+    assert main([*command(out, 0.01), "--fluid", "honey"]) == 2
     assert "--fluid = 'honey'" in capsys.readouterr().err
+
+
+STOPPED = """
+import os, signal, sys
+from porousmold.cli import main
+from porousmold.fluidised.column import Column
+
+step = Column.step
+
+def stopped_after_ten(self):
+    step(self)
+    if len(self.rows) == 10:
+        os.kill(os.getpid(), signal.SIGTERM)
+
+Column.step = stopped_after_ten
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+def test_a_stopped_command_goes_on(tmp_path, capsys):
+    """The same command after SIGTERM ends with what one in one go gives; another one is refused."""
+    out, whole = tmp_path / "stopped", tmp_path / "whole"
+    words = [sys.executable, "-c", STOPPED, *command(out, 0.02), "--animate"]
+    ended = subprocess.run(words, capture_output=True, text=True, timeout=200)
+    assert ended.returncode == 130 and "the same command goes on from there" in ended.stderr
+    assert [path.name for path in out.iterdir()] == ["checkpoint.npz"]
+    assert main([*command(out, 0.02), "--seed", "2"]) == 2
+    assert "a checkpoint of another column" in capsys.readouterr().err
+    assert (
+        main([*command(out, 0.02), "--animate", "--quiet"])
+        == main([*command(whole, 0.02), "--animate", "--quiet"])
+        == 0
+    )
+    for name in ("history.csv", "column.gif", "result.json"):
+        assert (out / name).read_bytes() == (whole / name).read_bytes()
+    assert not (out / "checkpoint.npz").exists()

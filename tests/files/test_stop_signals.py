@@ -60,7 +60,7 @@ def test_an_interruption_that_is_lost():
     """Python prints an exception of a fork's hook and goes on: the command ends nevertheless."""
     program = (
         "import os, signal, time\n"
-        "from porousmold.simulation.stop_signals import StopSignals\n"
+        "from porousmold.files.stop_signals import StopSignals\n"
         "signals = StopSignals()\n"
         "os.register_at_fork(before=lambda: os.kill(os.getpid(), signal.SIGTERM))\n"
         "if os.fork() == 0: os._exit(0)\n"

@@ -1,0 +1,119 @@
+"""The beads of a column: their places, motion and contacts, by `packing.dynamics`; one bead diameter is its unit of length,
+sqrt(d/g) that of time."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..laws.fluidisation import GRAVITY
+from ..packing import dynamics
+from ..packing.container import Slab
+from ..packing.generator import MEAN_OVERLAP, Mixture, pack
+from .column_input import ColumnInput
+
+CHUNKS = 5
+"""Parts of a step of the gas, after each of which the beads feel it anew."""
+STEPS_PER_CONTACT = 10
+RESTITUTION = 0.9
+
+
+class ColumnBeads:
+    """The beads, at given `positions` (n, 3; m) or packed; `temperature` (n) is theirs, K."""
+
+    def __init__(self, given: ColumnInput, positions: NDArray[Any] | None = None) -> None:
+        self.given, d = given, given.bead_diameter
+        slab = Slab(given.width, given.depth)
+        if positions is None:
+            positions = pack(slab, Mixture((d,)), bed_height=given.bed_height, seed=given.seed).positions
+            positions = positions[positions[:, 2] < given.bed_height]
+        count = len(positions)
+        self._body = np.zeros((count, 9))
+        self._body[:, :3] = positions / d
+        self._size = np.column_stack((np.full(count, 0.5), np.ones(count)))
+        self._name, self._load = np.arange(count), np.zeros((count, 6))
+        self.temperature = np.full(count, given.initial_temperature)
+        planes = np.array(slab.planes) * (1.0, 1.0, 1.0, 1.0 / d)
+        self._walls = (planes, 0.0, np.array(slab.period) / d, np.zeros((len(planes) + 1, 3)))
+        self._wall_spring = np.zeros((count, len(planes) + 1, 3))
+        self._pairs = dynamics.no_pairs(count)
+        self._slack = 0.0
+        deep = count * math.pi / 6.0 * d / given.width * d / given.depth / 0.6  # in bead diameters
+        stiffness = max(3.0 * deep / (5.5 * 2.0 * MEAN_OVERLAP), 1e4)
+        self._material = dynamics.material_of(stiffness, RESTITUTION, given.friction)
+        contact = dynamics.contact_time(stiffness, RESTITUTION)
+        chunk = given.relative_step / CHUNKS
+        self._contact_steps = math.ceil(chunk / (contact / STEPS_PER_CONTACT))
+        self._contact_step = chunk / self._contact_steps
+        self.gravity = -GRAVITY * (1.0 - given.density / given.bead_density)
+        self._unit = math.sqrt(GRAVITY * d)
+
+    def __len__(self) -> int:
+        return len(self._body)
+
+    @property
+    def places(self) -> NDArray[Any]:
+        """From the middle between the walls, and up (n, 2), m."""
+        return self.given.bead_diameter * self._body[:, [0, 2]]
+
+    @property
+    def velocity(self) -> list[NDArray[Any]]:
+        """Upwards and across, m/s."""
+        return [self._unit * self._body[:, 3 + axis] for axis in (2, 0)]
+
+    @property
+    def fastest(self) -> float:
+        """The largest speed, m/s."""
+        return float(self._unit * np.sqrt((self._body[:, 3:6] ** 2).sum(axis=1).max()))
+
+    def move(self, gas: list[NDArray[Any]], push: list[NDArray[Any]], rate: NDArray[Any]) -> None:
+        """Over a step of the gas, with its velocity at the beads (m/s), what else accelerates these (m/s2), both up and across,
+        and the `rate` (1/s) at which its drag does."""
+        names = self._name.copy()
+        by_name = np.empty((len(names), 5))
+        by_name[names] = np.column_stack((*gas, *push, rate))
+        span = self.given.time_step / CHUNKS
+        weight = np.array([0.0, 0.0, self.gravity / GRAVITY])
+        for _ in range(CHUNKS):
+            along, across, push_along, push_across, drag = by_name[self._name].T
+            for axis, velocity, acceleration in ((5, along, push_along), (3, across, push_across), (4, 0.0, 0.0)):
+                now = self._unit * self._body[:, axis]
+                self._body[:, axis] = (now + span * (acceleration + drag * velocity)) / (1.0 + span * drag) / self._unit
+            left = self._contact_steps
+            while left > 0:
+                if self._slack <= 0.0:
+                    self._renew_pairs()
+                done, self._slack = dynamics.advance(
+                    self._body, self._load, self._size, self._pairs, self._walls, self._wall_spring, self._material,
+                    weight, self._contact_step, left, self._slack)  # fmt: skip
+                left -= done
+
+    def _renew_pairs(self) -> None:
+        fastest = math.sqrt((self._body[:, 3:6] ** 2).sum(axis=1).max())
+        skin = min(max(0.06, 60.0 * self._contact_step * fastest), 0.35)
+        before = self._name.copy()
+        self._pairs = dynamics.renew_pairs(
+            self._body, self._size, self._name, self._wall_spring, self._pairs, skin, self._walls[2], self._material[1]
+        )
+        place = np.empty_like(before)
+        place[before] = np.arange(len(before))
+        self.temperature = self.temperature[place[self._name]]
+        self._slack = 0.5 * skin
+
+    def save(self) -> dict[str, Any]:
+        """Everything that the motion goes on from."""
+        state = {"body": self._body, "name": self._name, "load": self._load, "wall_spring": self._wall_spring}
+        state |= {"bead_temperature": self.temperature, "slack": np.array(self._slack)}
+        return state | {f"pairs_{number}": part for number, part in enumerate(self._pairs)}
+
+    def restore(self, saved: Mapping[str, Any]) -> None:
+        """Go on from what `save` gave."""
+        self._body, self._name, self._load = saved["body"], saved["name"], saved["load"]
+        self._wall_spring, self.temperature, self._slack = (
+            saved["wall_spring"],
+            saved["bead_temperature"],
+            float(saved["slack"]),
+        )
+        self._pairs = tuple(saved[f"pairs_{number}"] for number in range(len(self._pairs)))

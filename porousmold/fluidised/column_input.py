@@ -1,0 +1,65 @@
+"""What `fluidised.column` is given."""
+
+import hashlib
+import math
+from dataclasses import asdict, dataclass
+
+from ..errors import InputError
+from ..laws.fluidisation import GRAVITY, archimedes_number
+
+
+@dataclass(frozen=True)
+class ColumnInput:
+    """SI. The bed at rest is `bed_height` high in a slab of `width` and `depth`, in a column of `height`. The gas enters with the
+    superficial `velocity` and `inlet_temperature`, but for the `blocked_width` in the middle. `density`, `viscosity`,
+    `heat_capacity` and `conductivity` are the gas's, `relative_step` its step in sqrt(d/g).
+
+    Raises `InputError` for lengths that do not fit each other."""
+
+    width: float
+    depth: float
+    height: float
+    bed_height: float
+    bead_diameter: float
+    velocity: float
+    density: float
+    viscosity: float
+    heat_capacity: float
+    conductivity: float
+    bead_density: float
+    bead_heat_capacity: float
+    initial_temperature: float = 293.15
+    inlet_temperature: float = 353.15
+    blocked_width: float = 0.0
+    friction: float = 0.3
+    cell_size: float = 3.5
+    seed: int = 1
+    relative_step: float = 0.05
+
+    def __post_init__(self) -> None:
+        d = self.bead_diameter
+        for key, least in (("width", 8.0 * d), ("height", 1.2 * self.bed_height), ("bed_height", 4.0 * d)):
+            if getattr(self, key) < least:
+                raise InputError(f"--{key.replace('_', '-')}", getattr(self, key), f"must be >= {least:g} m")
+        if not 2.0 <= self.cell_size <= 10.0:
+            raise InputError("--cell-size", self.cell_size, "must be >= 2 and <= 10 bead diameters")
+        if not 0.0 <= self.blocked_width < 0.9 * self.width:
+            raise InputError("--blocked-width", self.blocked_width, f"must be >= 0 and < {0.9 * self.width:g} m")
+        if not self.velocity >= 0.0:
+            raise InputError("--velocity", self.velocity, "must be >= 0 m/s")
+        archimedes_number(d, self.density, self.bead_density, self.viscosity)
+
+    @property
+    def bead_mass(self) -> float:
+        """Of a bead, kg."""
+        return self.bead_density * math.pi / 6.0 * self.bead_diameter**3
+
+    @property
+    def time_step(self) -> float:
+        """Of the gas, s."""
+        return self.relative_step * math.sqrt(self.bead_diameter / GRAVITY)
+
+    @property
+    def identity(self) -> str:
+        """A short name of these values."""
+        return hashlib.sha256(repr(sorted(asdict(self).items())).encode()).hexdigest()[:16]
