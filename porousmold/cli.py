@@ -133,7 +133,7 @@ def _on_one_rank(command: Callable[..., Any], options: argparse.Namespace) -> An
     """A command without parallel work, which gives its text: rank 0 does it, the others wait for its status."""
     from .mpi import MPI
 
-    def told(options: argparse.Namespace) -> Any:
+    def printing(options: argparse.Namespace) -> Any:
         try:
             text = command(options)
         except KeyboardInterrupt as interruption:
@@ -146,7 +146,7 @@ def _on_one_rank(command: Callable[..., Any], options: argparse.Namespace) -> An
     status = None
     try:
         if MPI.COMM_WORLD.rank == 0:
-            status = _status_of(told, options)
+            status = _status_of(printing, options)
     finally:
         status = MPI.COMM_WORLD.bcast(status)
     return status
@@ -273,8 +273,8 @@ def _run(options: argparse.Namespace) -> Any:
     if rank == 0:
         if result.recalled:
             lacking = scene.output.fields and not (out / "fields.xdmf").is_file()
-            told = ", without fields, which that run did not write" if lacking else ""
-            print(f"done already: the folder holds the result of this scene (--force computes it again){told}")
+            note = ", without fields, which that run did not write" if lacking else ""
+            print(f"done already: the folder holds the result of this scene (--force computes it again){note}")
         if not options.quiet:
             print(summary_text(scene, result.summary, out, pictures))
     return DONE
@@ -302,12 +302,12 @@ def _materials(options: argparse.Namespace) -> str:
 
 def _keys(options: argparse.Namespace) -> int:
     from .output import result_keys
-    from .scene import json_schema, language
+    from .scene import json_schema, schema
 
     if options.json_schema:
         print(json.dumps(result_keys.result_schema() if options.result else json_schema.scene_schema(), indent=2))
     else:
-        print(result_keys.reference() if options.result else language.reference(options.table), end="")
+        print(result_keys.reference() if options.result else schema.reference(options.table), end="")
     return DONE
 
 

@@ -33,3 +33,8 @@ class SolveError(RuntimeError):
 
     def __str__(self) -> str:
         return _one_line(f"{self.block} failed at t = {self.time:.6g} s: {self.detail}; try {self.advice}")
+
+
+def first_line(error: Exception) -> str:
+    """Kind of an error of foreign code, and the first line of its message."""
+    return f"{type(error).__name__}: {error}".splitlines()[0].rstrip(": ")

@@ -223,7 +223,7 @@ class EnergyEquations:
         return difference if self.interior is None else difference - self.interior.lag
 
     def _local_bed(self, temperature: Value, bead_temperature: Value) -> LocalBed:
-        """What a conductivity law is told, with properties at these temperatures (K)."""
+        """Arguments of a conductivity law, with properties at these temperatures (K)."""
         bed, laws, speed = self.bed, self._laws, self._speed_past_the_beads
         turbulence = self.flow.turbulence_state(
             self.flow_state, self._density, self._laws.viscosity(self.flow_temperature)

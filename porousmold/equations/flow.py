@@ -109,7 +109,7 @@ class FlowEquations:
         )
 
     def local_flow(self, density: Value, viscosity: Value, speed: Value) -> LocalFlow:
-        """What the turbulence model is told of the flow at a point."""
+        """Arguments of the turbulence model at a point of the flow."""
         bed = self.bed
         distance = ufl.max_value(bed.wall_distance, LEAST_WALL_DISTANCE * bed.bead_diameter)
         return LocalFlow(bed.porosity, bed.bead_diameter, distance, density, viscosity, speed, self.scales.speed)

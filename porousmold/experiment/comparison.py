@@ -76,17 +76,17 @@ def compare(folder: Path, path: Path, bounds: Any = ()) -> Any:
     if unknown or not shared.any():
         raise InputError("MEASURED", str(path), f"has {unknown[0]!r}, which is no sensor of the run ({', '.join(sensors)})"
                          if unknown else "has no time within the run's")  # fmt: skip
-    told = time[shared]
+    times = time[shared]
     deviations = []
     for number, name in enumerate(columns.names[1:], start=1):
-        simulated = np.interp(told, history["time"], sensors[name])
-        by_place = POSITION_ERROR * np.interp(told, history["time"], history[f"gradient_{name}"])
-        by_bounds = np.zeros(len(told))
+        simulated = np.interp(times, history["time"], sensors[name])
+        by_place = POSITION_ERROR * np.interp(times, history["time"], history[f"gradient_{name}"])
+        by_bounds = np.zeros(len(times))
         for other, found in others:
-            there = np.interp(told, other["time"], found[name], left=np.nan, right=np.nan)
+            there = np.interp(times, other["time"], found[name], left=np.nan, right=np.nan)
             by_bounds = np.fmax(by_bounds, np.abs(there - simulated))
         uncertainty = np.hypot(by_place, by_bounds)
-        deviations.append(Deviation(name, told, columns.in_si(number, "K")[shared], simulated, uncertainty))
+        deviations.append(Deviation(name, times, columns.in_si(number, "K")[shared], simulated, uncertainty))
     return deviations
 
 

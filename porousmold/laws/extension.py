@@ -12,7 +12,7 @@ import numpy as np
 import ufl
 from numpy.typing import NDArray
 
-from ..errors import InputError
+from ..errors import InputError, first_line
 from .conductivity import BEAD_CONDUCTION_LAWS, DISPERSION_LAWS, Anisotropic, BeadConduction, Dispersion, LocalBed
 from .drag import DRAG_LAWS, DragLaw
 from .functions import Value
@@ -155,8 +155,7 @@ def _called(law: str, function: Function, *arguments: Any) -> Any:
     try:
         return function(*arguments)
     except Exception as error:
-        told = f"{type(error).__name__}: {error}".splitlines()[0]
-        raise InputError(f"{law} law", None, f"fails: {told}") from error
+        raise InputError(f"{law} law", None, f"fails: {first_line(error)}") from error
 
 
 def _check(law: str, values: Any, count: int) -> None:

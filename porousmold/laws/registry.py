@@ -16,7 +16,7 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from ..errors import InputError
+from ..errors import InputError, first_line
 
 Law = TypeVar("Law")
 ENTRY_POINTS = "porousmold.laws"
@@ -82,7 +82,9 @@ def load_entry_points() -> None:
         try:
             point.load()
         except Exception as error:
-            raise InputError(f"entry point {point.name}", point.value, f"cannot be loaded: {_told(error)}") from error
+            raise InputError(
+                f"entry point {point.name}", point.value, f"cannot be loaded: {first_line(error)}"
+            ) from error
 
 
 def load_file(path: Path) -> None:
@@ -104,11 +106,7 @@ def _load(path: Path, source: bytes) -> None:
     except InputError:
         raise
     except Exception as error:
-        raise InputError("extensions.python", str(path), f"cannot be run: {_told(error)}") from error
-
-
-def _told(error: Exception) -> str:
-    return f"{type(error).__name__}: {str(error).splitlines()[0] if str(error) else ''}".rstrip(": ")
+        raise InputError("extensions.python", str(path), f"cannot be run: {first_line(error)}") from error
 
 
 def source_text(law: Any) -> str:

@@ -53,9 +53,9 @@ def _require_groups(model: Any, required: Mapping[int, Sequence[str]]) -> None:
         names.setdefault(dimension, []).append(model.getPhysicalName(dimension, tag) or f"number {tag}, without a name")
     missing = [(KINDS[d], name) for d, wanted in required.items() for name in wanted if name not in names[d]]
     if missing:
-        told = " and ".join(f"no {kind} named {name!r}" for kind, name in missing)
+        lacks = " and ".join(f"no {kind} named {name!r}" for kind, name in missing)
         there = "; ".join(f"{KINDS[d]}s: {', '.join(names[d]) or 'none'}" for d in sorted(names, reverse=True) if d)
-        raise ValueError(f"it has {told} ({there})")
+        raise ValueError(f"it has {lacks} ({there})")
 
 
 def read_model(model: Any, dimension: int, regions: Mapping[str, int], boundaries: Mapping[str, int]) -> PlainMesh:

@@ -62,7 +62,7 @@ def add_verbosity_option(command: argparse.ArgumentParser) -> None:
 
 
 def log_to_console(verbosity: int, *, first_rank: bool, file: str | None = None) -> None:
-    """Have the program's loggers tell on stderr what `-v` asks for, and everything in a file; all ranks take part, the first one
+    """Have the program's loggers write to stderr what `-v` asks for, and everything in a file; all ranks take part, the first one
     tells. Raises `InputError` for a file that cannot be written."""
     logger = logging.getLogger(__package__.split(".")[0])
     console = (logging.WARNING, logging.INFO, logging.DEBUG)[min(verbosity, 2)]

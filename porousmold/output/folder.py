@@ -95,13 +95,13 @@ class RunFolder:
             if (self.path / NAME).is_file() and found != "failed":
                 found = "interrupted"
         found = self._communicator.bcast(found)
-        told = {
+        refusals = {
             "done": "holds the finished run of another scene, or of other program code: --force replaces it",
             "interrupted": "holds an interrupted run: --resume goes on with it, --force replaces it",
         }
-        if found in told:
+        if found in refusals:
             self.close()
-            raise InputError("--out", str(self.path), told[found])
+            raise InputError("--out", str(self.path), refusals[found])
 
     def finished(self, identity: str) -> tuple[dict[str, Any], Columns] | None:
         """Summary and history of the run of this identity that was done here, else None (collective)."""

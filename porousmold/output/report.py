@@ -14,7 +14,7 @@ from ..errors import InputError
 from ..files.atomic_files import output_file
 from ..scene.geometries import modelled_part
 from ..scene.keys import flat, unit_and_meaning
-from ..scene.language import KEYS
+from ..scene.schema import KEYS
 from .console import closures_text, model_text
 from .pictures import draw, fields_with_slider
 from .quantities import ENERGY_GIVEN, ENERGY_NAMES, JOULES_A_KWH
@@ -214,8 +214,8 @@ def _energy(summary: Any) -> list[str]:
     ]
     rows += [["largest power of heater and blower", energy["peak_power"] / 1e3, "kW", ""]]
     rows += [["cost of heater and blower", float(energy["cost"]), "", ""]] if energy["cost"] is not None else []
-    told = f"<p>Of the whole tool, {energy['share']:g} times the modelled part, up to the end of the run.</p>"
-    return ["<h2>Energy</h2>", told, _table(["of", "energy", "unit", ""], rows)]
+    sentence = f"<p>Of the whole tool, {energy['share']:g} times the modelled part, up to the end of the run.</p>"
+    return ["<h2>Energy</h2>", sentence, _table(["of", "energy", "unit", ""], rows)]
 
 
 def _materials(summary: Any) -> str:
@@ -245,14 +245,16 @@ def _uncertainty(folder: Path) -> str:
             else [entry["name"], entry["tolerance"], "-", entry["reason"]]
             for entry in found["contributions"]
         ]
-        told = f"Heating time {found['heating_time']:.0f} s, 95 % within {found['low']:.0f} to {found['high']:.0f} s"
+        sentence = (
+            f"Heating time {found['heating_time']:.0f} s, 95 % within {found['low']:.0f} to {found['high']:.0f} s"
+        )
         sample = found["sample"]
         if sample is not None:
-            told += f"; {sample['answered']} sampled cases: {sample['low']:.0f} to {sample['high']:.0f} s"
+            sentence += f"; {sample['answered']} sampled cases: {sample['low']:.0f} to {sample['high']:.0f} s"
     except (OSError, ValueError, LookupError, TypeError) as error:
         raise InputError("RUN", str(folder), f"has a damaged uncertainty.json: {error}") from error
     head = ["of", "tolerance", "standard deviation of the heating time", "share of the variance"]
-    return f'<p class="large">{_text(told)}</p>' + _table(head, rows)
+    return f'<p class="large">{_text(sentence)}</p>' + _table(head, rows)
 
 
 def _optimum(folder: Path) -> str:
@@ -268,8 +270,8 @@ def _optimum(folder: Path) -> str:
         raise InputError("RUN", str(folder), f"has a damaged optimum.json: {error}") from error
     under = f" with {limits}" if limits else ""
     answer = "" if best is None else f": {best[found['minimise']]:.6g}"
-    told = f"Least {found['minimise']}{under}{answer or ': no case keeps the limits'}"
-    return f'<p class="large">{_text(told)}</p>' + (_table(["of", "value (SI)"], rows) if rows else "")
+    sentence = f"Least {found['minimise']}{under}{answer or ': no case keeps the limits'}"
+    return f'<p class="large">{_text(sentence)}</p>' + (_table(["of", "value (SI)"], rows) if rows else "")
 
 
 def _of_study(folder: Path) -> tuple[Any, ...]:

@@ -12,7 +12,7 @@ from ..errors import InputError
 from ..files.atomic_files import output_file, output_folder
 from ..files.units import preferred_unit
 from ..scene.keys import flat, unit_and_meaning
-from ..scene.language import KEYS
+from ..scene.schema import KEYS
 from .figures import STYLE, plt, save
 from .quantities import Columns
 from .stored import read_table

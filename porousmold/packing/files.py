@@ -1,6 +1,6 @@
 """Files of packings: our own HDF5, and what other codes write.
 
-| read                          | told by                   | what is taken                                                    |
+| read                          | recognised by             | what is taken                                                    |
 |-------------------------------|---------------------------|------------------------------------------------------------------|
 | porousmold HDF5               | its signature             | everything, container included                                   |
 | LIGGGHTS / LAMMPS text dump   | `ITEM: TIMESTEP`          | last frame, columns by name: id, x y z (or xu yu zu, or scaled   |

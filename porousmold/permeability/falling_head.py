@@ -176,7 +176,9 @@ def globally(setup: Any, levels: Any, approach: str = "complete") -> Any:
     def fitted(level: Any) -> tuple[Any, ...]:
         """(ln k, its variance)"""
         with warnings.catch_warnings():
-            warnings.simplefilter("error", OptimizeWarning)  # no covariance: the level does not tell the permeability
+            warnings.simplefilter(
+                "error", OptimizeWarning
+            )  # no covariance: the level does not determine the permeability
             try:
                 found, covariance = curve_fit(
                     lambda time, logarithm: setup.level(time, np.exp(logarithm), approach),
@@ -192,7 +194,7 @@ def globally(setup: Any, levels: Any, approach: str = "complete") -> Any:
     shifted, _ = fitted(levels.level + FIRST_LEVEL * np.std(residual))
     error = float(np.hypot(np.sqrt(variance), shifted - logarithm))
     if error > np.log(1e3):
-        raise RuntimeError("the fall of the level does not tell the permeability")
+        raise RuntimeError("the fall of the level does not determine the permeability")
     spread = levels.level - levels.level.mean()
     return Estimate(
         best,
@@ -220,7 +222,7 @@ def fit_baseline(setup: Any, levels: Any) -> tuple[Any, ...]:
                 fall, levels.time, levels.level, p0=[guess, setup.bed_length], xtol=1e-12, ftol=1e-12
             )
         except OptimizeWarning as error:
-            raise RuntimeError("the fall does not tell c0 and c1") from error
+            raise RuntimeError("the fall does not determine c0 and c1") from error
     if not (rate > 0.0 and offset > -levels.level[-1]):
         raise RuntimeError("the level does not fall towards an end below it")
     return setup.specific_weight / (rate * setup.cross_section), (setup.bed_length - offset) * setup.specific_weight

@@ -60,7 +60,7 @@ LARGE_SCATTER = 0.3
 SMALLEST_FALL = 0.01
 """Part of all the mass by which a reading may fall below an earlier one before it counts as an error of handling."""
 LONG_GAP = 10.0
-"""Times the usual interval between readings that is told as a gap."""
+"""Times the usual interval between readings that counts as a gap."""
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ import numpy as np
 from .falling_head import globally, levels_of
 
 MOST_READINGS = 400
-"""Of a virtual test: more tell nothing new."""
+"""Of a virtual test: more bring nothing new."""
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from ..laws.material_library import SOLIDS
 from ..laws.porosity import POROSITY_MODELS
 from .air_loop import has_air_loop, is_round, read_curve
 from .geometries import GEOMETRIES, dimension_of
-from .language import KEYS
+from .schema import KEYS
 from .sensors import sensor_names
 from .tolerances import tolerance_of
 

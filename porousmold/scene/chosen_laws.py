@@ -155,5 +155,5 @@ def _with_constants(material: Material, **given: float | None) -> Material:
         name: constant(value, UNITS[name], "scene") for name, value in changes.items() if name in UNITS
     }
     whole = material.laws().keys() <= changes.keys()
-    told = "constants of the scene" if whole else f"{material.name}, but {' and '.join(changes)} of the scene"
-    return replace(material, **(changes | laws | {"name": told}))
+    described = "constants of the scene" if whole else f"{material.name}, but {' and '.join(changes)} of the scene"
+    return replace(material, **(changes | laws | {"name": described}))

@@ -14,8 +14,8 @@ from typing import Any
 from ..laws.material_library import SOLIDS
 from ..laws.registry import source_text
 from .chosen_laws import CHOICES
-from .language import KEYS
 from .scene import Scene
+from .schema import KEYS
 from .series import TimeSeries
 
 COMPUTING = ("laws", "mesh", "equations", "solvers", "simulation")

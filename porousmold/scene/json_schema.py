@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from .keys import INFINITY, Key
-from .language import KEYS
+from .schema import KEYS
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 

@@ -1,6 +1,6 @@
 """The schema of input files: keys with their unit, default, bounds and meaning, and the validation of a file.
 
-A language is {table: {name: `Key`}}. Values are SI numbers or texts with a unit. A key that is unknown, of the wrong dimension
+A schema is {table: {name: `Key`}}. Values are SI numbers or texts with a unit. A key that is unknown, of the wrong dimension
 or out of bounds is refused by one line that names it.
 """
 
@@ -63,7 +63,7 @@ class Key:
         return f"must be {' and '.join(bounds)} {unit}".rstrip()
 
 
-Language: TypeAlias = Mapping[str, Mapping[str, Key]]
+Schema: TypeAlias = Mapping[str, Mapping[str, Key]]
 
 
 class Table:
@@ -83,27 +83,27 @@ class Table:
         return ((name, value) for name, value in vars(self).items() if not name.startswith("_"))
 
 
-def full_names(language: Language) -> list[str]:
+def full_names(schema: Schema) -> list[str]:
     """table.name of every key."""
-    return [f"{table}.{name}" for table, keys in language.items() for name in keys]
+    return [f"{table}.{name}" for table, keys in schema.items() for name in keys]
 
 
 LISTED = re.compile(r"(?P<list>\w+(\.\w+)?)\[(?P<number>\d+)\]\.(?P<key>\w+)")
 """The name of a value in a list of tables, such as wall.layer[2].thickness or target[1].within."""
 
 
-def key_of(language: Language, full_name: str) -> Key:
+def key_of(schema: Schema, full_name: str) -> Key:
     """The key of a name, one in a list of tables included. Raises `KeyError` for a name that is none."""
     listed = LISTED.fullmatch(full_name)
     table, _, name = (listed["list"] if listed else full_name).partition(".")
-    key = language[table][name or "list"]
+    key = schema[table][name or "list"]
     return key.entries[listed["key"]] if listed else key
 
 
-def unit_and_meaning(language: Language, full_name: str) -> tuple[str, str]:
+def unit_and_meaning(schema: Schema, full_name: str) -> tuple[str, str]:
     """Of the key of a name; both empty for that of a material's own."""
     try:
-        key = key_of(language, full_name)
+        key = key_of(schema, full_name)
     except KeyError:
         return "", ""
     return key.unit, key.meaning
@@ -131,34 +131,34 @@ def unknown(name: str, known: Collection[str]) -> str:
 
 
 def checked_values(
-    tables: Mapping[str, Any], language: Language, base: Path, where: str | None
+    tables: Mapping[str, Any], schema: Schema, base: Path, where: str | None
 ) -> dict[str, dict[str, Any]]:
     """{table: {name: value}} of all keys, defaults where nothing is given. `base` is the folder that files are relative to.
 
     Raises `InputError` for an unknown name or an impossible value.
     """
-    given = checked_names(tables, language, where)
+    given = checked_names(tables, schema, where)
     return {
         table: {
             name: _checked_value(f"{table}.{name}", key, given.get(table, {}).get(name), base, where)
             for name, key in keys.items()
         }
-        for table, keys in language.items()
+        for table, keys in schema.items()
     }
 
 
-def checked_names(tables: Mapping[str, Any], language: Language, where: str | None) -> dict[str, Any]:
+def checked_names(tables: Mapping[str, Any], schema: Schema, where: str | None) -> dict[str, Any]:
     """A copy of the tables, all of whose names are known (else `InputError`)."""
     for table, content in tables.items():
-        if table not in language:
-            raise InputError(table, None, unknown(table, list(language)), where)
+        if table not in schema:
+            raise InputError(table, None, unknown(table, list(schema)), where)
         if not isinstance(content, dict):
             raise InputError(table, content, "must be a table", where)
         for name in content:
-            if name not in language[table]:
+            if name not in schema[table]:
                 full_name, given = f"{table}.{name}", content[name]
                 shown = given if isinstance(given, int | float | str) else str(given)
-                raise InputError(full_name, shown, unknown(full_name, full_names(language)), where)
+                raise InputError(full_name, shown, unknown(full_name, full_names(schema)), where)
     return copy.deepcopy(dict(tables))
 
 

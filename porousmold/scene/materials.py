@@ -10,7 +10,7 @@ from ..files.tables import existing_file, read_toml
 from ..laws.material_files import read_materials
 from ..laws.material_library import FLUIDS, SOLIDS
 from ..laws.materials import Fluid, Solid
-from .keys import Key, Language
+from .keys import Key, Schema
 
 FILE = "file"
 
@@ -41,11 +41,11 @@ def own_materials(given: Any, base: Path, where: str | None) -> dict[str, Solid 
     return found
 
 
-def language_with(language: Language, own: Mapping[str, Solid | Fluid]) -> Language:
-    """The language in which keys that name a material take these, too."""
+def schema_with(schema: Schema, own: Mapping[str, Solid | Fluid]) -> Schema:
+    """The schema in which keys that name a material take these, too."""
     if not own:
-        return language
-    return {table: {name: _key_with(key, own) for name, key in keys.items()} for table, keys in language.items()}
+        return schema
+    return {table: {name: _key_with(key, own) for name, key in keys.items()} for table, keys in schema.items()}
 
 
 def _key_with(key: Key, own: Mapping[str, Solid | Fluid]) -> Key:

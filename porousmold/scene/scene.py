@@ -18,16 +18,16 @@ from .checks import check_together
 from .closures import completed
 from .geometries import GEOMETRIES
 from .keys import LISTED, Table, checked_names, checked_values, flat, full_names, key_of, unit_and_meaning, unknown
-from .language import KEYS
-from .materials import language_with, own_materials
+from .materials import own_materials, schema_with
 from .programme import series_of
+from .schema import KEYS
 from .series import TimeSeries
 
 
 class Scene:
     """A validated scene, frozen. `scene.wall.thickness` and the like are SI values; series keys hold `TimeSeries`.
 
-    `materials` are its own ones by name; `source` is the file it came from, or None. `file_digests` tell the contents of
+    `materials` are its own ones by name; `source` is the file it came from, or None. `file_digests` stand for the contents of
     the files that it names, as they were when it was made. `tables` are {table: {key: value}} as they stand in a TOML file;
     numbers may also be texts with a unit, and series keys take a CSV file, a function of the time (s), or (times, values).
 
@@ -72,8 +72,8 @@ class Scene:
         )
         if (path := extensions["extensions"]["python"]) is not None:
             registry.load_file(path)
-        language = language_with(KEYS, found["materials"])  # after the extensions, which register materials, too
-        values = checked_values(completed(ordinary), language, base, found["source"])
+        schema = schema_with(KEYS, found["materials"])  # after the extensions, which register materials, too
+        values = checked_values(completed(ordinary), schema, base, found["source"])
         found |= {table: Table(table, content) for table, content in values.items()}
         found["file_digests"] = {
             f"{table}.{name}": hashlib.sha256(value.read_bytes()).hexdigest()

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InputError
+from ..errors import InputError, first_line
 from ..files.tables import Columns, read_columns
 from ..files.units import to_si
 
@@ -68,8 +68,8 @@ class TimeSeries:
             try:
                 result = float(function(time))
             except Exception as error:
-                told = f"{type(error).__name__}: {error}".splitlines()[0]
-                raise InputError(key, f"the function {_name_of(function)}", f"fails at {time:g} s: {told}") from error
+                allowed = f"fails at {time:g} s: {first_line(error)}"
+                raise InputError(key, f"the function {_name_of(function)}", allowed) from error
             if not np.isfinite(result):
                 raise InputError(key, f"the function {_name_of(function)}", f"gives {result} at {time:g} s")
             return result

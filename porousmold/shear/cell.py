@@ -178,25 +178,27 @@ class Shearing:
 
     def march(self, progress: Callable[[float, float, str], None] | None = None) -> Sheared:
         """Shear to the end; progress(strains done, strains in all, what). Raises `SolveError` if beads fly apart."""
-        tell = progress or (lambda done, total, text: None)
+        report = progress or (lambda done, total, text: None)
         warm, span = GROWTH_STRAINS + WARM_UP_STRAINS, self.cell.strains / BLOCKS
         total = warm + self.cell.strains
         if not self._warm:
-            self._grow(partial(self._tell, tell, 0.0, total, "beads grow"))
-            self._advance(WARM_UP_STRAINS, None, partial(self._tell, tell, GROWTH_STRAINS, total, "warm-up"))
+            self._grow(partial(self._report, report, 0.0, total, "beads grow"))
+            self._advance(WARM_UP_STRAINS, None, partial(self._report, report, GROWTH_STRAINS, total, "warm-up"))
             self._temperature = self._first_temperatures()
             self._warm = True
             self._write()
         while len(self._blocks) < BLOCKS:
             number = len(self._blocks)
             before, text = warm + number * span, f"block {number + 1} of {BLOCKS}"
-            self._blocks.append(self._block(span, partial(self._tell, tell, before, total, text)))
+            self._blocks.append(self._block(span, partial(self._report, report, before, total, text)))
             self._write()
         return self._result()
 
     @staticmethod
-    def _tell(tell: Callable[[float, float, str], None], before: float, total: float, text: str, done: float) -> None:
-        tell(before + done, total, text)
+    def _report(
+        report: Callable[[float, float, str], None], before: float, total: float, text: str, done: float
+    ) -> None:
+        report(before + done, total, text)
 
     def _planes(self) -> NDArray[Any]:
         """Of the walls; behind rough ones they only keep beads from coming through."""
@@ -232,7 +234,7 @@ class Shearing:
         self._verlet = dynamics.no_pairs(count)
         self._temperature = np.zeros((count, 0))
 
-    def _grow(self, tell: Callable[[float], None]) -> None:
+    def _grow(self, report: Callable[[float], None]) -> None:
         free = self._size[:, 1] < dynamics.FIXED
         rate, done = (0.5 - self._small) / GROWTH_STRAINS, 0.0
         # an overlap of gamma* d has the elastic energy of a bead that moves with gamma d
@@ -243,7 +245,7 @@ class Shearing:
             done += span
             free = self._size[:, 1] < dynamics.FIXED
             self._size[free, 0] = self._small + rate * done
-            tell(done)
+            report(done)
         self._size[free, 0] = 0.5
 
     def _first_temperatures(self) -> NDArray[Any]:
@@ -252,7 +254,7 @@ class Shearing:
         straight[self._name] = np.clip(self._body[:, 2] / self.cell.distance - 0.5, -0.5, 0.5)
         return np.repeat(straight[:, None], len(self._cases), axis=1)
 
-    def _advance(self, span: float, sums: dict[str, Any] | None, tell: Callable[[float], None] | None = None) -> None:
+    def _advance(self, span: float, sums: dict[str, Any] | None, report: Callable[[float], None] | None = None) -> None:
         """Shear over `span`, with heat and sums where these are given."""
         done, cell, count = 0, self.cell, len(self._name)
         steps = max(1, round(span / self.dt))
@@ -283,10 +285,10 @@ class Shearing:
                 if "pictured" in sums and len(sums["pictured"]) <= self._pictures * done / steps:
                     sums["pictured"].append(self._picture())
             done += some
-            if tell is not None:
-                tell(done * self.dt)
+            if report is not None:
+                report(done * self.dt)
 
-    def _block(self, span: float, tell: Callable[[float], None]) -> dict[str, Any]:
+    def _block(self, span: float, report: Callable[[float], None]) -> dict[str, Any]:
         """Sums over one block, per strain."""
         cases = len(self._cases)
         sums: dict[str, Any] = {
@@ -298,7 +300,7 @@ class Shearing:
         if self._pictures and len(self._blocks) == BLOCKS - 1:
             sums["pictured"] = []
         start, stored = self._heights(), self._moment()
-        self._advance(span, sums, tell)
+        self._advance(span, sums, report)
         span = max(1, round(span / self.dt)) * self.dt
         end = self._heights()
         core = self._free_by_name() & (np.abs(start - 0.5 * self.cell.distance) < 0.25 * self.cell.distance)

@@ -106,6 +106,6 @@ def needed_factor(error: float, wanted: float) -> float:
 def errors_after(errors: Errors, mesh_factor: float, steps_factor: float, difference: float) -> Errors:
     """Errors of a run refined by these factors, whose relative difference from the run before is known as well."""
     scaled = Errors(errors.mesh / mesh_factor**ORDER, errors.steps / steps_factor**ORDER)
-    told = difference / (max(mesh_factor, steps_factor) ** OBSERVED_ORDER - 1.0)
-    more = max(1.0, told / scaled.both) if scaled.both else 1.0
+    estimated = difference / (max(mesh_factor, steps_factor) ** OBSERVED_ORDER - 1.0)
+    more = max(1.0, estimated / scaled.both) if scaled.both else 1.0
     return Errors(more * scaled.mesh, more * scaled.steps)

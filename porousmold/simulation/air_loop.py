@@ -66,7 +66,7 @@ class AirLoop:
     def begin_stage(self, weights: Sequence[float]) -> None:
         """Nothing is kept from stage to stage."""
 
-    def follow(self) -> None:
+    def update(self) -> None:
         """Give the inlet the temperature that belongs to the present outlet's (collective)."""
         leaving = self._value(self._leaving) if self._flow > 0.0 else 0.0
         share, supply = self.spec.share, self.spec.supply

@@ -54,7 +54,7 @@ SAME_VOLUME = 1e-6
 
 
 def assemble(specs: Specs, communicator: Communicator, observe: Observer = silent) -> Problem:
-    """The discrete problem of a scene on a communicator (collective); `observe(text)` is told what is being done.
+    """The discrete problem of a scene on a communicator (collective); `observe(text)` gets the name of each phase.
 
     Raises `InputError` for a mesh that cannot be used.
     """
@@ -293,7 +293,7 @@ def _air_loop(specs: Specs, medium: Medium, heat: Heat, equations: EnergyEquatio
     temperature = ufl.split(heat.unknown)[0] if equations.two_temperatures else heat.unknown
     given = specs.laws.fluid, specs.flow.outlet_pressure, boundary, equations, temperature, medium.domain.communicator
     heat.supply = AirLoop(spec, *given)
-    boundary.follow_time(heat.supply.set_time)
+    boundary.call_with_time(heat.supply.set_time)
     return heat.supply
 
 

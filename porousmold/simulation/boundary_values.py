@@ -28,7 +28,7 @@ class BoundaryValues:
         self._flow, self._heat, self._domain, self._inlet_area = flow, heat, domain, inlet_area
         at_start = heat.inlet_temperature(0.0)
         self.inlet_temperature, self._drive, self._drive_temperature = map(domain.constant, (at_start, 0.0, at_start))
-        self._followers: list[Callable[[float], None]] = []
+        self._time_setters: list[Callable[[float], None]] = []
         self._outer: list[tuple[Constant, TimeSeries]] = []
         self._drive.value = flow.driven_by(0.0)
         self.set(0.0)
@@ -62,12 +62,12 @@ class BoundaryValues:
             self.inlet_temperature.value = self._heat.inlet_temperature(time)
         for constant, series in self._outer:
             constant.value = series(time)
-        for follow in self._followers:
-            follow(time)
+        for set_time in self._time_setters:
+            set_time(time)
 
-    def follow_time(self, follow: Callable[[float], None]) -> None:
-        """Have `follow(time)` called with every time that the heat's values are set for."""
-        self._followers.append(follow)
+    def call_with_time(self, set_time: Callable[[float], None]) -> None:
+        """Have `set_time(time)` called with every time that the heat's values are set for."""
+        self._time_setters.append(set_time)
 
     def drive(self) -> dict[str, Value]:
         """What drives the flow, as terms of the `Opening` at the inlet."""

@@ -27,7 +27,7 @@ BACKWARDS = 1e-3
 class Simulation:
     """A scene on a communicator, marched in time by `march()`; `recorder` has what is recorded of it.
 
-    `problem` is the discrete one, `observe(text)` is told what is being done. Raises `InputError` like `assemble`.
+    `problem` is the discrete one, `observe(text)` gets the name of each phase. Raises `InputError` like `assemble`.
     """
 
     def __init__(self, specs: Specs, communicator: Communicator, observe: Observer = silent) -> None:

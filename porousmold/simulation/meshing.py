@@ -26,7 +26,7 @@ def straight_domain(
 ) -> Domain:
     """Domain of a straight bed; what the scene leaves open is as its `estimates` say.
 
-    `observe(text)` is told its size. Raises `InputError` where it would need more memory than the machine has.
+    `observe(text)` gets its size as a text. Raises `InputError` where it would need more memory than the machine has.
     """
     size, finer = spec.size, spec.refinement
     assert size is not None

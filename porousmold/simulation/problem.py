@@ -257,7 +257,7 @@ class Problem:
         self.air_loop.find_point(solve_again, lambda: self.balances.mass_flow, time, tolerance)
         if began:  # what enters at the start
             self.air_loop.set_time(0.0)
-            self.air_loop.follow()
+            self.air_loop.update()
 
     def save(self) -> Saved:
         """Flow, heat, the temperatures that their coefficients are taken at, and what the air's supply does."""

@@ -123,7 +123,7 @@ class _Run:
             if not hasattr(self, "_simulation"):
                 raise
             interruption = problem
-            self._stop()  # a rank that was told by another one sees its own signal
+            self._stop()  # a rank stopped by another one acknowledges its own signal
         summary = self._write(error, failure, interrupted=interruption is not None)
         self._free()
         if failure is not None:

@@ -35,7 +35,7 @@ class Curing:
         """Start a stage: `weights` (s) are those of the earlier stages' rates."""
         self._known = self._start + sum(w * rate for w, rate in zip(weights, self._rates, strict=False))
 
-    def follow(self) -> None:
+    def update(self) -> None:
         """Take the degree that belongs to the present temperature."""
         function, expression = self._temperature
         function.interpolate(expression)

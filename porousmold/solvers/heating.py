@@ -27,7 +27,7 @@ from .bead_modes import BeadModes
 from .curing import Curing
 from .flow import unknowns_outside
 from .newton import Contraction, NewtonSystem, modified_newton
-from .protocols import ArrayOf, Follower, HeatBalance, Observer, Saved, restore_functions, saved_functions, silent
+from .protocols import ArrayOf, HeatBalance, Observer, Saved, StageUpdate, restore_functions, saved_functions, silent
 from .transport import FrozenTransport, MonotoneCells
 
 GAMMA = 0.43586652150845899942
@@ -50,7 +50,7 @@ MOST_ITERATIONS = 20
 """Of a stage, with one Jacobian."""
 
 
-class Supply(Follower, Protocol):
+class Supply(StageUpdate, Protocol):
     """What gives the inlet its temperature."""
 
     @property
@@ -250,7 +250,7 @@ class TransientHeat:
         self._inverse_stage.value = 1.0 / (gamma * step)
         if self.bead_modes:
             self.bead_modes.begin_step(self._inverse_stage.value)
-        for part in self._followers:
+        for part in self._stage_updates:
             part.begin_step(step, gamma)
         self._transport.renew()
         self._system.renew_jacobian()
@@ -262,7 +262,7 @@ class TransientHeat:
             self.observe("")
             if self.bead_modes:
                 self.bead_modes.begin_stage([weight * step for weight in row[:-1]])
-            for part in self._followers:
+            for part in self._stage_updates:
                 part.begin_stage([weight * step for weight in row[:-1]])
             addend = self._stored_start.copy()
             addend.scale(-self._inverse_stage.value)
@@ -273,7 +273,7 @@ class TransientHeat:
             self._solve_stage(time, step, addend)
             if self.bead_modes:
                 self.bead_modes.end_stage()
-            for part in self._followers:
+            for part in self._stage_updates:
                 part.end_stage()
             if stage == 0:
                 self._first.x.array[:] = values
@@ -289,7 +289,7 @@ class TransientHeat:
         return flows, self._stored_now.sum() - self._stored_start.sum()
 
     @property
-    def _followers(self) -> list[Follower]:
+    def _stage_updates(self) -> list[StageUpdate]:
         return [*self.curing, *([self.supply] if self.supply else [])]
 
     def _no_flows(self) -> dict[str, float]:
@@ -334,8 +334,8 @@ class TransientHeat:
         )
 
     def _iterate(self) -> float:
-        for part in self._followers:
-            part.follow()
+        for part in self._stage_updates:
+            part.update()
         self.newton_iterations += 1
         return self._system.iterate()
 

@@ -267,7 +267,7 @@ class NewtonSystem:
         """One iteration of Newton's method, with kept factors if there are any (collective).
 
         Gives its relative update |dx|/|x|, infinite where the factorisation fails or the iterate is not finite; |x| counts as a
-        millionth per unknown at least, so that the solution zero of scaled unknowns can be told.
+        millionth per unknown at least, so that the solution zero of scaled unknowns is recognised.
         """
         self._view().copy(self._iterate)
         try:

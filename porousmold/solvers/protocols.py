@@ -48,7 +48,7 @@ class Stateful(Protocol):
         """Go on from what `save()` gave."""
 
 
-class Follower(Protocol):
+class StageUpdate(Protocol):
     """A quantity that is updated with the temperature in each stage of a time step, without being an unknown."""
 
     def begin_step(self, step: float, gamma: float) -> None:
@@ -57,8 +57,8 @@ class Follower(Protocol):
     def begin_stage(self, weights: Sequence[float]) -> None:
         """Start a stage: `weights` (s) are those of the earlier stages' rates."""
 
-    def follow(self) -> None:
-        """Follow the present temperature (collective)."""
+    def update(self) -> None:
+        """Take the present temperature (collective)."""
 
     def end_stage(self) -> None:
         """Keep what the later stages need."""
@@ -208,6 +208,6 @@ def saved_functions(functions: Sequence[fem.Function], prefix: str) -> dict[str,
 
 
 def restore_functions(functions: Sequence[fem.Function], prefix: str, array_of: ArrayOf) -> None:
-    """Fill functions with what `saved_functions` told."""
+    """Fill functions with what `saved_functions` gave."""
     for number, function in enumerate(functions):
         function.x.array[:] = array_of(f"{prefix}/{number}", function.function_space)

@@ -16,8 +16,8 @@ from ..errors import InputError
 from ..files.tables import read_toml
 from ..files.units import to_si
 from ..scene.keys import LISTED, key_of
-from ..scene.language import KEYS
 from ..scene.scene import Scene
+from ..scene.schema import KEYS
 
 DESIGNS = ("grid", "one-at-a-time", "cases")
 RECORDS = {

@@ -25,7 +25,7 @@ from ..files.tables import read_toml
 from ..files.units import to_si
 from ..mpi import MPI
 from ..scene.keys import key_of
-from ..scene.language import KEYS
+from ..scene.schema import KEYS
 from .definition import Study, check_names, table_of, unit_of_record
 from .running import run_study, setting
 

@@ -25,7 +25,7 @@ from ..mpi import IS_ALONE, MPI
 from ..scene.geometries import dimension_of
 from ..scene.identity import identity_of
 from ..scene.keys import key_of
-from ..scene.language import KEYS
+from ..scene.schema import KEYS
 from ..scene.series import TimeSeries
 from ..simulation.running import RunInterrupted, run
 from .definition import unit_of_record
@@ -69,32 +69,32 @@ def run_study(
 
     looked = [0.0]
 
-    def tell() -> None:
+    def show() -> None:
         if progress and world.rank == 0:
             progress(sum(row_of(case, out, study.record).status != MISSING for case in cases))
             looked[0] = clock.monotonic()
 
-    def told(*_: Any) -> None:
+    def report(*_: Any) -> None:
         if clock.monotonic() > looked[0] + SECONDS_BETWEEN_LOOKS:
-            tell()
+            show()
 
-    def work(stop: Callable[[], bool], told: Callable[..., None]) -> str | None:
-        return _work_through(study, cases, out, workers, told, stop)
+    def work(stop: Callable[[], bool], report: Callable[..., None]) -> str | None:
+        return _work_through(study, cases, out, workers, report, stop)
 
     children = _children(study, cases, out, work) if world.size == 1 and part == (1, 1) else []
-    problem = work(stop, told)
+    problem = work(stop, report)
     while children and not problem and not stop():
         children = [child for child in children if os.waitpid(child, os.WNOHANG) == (0, 0)]
-        told()
+        report()
         clock.sleep(0.05)
     for child in children:
         os.kill(child, signal.SIGKILL)
         os.waitpid(child, 0)
-    problem = problem or work(stop, told)  # what a child has left, if it died
+    problem = problem or work(stop, report)  # what a child has left, if it died
     problems = [text for text in world.allgather(problem) if text]
     if problems:
         raise InputError("--out", str(out), f"cannot be written: {problems[0]}")
-    tell()
+    show()
     return collect(study, out)
 
 
@@ -108,7 +108,7 @@ def _children(study: Any, cases: Sequence[Any], out: Path, work: Callable[..., A
 
 
 def _work_through(
-    study: Any, cases: Sequence[Any], out: Path, workers: Any, told: Callable[..., None], stop: Callable[[], bool]
+    study: Any, cases: Sequence[Any], out: Path, workers: Any, report: Callable[..., None], stop: Callable[[], bool]
 ) -> str | None:
     """Run every case that is missing and not taken; gives what kept one from being written (collective)."""
     problem = None
@@ -121,7 +121,7 @@ def _work_through(
         if claim is None:
             continue
         try:
-            problem = _run_case(case, out, workers, told, stop)
+            problem = _run_case(case, out, workers, report, stop)
         except RunInterrupted:
             break
         finally:
@@ -129,7 +129,7 @@ def _work_through(
         problem = problem or _on_leader(workers, write_tables, study, out)[1]
         if problem:
             break
-        told()
+        report()
     return problem
 
 
@@ -195,38 +195,38 @@ def _claim(case: Any, out: Path, record: Sequence[str]) -> Any:
     return claim
 
 
-def _run_case(case: Any, out: Path, workers: Any, told: Any, stop: Callable[[], bool]) -> Any:
-    """Run a case and tell its folder; gives what kept that from being written."""
+def _run_case(case: Any, out: Path, workers: Any, report: Any, stop: Callable[[], bool]) -> Any:
+    """Run a case and record its outcome in its folder; gives what kept that from being written."""
     folder, status, reason = out / case.name, "refused", case.reason
     if case.scene is not None:
-        begun = workers.bcast(_told(folder).get("identity") == identity(case))
-        problem = _on_leader(workers, _tell, case, folder, BEGUN, "")[1]
+        begun = workers.bcast(_recorded(folder).get("identity") == identity(case))
+        problem = _on_leader(workers, _record_outcome, case, folder, BEGUN, "")[1]
         if problem:
             return problem
-        status, reason = _outcome(case, folder, workers, told, stop, begun)
-    return _on_leader(workers, _tell, case, folder, status, reason)[1]
+        status, reason = _outcome(case, folder, workers, report, stop, begun)
+    return _on_leader(workers, _record_outcome, case, folder, status, reason)[1]
 
 
-def _outcome(case: Any, folder: Path, workers: Any, told: Any, stop: Callable[[], bool], resume: bool) -> Any:
+def _outcome(case: Any, folder: Path, workers: Any, report: Any, stop: Callable[[], bool], resume: bool) -> Any:
     try:
-        run(case.scene, folder, workers, progress=told, stop=stop, resume=resume, force=True)
+        run(case.scene, folder, workers, progress=report, stop=stop, resume=resume, force=True)
         return "done", ""
     except SolveError as error:
         return "failed", str(error)
     except InputError as error:
         if error.key == "--resume":  # a damaged checkpoint is no use
-            return _outcome(case, folder, workers, told, stop, False)
+            return _outcome(case, folder, workers, report, stop, False)
         # what has to do with the folder and not the scene may be otherwise at the next start
         return BEGUN if error.key == "--out" else "refused", str(error)
 
 
-def _tell(case: Any, folder: Path, status: int, reason: str) -> None:
+def _record_outcome(case: Any, folder: Path, status: int, reason: str) -> None:
     content = {"identity": identity(case), "status": status, "reason": reason, "settings": case.settings}
     with whole_file(folder / "case.json") as temporary:
         temporary.write_text(json.dumps(content, indent=2, default=str) + "\n", encoding="utf-8")
 
 
-def _told(folder: Path) -> Any:
+def _recorded(folder: Path) -> Any:
     """What stands in the folder's case.json; nothing if that is missing or damaged."""
     try:
         content = json.loads((folder / "case.json").read_text(encoding="utf-8"))
@@ -242,18 +242,18 @@ def identity(case: Any) -> Any:
 
 def row_of(case: Any, out: Path, record: Sequence[str]) -> Any:
     """The row of a case from its folder."""
-    told, values = _told(out / case.name), dict.fromkeys(record)
-    same = told.get("identity") == identity(case)
-    missing = Row(case, MISSING, str(told.get("reason", "")) if same else "", dict.fromkeys(record))
-    if not same or told.get("status") in (None, BEGUN):
+    recorded, values = _recorded(out / case.name), dict.fromkeys(record)
+    same = recorded.get("identity") == identity(case)
+    missing = Row(case, MISSING, str(recorded.get("reason", "")) if same else "", dict.fromkeys(record))
+    if not same or recorded.get("status") in (None, BEGUN):
         return missing
     try:
-        if told["status"] == "done":
+        if recorded["status"] == "done":
             summary = json.loads((out / case.name / "result.json").read_text(encoding="utf-8"))
             values = {name: _entry(summary, name) for name in record}
             reasons = [text for text in summary["warnings"] if text.startswith("not heated")]
             return Row(case, "done", "; ".join(reasons), values)
-        return Row(case, told["status"], told["reason"], values)
+        return Row(case, recorded["status"], recorded["reason"], values)
     except (OSError, ValueError, KeyError, TypeError):
         return missing
 

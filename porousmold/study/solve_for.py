@@ -22,8 +22,8 @@ from ..scene.checks import target_name
 from ..scene.chosen_laws import Laws
 from ..scene.geometries import modelled_part
 from ..scene.keys import WITHOUT_UNIT, key_of
-from ..scene.language import KEYS
 from ..scene.scene import Scene
+from ..scene.schema import KEYS
 from .definition import Study, unit_of_record
 from .parameters import case_around, value_of
 from .running import run_study
@@ -33,7 +33,7 @@ TOLERANCE = 0.003
 FIRST_FACTOR, FARTHEST = 1.3, 10.0
 MOST_RUNS = 14
 BESIDE = ("mean_power", "energy_spent")
-"""What is told of every run beside the target."""
+"""Recorded of every run beside the target."""
 TARGET = re.compile(r"\s*([\w .-]+?)\s*=\s*(.+?)\s*")
 
 

@@ -171,14 +171,14 @@ def budget(scene: Scene, out: Path, *, progress: Any = None, stop: Callable[[], 
     found, shift = [], 0.0
     for name in inputs_of(scene):
         up, down = times[f"{name},up"], times[f"{name},down"]
-        told = str(getattr(scene.tolerance, name))
+        text = str(getattr(scene.tolerance, name))
         if up is not None and down is not None:
-            found.append(Contribution(name, told, 0.5 * math.log(up / down)))
+            found.append(Contribution(name, text, 0.5 * math.log(up / down)))
         elif up is None and down is None:
-            found.append(Contribution(name, told, None, reasons[f"{name},up"]))
+            found.append(Contribution(name, text, None, reasons[f"{name},up"]))
         else:
             side, one = ("down", -math.log(down / here)) if up is None else ("up", math.log(up / here))
-            found.append(Contribution(name, told, one, f"of {name},{side} alone"))
+            found.append(Contribution(name, text, one, f"of {name},{side} alone"))
     for name, law in alternatives_of(scene).items():
         time = times[f"{name},{law}"]
         half = None if time is None else 0.5 * math.log(time / here)
@@ -251,12 +251,12 @@ def summary_text(found: Budget, sample: Sample | None) -> str:
         f"standard deviation {found.deviation:.1%}, middle {found.middle:.0f} s",
     ]
     for entry in found.contributions:
-        told = (
+        text = (
             f"{entry.deviation:+.2%}  {shares[entry.name]:4.0%}"
             if entry.deviation is not None
             else f"none: {entry.reason}"
         )
-        lines.append(f"  {entry.name:28s} {entry.tolerance:28s} {told}")
+        lines.append(f"  {entry.name:28s} {entry.tolerance:28s} {text}")
     if sample is not None:
         lines += [
             f"{sample.answered} of {sample.cases} sampled cases: 95 % within {sample.low:.0f} to {sample.high:.0f} s, median "
@@ -295,9 +295,9 @@ def _draw(found: Budget, sample: Sample | None, path: Path) -> Path:
                   color=["tab:red" if size > 0.0 else "tab:green" for size in sizes])  # fmt: skip
         axes.axvline(0.0, color="k", linewidth=0.8)
         axes.set_xlabel("standard deviation of the heating time in % (red: longer)")
-        told = f"{found.heating_time:.0f} s, 95 % within {found.low:.0f} to {found.high:.0f} s"
+        title = f"{found.heating_time:.0f} s, 95 % within {found.low:.0f} to {found.high:.0f} s"
         if sample is not None:
-            told += f"\n{sample.answered} sampled cases: {sample.low:.0f} to {sample.high:.0f} s"
-        axes.set_title(told)
+            title += f"\n{sample.answered} sampled cases: {sample.low:.0f} to {sample.high:.0f} s"
+        axes.set_title(title)
         axes.grid(axis="y", visible=False)
         return Path(save(figure, path))
