@@ -37,6 +37,14 @@ def to_si(key: str, value: Any, unit: str, where: str | None = None) -> float:
     return float(value)
 
 
+def whole_number(key: str, text: str, least: int = 0, most: int = 10**15) -> int:
+    """The number of a text. Raises `InputError` naming the key where it is no whole number from `least` to `most`."""
+    text = text.strip()
+    if not (text.isdecimal() and len(text) <= 16 and least <= int(text) <= most):
+        raise InputError(key, text, f"must be a whole number from {least} to {most}")
+    return int(text)
+
+
 def _converted(key: str, text: str, unit: str, where: str | None) -> Any:
 
     match = _NUMBER_AND_UNIT.match(text)

@@ -12,7 +12,7 @@ import numpy as np
 from ..errors import InputError, SolveError
 from ..files.atomic_files import output_folder
 from ..files.stop_signals import StopSignals
-from ..files.units import to_si
+from ..files.units import to_si, whole_number
 from ..output.console import SECONDS_AND_PARTS, Bar
 from ..scene.identity import COMPUTING, code_digest
 from .cli import write_tables
@@ -154,9 +154,6 @@ def _input(options: argparse.Namespace) -> Any:
     for name, value in lengths.items():
         if not value > 0.0:
             raise InputError(f"--{name.replace('_', '-')}", value, "must be > 0 m")
-    seed = options.seed.strip()
-    if not seed.isdecimal():
-        raise InputError("--seed", options.seed, "must be a whole number >= 0")
     return ColumnInput(
         **lengths,
         velocity=to_si("--velocity", options.velocity, "m/s"),
@@ -171,7 +168,7 @@ def _input(options: argparse.Namespace) -> Any:
         inlet_temperature=inlet,
         friction=to_si("--friction", options.friction, ""),
         cell_size=to_si("--cell-size", options.cell_size, ""),
-        seed=int(seed),
+        seed=whole_number("--seed", options.seed),
     )
 
 

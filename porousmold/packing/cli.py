@@ -9,7 +9,7 @@ from typing import Any
 
 from ..errors import InputError
 from ..files.atomic_files import output_file
-from ..files.units import to_si
+from ..files.units import to_si, whole_number
 from ..output.console import PART, Bar
 from .packing import Packing
 
@@ -115,9 +115,7 @@ def _optional(options: argparse.Namespace, name: str, unit: str) -> Any:
 
 def _whole(options: argparse.Namespace, name: str) -> Any:
     text = getattr(options, name)
-    if text is not None and (not text.strip().isdecimal() or len(text.strip()) > 15):
-        raise InputError(f"--{name}", text, "must be a whole number")
-    return None if text is None else int(text)
+    return None if text is None else whole_number(f"--{name}", text)
 
 
 def _mixture(options: argparse.Namespace) -> Any:

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..files.atomic_files import output_file, output_folder
-from ..files.units import to_si
+from ..files.units import to_si, whole_number
 from ..output.console import Bar
 
 LEAST, GREATEST, GRID = 1e-12, 1e-5, 22
@@ -122,9 +122,7 @@ def _test_range(options: argparse.Namespace) -> str:
 
     test = read_setup(options.setup)
     error, longest = to_si("--error", options.error, ""), to_si("--longest", options.longest, "s")
-    samples = int(options.samples) if options.samples.isdecimal() and len(options.samples) < 7 else 0
-    if not 20 <= samples <= 100_000:
-        raise InputError("--samples", options.samples, "must be a whole number from 20 to 100000")
+    samples = whole_number("--samples", options.samples, 20, 100_000)
     reading = ReadingErrors(
         to_si("--head-error", options.head_error, "m"),
         to_si("--scale-resolution", options.scale_resolution, "kg"),

@@ -12,7 +12,7 @@ from typing import Any
 from ..errors import InputError, SolveError
 from ..files.atomic_files import output_file, output_folder
 from ..files.stop_signals import StopSignals, acknowledge
-from ..files.units import to_si
+from ..files.units import to_si, whole_number
 from ..output.console import PART, Bar
 
 FRAMES = 60
@@ -129,12 +129,6 @@ def _cells(options: argparse.Namespace) -> list[Any]:
     def number(option: str) -> float:
         return float(to_si(f"--{option}", getattr(options, option.replace("-", "_")), ""))
 
-    def whole(option: str) -> int:
-        value = number(option)
-        if value != round(value):
-            raise InputError(f"--{option}", value, "must be a whole number")
-        return round(value)
-
     common = {
         "peclet": tuple(numbers("peclet")),
         "biot": tuple(numbers("biot")),
@@ -143,8 +137,8 @@ def _cells(options: argparse.Namespace) -> list[Any]:
         "distance": number("distance"),
         "width": number("width"),
         "strains": number("strains"),
-        "steps_per_contact": whole("steps-per-contact"),
-        "seed": whole("seed"),
+        "steps_per_contact": whole_number("--steps-per-contact", options.steps_per_contact),
+        "seed": whole_number("--seed", options.seed),
     }
     combinations = product(numbers("shear-rate"), numbers("friction"), numbers("solid-fraction"))
     return [ShearCell(fraction, rate, friction, **common) for rate, friction, fraction in combinations]

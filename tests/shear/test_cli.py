@@ -48,7 +48,7 @@ def test_table_pictures_and_summary(tmp_path, capsys):
         (["--solid-fraction", "0.9"], "--solid-fraction = 0.9: must be"),
         (["--solid-fraction", "0.5", "--peclet", "-1"], "--peclet = -1.0: must be"),
         (["--solid-fraction", "0.5", "--walls", "0"], "--walls = '0': must be rough or flat"),
-        (["--solid-fraction", "0.5", "--seed", "1.5"], "--seed = 1.5: must be a whole number"),
+        (["--solid-fraction", "0.5", "--seed", "1.5"], "--seed = '1.5': must be a whole number"),
         (["--solid-fraction", "0.5", "--out", "shear.txt"], "--out = 'shear.txt': must end with .csv"),
         (["--solid-fraction", "dense"], "--solid-fraction = 'dense'"),
     ],
