@@ -47,6 +47,18 @@ class Column:
         self._deposit()
         self._heat_at_first = self._stored_heat()
 
+    @classmethod
+    def restored(cls, given: ColumnInput, saved: Mapping[str, NDArray[Any]]) -> "Column":
+        """The column that `save` wrote a checkpoint of."""
+        column = cls(given, given.bead_diameter * saved["body"][:, :3])
+        column.time = float(saved["time"])
+        column._heat_at_first, column.heat_given, column.heat_carried_off = map(float, saved["heats"])
+        names = [str(name) for name in saved["row_names"]]
+        column.rows = [dict(zip(names, map(float, row), strict=True)) for row in saved["rows"]]
+        column.beads.restore(saved)
+        column.gas.restore(saved)
+        return column
+
     @property
     def weight(self) -> float:
         """Of the beads less buoyancy, over the cross-section, Pa."""
@@ -141,15 +153,6 @@ class Column:
         state = {"time": np.array(self.time), "heats": np.array(heats), "rows": rows, "row_names": names}
         with whole_file(path) as temporary, temporary.open("wb") as file:
             np.savez(file, **state, **self.beads.save(), **self.gas.save(), **more)
-
-    def restore(self, saved: Mapping[str, NDArray[Any]]) -> None:
-        """Go on from a checkpoint."""
-        self.time = float(saved["time"])
-        self._heat_at_first, self.heat_given, self.heat_carried_off = map(float, saved["heats"])
-        names = [str(name) for name in saved["row_names"]]
-        self.rows = [dict(zip(names, map(float, row), strict=True)) for row in saved["rows"]]
-        self.beads.restore(saved)
-        self.gas.restore(saved)
 
     def free(self) -> None:
         """Free what PETSc holds."""

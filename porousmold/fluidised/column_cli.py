@@ -68,8 +68,10 @@ def _fluidise(options: argparse.Namespace) -> str:
     output_folder(out)
     signals, bar = StopSignals(), Bar(quiet=options.quiet)
     bar.phase("beads come to rest")
-    column = Column(given)
-    kept = _Kept(column, out / "checkpoint.npz", end / FRAMES if options.animate else math.inf)
+    path, identity = out / "checkpoint.npz", given.identity + code_digest((*COMPUTING, "packing", "fluidised"))
+    saved = _checkpoint(path, identity, end) if path.is_file() else None
+    column = Column(given) if saved is None else Column.restored(given, saved)
+    kept = _Kept(column, path, identity, end / FRAMES if options.animate else math.inf, saved)
 
     def progress(time: float, total: float, text: str) -> None:
         bar.show(round(time, 4), total, f"beads {text}", SECONDS_AND_PARTS)
@@ -95,16 +97,30 @@ def _fluidise(options: argparse.Namespace) -> str:
     return "" if options.quiet else text
 
 
+def _checkpoint(path: Path, identity: str, end: float) -> dict[str, Any]:
+    """What is saved there. Raises `InputError` for a file that is damaged, of another column, or beyond the `end` (s)."""
+    try:
+        with np.load(path) as file:
+            saved = {name: file[name] for name in file.files}
+        is_another, time = str(saved["identity"]) != identity, float(saved["time"])
+    except (OSError, ValueError, LookupError, BadZipFile) as error:
+        raise InputError("--out", str(path), f"is damaged; delete it to start anew: {error}") from error
+    if is_another:
+        allowed = "is a checkpoint of another column, or of other program code; delete it to start anew"
+        raise InputError("--out", str(path), allowed)
+    if time > end:
+        raise InputError("--time", end, f"must be >= {time:.6g} s, the time of the checkpoint", str(path))
+    return saved
+
+
 class _Kept:
     """A checkpoint on the way, every `INTERVAL`, and pictures of an animation `every` so many simulated seconds."""
 
-    def __init__(self, column: Any, path: Path, every: float) -> None:
-        self._column, self.path, self._every = column, path, every
-        self.pictures: list[Any] = []
+    def __init__(self, column: Any, path: Path, identity: str, every: float, saved: dict[str, Any] | None) -> None:
+        self._column, self.path, self._identity, self._every = column, path, identity, every
+        names = [f"pictured_{name}" for name in ("times", "places", "temperatures")]
+        self.pictures = list(zip(*(saved[name] for name in names), strict=True)) if saved is not None else []
         self._last = monotonic()
-        self._identity = column.given.identity + code_digest((*COMPUTING, "packing", "fluidised"))
-        if path.is_file():
-            self._restore()
 
     def look(self, time: float) -> None:
         """Keep what is due."""
@@ -121,19 +137,6 @@ class _Kept:
         more = {name: np.array(values) for name, values in pictures.items()}
         self._column.save(self.path, more | {"identity": np.array(self._identity)})
         self._last = monotonic()
-
-    def _restore(self) -> None:
-        """Go on from the checkpoint. Raises `InputError` for one that is damaged, or of another column."""
-        try:
-            with np.load(self.path) as saved:
-                if str(saved["identity"]) != self._identity:
-                    allowed = "is a checkpoint of another column, or of other program code; delete it to start anew"
-                    raise InputError("--out", str(self.path), allowed)
-                self._column.restore(saved)
-                pictured = (saved[f"pictured_{name}"] for name in ("times", "places", "temperatures"))
-                self.pictures = list(zip(*pictured, strict=True))
-        except (OSError, ValueError, LookupError, BadZipFile) as error:
-            raise InputError("--out", str(self.path), f"is damaged; delete it to start anew: {error}") from error
 
 
 def _input(options: argparse.Namespace) -> Any:

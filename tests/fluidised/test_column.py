@@ -146,12 +146,12 @@ def test_bad_input_is_refused(settings, message):
 
 
 def test_it_goes_on_from_a_checkpoint_to_the_same_numbers(tmp_path):
-    once, first, second = (column(0.9) for _ in range(3))
+    once, first = column(0.9), column(0.9)
     once.march(0.02)
     first.march(0.01)
     first.save(tmp_path / "checkpoint.npz", {})
     with np.load(tmp_path / "checkpoint.npz") as saved:
-        second.restore(saved)
+        second = Column.restored(first.given, saved)
     second.march(0.02)
     assert second.rows == once.rows and (second.beads.places == once.beads.places).all()
 
@@ -199,7 +199,13 @@ def test_a_stopped_command_goes_on(tmp_path, capsys):
     assert ended.returncode == 130 and "the same command goes on from there" in ended.stderr
     assert [path.name for path in out.iterdir()] == ["checkpoint.npz"]
     assert main([*command(out, 0.02), "--seed", "2"]) == 2
-    assert "a checkpoint of another column" in capsys.readouterr().err
+    assert "checkpoint.npz': is a checkpoint of another column" in capsys.readouterr().err
+    assert main(command(out, 1e-3)) == 2
+    assert "--time = 0.001: must be >= 0.0" in capsys.readouterr().err
+    (tmp_path / "damaged").mkdir()
+    (tmp_path / "damaged" / "checkpoint.npz").write_text("nothing")
+    assert main(command(tmp_path / "damaged", 0.02)) == 2
+    assert "is damaged; delete it" in capsys.readouterr().err
     assert (
         main([*command(out, 0.02), "--animate", "--quiet"])
         == main([*command(whole, 0.02), "--animate", "--quiet"])
