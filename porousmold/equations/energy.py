@@ -15,11 +15,7 @@ enthalpy. Fixing the inlet's nodes instead would heat a conducting wall through 
 heating time with an aluminium skin). The outlet has no diffusive flux. With b the sum of the fluid's and the beads'
 equations keeps b.(lambda_fe grad T_f - lambda_s grad T_s), which is no divergence: `rev_heat` is that amount.
 
-The wall may have layers, each with its own rho_w, C_w, lambda_w (along the layer another one than through it), heat of cure H
-of its degree of cure alpha (`laws.cure`) and source q. As -rho_w H alpha is part of the stored heat, the balance closes with it.
-
-With one temperature T_f = T_s the two equations are summed and the exchange is gone. A thin wall (`ThinWall`) has no
-cells: its storage and its conduction along the surface are terms on the interface.
+With one temperature T_f = T_s the two equations are summed and the exchange is gone. `equations.wall` has the wall's part.
 
 Beads that are not isothermal (`BeadInterior`) have their mean as T_s, and another surface than that takes part in the exchange.
 
@@ -37,7 +33,6 @@ import ufl
 from ..laws.bead_interior import overall_coefficient
 from ..laws.conductivity import Anisotropic, LocalBed, added, wall_coefficient
 from ..laws.functions import Value, scaled
-from ..laws.materials import Solid
 from ..laws.nusselt import prandtl_number, specific_surface
 from .bead_interior import BeadInterior
 from .coordinates import Coordinates
@@ -46,56 +41,7 @@ from .medium import Bed
 from .moving_beads import MovingBeads
 from .openings import Opening, flux_given
 from .stabilisation import Streamline, flux_density
-
-
-@dataclass(frozen=True)
-class OuterWall:
-    """Heat exchange of the outer wall: `heat_flux` into the wall (W/m2) and/or `coefficient` (W/m2/K) to `ambient` (K)."""
-
-    ds: ufl.Measure
-    heat_flux: Any = None
-    coefficient: Any = None
-    ambient: Any = None
-
-    def into_wall(self, temperature: Value) -> Value:
-        """Heat flux into the wall, W/m2."""
-        flux = 0.0
-        if self.heat_flux is not None:
-            flux += self.heat_flux
-        if self.coefficient is not None:
-            flux += self.coefficient * (self.ambient - temperature)
-        return flux
-
-
-@dataclass(frozen=True)
-class ThinWall:
-    """A wall of one temperature through its thickness, on the facets `ds` of the interface.
-
-    `volume` is its volume and `outer_area` its outer surface, per area of the interface (m, 1).
-    """
-
-    ds: ufl.Measure
-    volume: Any
-    outer_area: Any
-
-
-@dataclass(frozen=True)
-class WallLayer:
-    """A layer of the wall: its `solid` over the cell measures `dx` and `nodes` (with quadrature at the nodes), a heat `source`
-    (W/m3) and the `degree` of cure of a material that cures, None without."""
-
-    solid: Solid
-    dx: ufl.Measure
-    nodes: ufl.Measure
-    source: Any = None
-    degree: Any = None
-
-    def stored_heat(self, temperature: Value) -> Value:
-        """Heat per volume, that of the reaction to come included, J/m3."""
-        heat = volumetric_heat(self.solid, temperature)
-        if self.degree is None or self.solid.cure is None:
-            return heat
-        return heat - self.solid.density(temperature) * self.solid.cure.heat * self.degree
+from .wall import Wall, volumetric_heat
 
 
 @dataclass(frozen=True)
@@ -132,8 +78,8 @@ class EnergyEquations:
     """Forms of the energy balance for given flow fields.
 
     `flow` with `flow_state` (velocity, pressure, k, epsilon with units) and `flow_temperature`, the temperature (K) that the
-    flow was solved for; `entrance` is 1 in the cells that touch the inlet, else 0; `layers` are those of the wall outwards, none
-    where the scene has no wall; `inlet` and `outlet` are facet measures, `dx_bed` is a cell measure, `nodes_bed` that with
+    flow was solved for; `entrance` is 1 in the cells that touch the inlet, else 0; `wall` has no layers where the scene has no
+    wall; `inlet` and `outlet` are facet measures, `dx_bed` is a cell measure, `nodes_bed` that with
     quadrature at the nodes; `straight` tells that the flow runs along x[0], so that the cells lie along it; `opening` is the
     flow's inlet; `interface` is where beads touch the wall; `interior` is what the beads have inside, None where they are
     isothermal; `moving_beads` is None where they rest.
@@ -143,14 +89,12 @@ class EnergyEquations:
     flow_state: Any
     flow_temperature: Any
     entrance: Any
-    layers: Sequence[WallLayer]
+    wall: Wall
     inlet_temperature: Any
     inlet: ufl.Measure
     outlet: ufl.Measure
-    outer: OuterWall | None
     dx_bed: ufl.Measure
     nodes_bed: ufl.Measure
-    thin_wall: ThinWall | None = None
     two_temperatures: bool = True
     exchange_factor: Any = 1.0
     straight: bool = True
@@ -283,12 +227,7 @@ class EnergyEquations:
             bead += volumetric_heat(beads, bead_temperature) * self._upwinding(bead_test, transport)
         bead *= 1.0 - self.bed.porosity
         form += weight * bead * self.dx_bed
-        if self.thin_wall is not None:
-            heat = self.layers[0].stored_heat(temperature)
-            return form + weight * self.thin_wall.volume * heat * test * self.thin_wall.ds
-        for layer in self.layers:
-            form += self._in_layer(layer, layer.stored_heat(temperature) * test, transport)
-        return form
+        return form + self.wall.stored_heat(temperature, test, streamline.monotone)
 
     def heating_rate(
         self, temperature: Value, bead_temperature: Value, rates: Sequence[Value], test: Value, bead_test: Value
@@ -298,13 +237,7 @@ class EnergyEquations:
         form = self.coordinates.nodal_weight * self._fluid_storage() * rates[0] * test * self.nodes_bed
         capacity = beads.density(bead_temperature) * beads.heat_capacity(bead_temperature)
         form += weight * (1.0 - self.bed.porosity) * capacity * rates[1] * bead_test * self.dx_bed
-        for layer in self.layers:
-            wall = layer.solid
-            heating = wall.density(temperature) * wall.heat_capacity(temperature) * rates[0] * test
-            if self.thin_wall is not None:
-                return form + weight * self.thin_wall.volume * heating * self.thin_wall.ds
-            form += weight * heating * layer.dx
-        return form
+        return form + self.wall.heating_rate(temperature, rates[0], test)
 
     def transport(self, temperature: Value, monotone: Value) -> Value:
         """`Transport` at a temperature (K), with cells that are to be monotone marked by 1 (`Streamline`)."""
@@ -359,19 +292,7 @@ class EnergyEquations:
         form -= weight * self.enthalpy_entering(temperature) * test * self.inlet
         entering = self._laws.heat_capacity(temperature) * self.inward_mass_flux
         form += weight * streamline.entered(entering, temperature, test) * self.inlet
-        if self.thin_wall is not None:
-            along, test_along = (self._along_the_wall(ufl.grad(f)) for f in (temperature, test))
-            wall = self.layers[0].solid
-            conductivity = (wall.conductivity_in_plane or wall.conductivity)(temperature)
-            form += weight * self.thin_wall.volume * conductivity * ufl.dot(along, test_along) * self.thin_wall.ds
-        else:
-            for layer in self.layers:
-                form += self._in_layer(layer, self._conducted_in(layer.solid, temperature, test), transport)
-                if layer.source is not None:
-                    form -= weight * layer.source * test * layer.dx
-        if self.outer is not None:
-            form -= self._outer_weight * self.outer.into_wall(temperature) * test * self.outer.ds
-        return form
+        return form + self.wall.outflow_of_heat(temperature, test, streamline.monotone)
 
     def _upwinding(self, bead_test: Value, transport: Transport) -> Value:
         """What the beads' test function gains along their motion."""
@@ -408,25 +329,6 @@ class EnergyEquations:
             return None
         return self.interface.in_bed * wall_coefficient(self._local_bed(temperature, temperature))
 
-    def _in_layer(self, layer: WallLayer, integrand: Value, transport: Transport) -> Value:
-        """Integral over a layer of the wall, in monotone cells with quadrature at the nodes."""
-        monotone, weight = transport.streamline.monotone, self.coordinates.weight
-        form = weight * (1.0 - monotone) * integrand * layer.dx
-        return form + weight * monotone * integrand * layer.nodes
-
-    def _conducted_in(self, solid: Solid, temperature: Value, test: Value) -> Value:
-        """Conduction in a layer, W/m3 against the test: through it with one conductivity, along it with another if it has one."""
-        gradient, test_gradient, through = ufl.grad(temperature), ufl.grad(test), solid.conductivity(temperature)
-        if solid.conductivity_in_plane is None:
-            return through * ufl.dot(gradient, test_gradient)
-        along, outwards = solid.conductivity_in_plane(temperature), ufl.grad(self.bed.wall_distance)
-        crossing = ufl.dot(gradient, outwards) * ufl.dot(test_gradient, outwards) / ufl.dot(outwards, outwards)
-        return along * ufl.dot(gradient, test_gradient) + (through - along) * crossing
-
-    def _along_the_wall(self, vector: Value) -> Value:
-        normal = ufl.FacetNormal(self.coordinates.mesh)
-        return vector - ufl.dot(vector, normal) * normal
-
     def enthalpy_entering(self, temperature: Value) -> Value:
         """-(rho phi u.n)(h(T_in) - h(T)): heat that the inflow brings beyond what it finds, W/m2 of inlet."""
         enthalpy = self._laws.heat_capacity.integral
@@ -441,18 +343,10 @@ class EnergyEquations:
     def heat_kept(self, temperature: Value, bead_temperature: Value, initial: Value) -> dict[str, Value]:
         """Forms (scalar, J) of the heat that "beads" and "wall" have gained since the `initial` temperature, and of what was set
         free by "cure"."""
-        weight, beads = self.coordinates.weight, self.bed.beads
+        beads = self.bed.beads
         gained = volumetric_heat(beads, bead_temperature) - volumetric_heat(beads, initial)
-        kept = {"beads": [weight * (1.0 - self.bed.porosity) * gained * self.dx_bed], "wall": [], "cure": []}
-        for layer in self.layers:
-            gained = weight * (volumetric_heat(layer.solid, temperature) - volumetric_heat(layer.solid, initial))
-            thin = self.thin_wall
-            kept["wall"].append(gained * layer.dx if thin is None else gained * thin.volume * thin.ds)
-            if layer.degree is not None and layer.solid.cure is not None:
-                cure = layer.solid.cure
-                released = layer.solid.density(temperature) * cure.heat * (layer.degree - cure.initial)
-                kept["cure"].append(weight * released * layer.dx)
-        return {name: sum(forms) for name, forms in kept.items() if forms}
+        of_beads = self.coordinates.weight * (1.0 - self.bed.porosity) * gained * self.dx_bed
+        return {"beads": of_beads} | self.wall.heat_kept(temperature, initial)
 
     def enthalpy_leaving(self, temperature: Value) -> Value:
         """Form (scalar, W) of the enthalpy that leaves through the outlet."""
@@ -462,22 +356,6 @@ class EnergyEquations:
     def mass_leaving(self) -> Value:
         """Form (scalar, kg/s) of the mass that leaves through the outlet."""
         return self.coordinates.weight * self.outward_mass_flux * self.outlet
-
-    def heat_through_outer_wall(self, temperature: Value) -> Value:
-        """Form (scalar, W) of the heat that enters through the outer wall; None where it is insulated."""
-        if self.outer is None:
-            return None
-        return self._outer_weight * self.outer.into_wall(temperature) * self.outer.ds
-
-    def heat_by_sources(self) -> Value:
-        """Form (scalar, W) of what the sources in the wall's layers give; None without them."""
-        given = [self.coordinates.weight * layer.source * layer.dx for layer in self.layers if layer.source is not None]
-        return sum(given) if given else None
-
-    @property
-    def _outer_weight(self) -> Value:
-        area = 1.0 if self.thin_wall is None else self.thin_wall.outer_area
-        return self.coordinates.weight * area
 
     def rev_heat(self, temperature: Value, bead_temperature: Value) -> Value:
         """Form (scalar, W) of the heat that the REV terms create; None without them.
@@ -502,8 +380,3 @@ class EnergyEquations:
         fluid = flux_density(self.fluid_conduction(temperature) / phi, ufl.grad(temperature))
         conductivity = scaled(self.bed.beads.conductivity(bead_temperature), self.bed.bead_conduction.factor)
         return ufl.dot(b, fluid), conductivity * ufl.dot(b, ufl.grad(bead_temperature))
-
-
-def volumetric_heat(solid: Solid, temperature: Value) -> Value:
-    """Enthalpy per volume rho int C dT of a solid, J/m3."""
-    return solid.density(temperature) * solid.heat_capacity.integral(temperature)

@@ -17,11 +17,12 @@ from dolfinx import fem
 from ..equations.bead_interior import BeadInterior
 from ..equations.coordinates import Coordinates
 from ..equations.developed import CarriedByStreamfunction
-from ..equations.energy import EnergyEquations, Interface, ThinWall, WallLayer
+from ..equations.energy import EnergyEquations, Interface
 from ..equations.flow import FlowEquations, FlowScales
 from ..equations.medium import Bed, FluidState, rev_vector
 from ..equations.moving_beads import MovingBeads
 from ..equations.openings import Opening
+from ..equations.wall import ThinWall, Wall, WallLayer
 from ..errors import InputError
 from ..laws import bead_interior
 from ..laws.functions import Value
@@ -221,14 +222,12 @@ def _energy_equations(specs: Specs, medium: Medium, flow: Flow) -> EnergyEquatio
         flow_state=flow.state,
         flow_temperature=medium.flow_temperature,
         entrance=domain.entrance(),
-        layers=_wall_layers(specs, medium),
+        wall=_wall(specs, medium, ds),
         inlet_temperature=medium.boundary.inlet_temperature,
         inlet=ds(geometry.INLET),
         outlet=ds(geometry.OUTLET),
-        outer=medium.boundary.outer_wall(ds(geometry.OUTER if domain.has_outer_wall else geometry.INTERFACE)),
         dx_bed=dx(geometry.BED),
         nodes_bed=domain.nodal_measure()(geometry.BED),
-        thin_wall=_thin_wall(specs, medium, ds(geometry.INTERFACE)),
         two_temperatures=heat.two_temperatures,
         exchange_factor=domain.constant(heat.exchange_factor),
         straight=domain.straight,
@@ -247,6 +246,17 @@ def _moving_beads(specs: Specs, medium: Medium, ds: Any) -> MovingBeads | None:
     entering, leaving = ends if heat.bead_velocity > 0.0 else reversed(ends)
     temperature = medium.boundary.following(heat.bead_inlet_temperature)
     return MovingBeads(bed.bead_velocity, math.copysign(1.0, heat.bead_velocity), temperature, entering, leaving)
+
+
+def _wall(specs: Specs, medium: Medium, ds: Any) -> Wall:
+    outside = geometry.OUTER if medium.domain.has_outer_wall else geometry.INTERFACE
+    return Wall(
+        medium.equations.coordinates,
+        medium.equations.bed.wall_distance,
+        _wall_layers(specs, medium),
+        medium.boundary.outer_wall(ds(outside)),
+        _thin_wall(specs, medium, ds(geometry.INTERFACE)),
+    )
 
 
 def _wall_layers(specs: Specs, medium: Medium) -> list[WallLayer]:

@@ -6,7 +6,7 @@ from itertools import pairwise
 import ufl
 from dolfinx import fem
 
-from ..equations.energy import OuterWall
+from ..equations.wall import OuterWall
 from ..laws.functions import Value
 from ..mesh.aliases import Constant
 from ..mesh.domain import Domain

@@ -95,7 +95,7 @@ class TransientHeat:
             self.bead_modes = BeadModes(domain, equations, parts, property_temperature)
         self.curing = [
             Curing(domain, tag, layer.solid.cure, layer.degree, parts[0])
-            for tag, layer in zip(domain.wall_tags, equations.layers, strict=False)
+            for tag, layer in zip(domain.wall_tags, equations.wall.layers, strict=False)
             if layer.solid.cure is not None and layer.degree is not None
         ]
         self.supply: Supply | None = None
@@ -119,8 +119,8 @@ class TransientHeat:
         self._stored_start, self._stored_now = (fenicsx.petsc_vector(self.unknown).duplicate() for _ in range(2))
         self.scalars = {
             "by_fluid": equations.heat_input(parts[0]),
-            "through_outer_wall": equations.heat_through_outer_wall(parts[0]),
-            "by_sources": equations.heat_by_sources(),
+            "through_outer_wall": equations.wall.heat_through_outer_wall(parts[0]),
+            "by_sources": equations.wall.heat_by_sources(),
             "by_rev_terms": equations.rev_heat(*parts),
             "by_beads": equations.heat_by_beads(parts[1]),
         }

@@ -9,9 +9,10 @@ from dolfinx import fem
 from mpi4py import MPI
 
 from porousmold.equations.bead_interior import BeadInterior
-from porousmold.equations.energy import EnergyEquations, Interface, OuterWall, WallLayer
+from porousmold.equations.energy import EnergyEquations, Interface
 from porousmold.equations.flow import FlowState
 from porousmold.equations.stabilisation import flux_density
+from porousmold.equations.wall import OuterWall, Wall, WallLayer
 from porousmold.laws.bead_interior import eigenvalues
 from porousmold.laws.conductivity import (
     BEAD_CONDUCTION_LAWS,
@@ -45,16 +46,16 @@ DEGREE = 4
 def energy_equations(domain, flow, state, *, wall=None, inlet_temperature=1.0, outer=None):
     """Energy equations over a domain for given flow fields."""
     dx, ds = domain.cell_measure(DEGREE), domain.facet_measure(DEGREE)
+    layers = [] if wall is None else [WallLayer(wall, dx(geometry.WALL), domain.nodal_measure()(geometry.WALL))]
     return EnergyEquations(
         flow,
         state,
         fem.Constant(domain.mesh, 300.0),
         domain.entrance(),
-        [] if wall is None else [WallLayer(wall, dx(geometry.WALL), domain.nodal_measure()(geometry.WALL))],
+        Wall(flow.coordinates, flow.bed.wall_distance, layers, outer),
         fem.Constant(domain.mesh, float(inlet_temperature)),
         ds(geometry.INLET),
         ds(geometry.OUTLET),
-        outer,
         dx(geometry.BED),
         domain.nodal_measure()(geometry.BED),
         interface=Interface(domain.interface_measure(DEGREE), domain.in_bed()),
@@ -246,9 +247,8 @@ def test_the_bed_at_rest_takes_the_walls_temperature():
         equations = bed_at_rest(domain, law)
         ds = domain.facet_measure(DEGREE)
         number = [fem.Constant(domain.mesh, value) for value in (1e6, 400.0)]
-        equations = replace(
-            equations, outer=OuterWall(ds(geometry.INTERFACE), coefficient=number[0], ambient=number[1])
-        )
+        outer = OuterWall(ds(geometry.INTERFACE), coefficient=number[0], ambient=number[1])
+        equations = replace(equations, wall=replace(equations.wall, outer=outer))
         unknown, _ = steady(domain, equations, exact=(300.0, 300.0), held_boundaries=(geometry.SYMMETRY,))
         height, *temperatures = nodal_parts(unknown)
         linear = 300.0 + 100.0 * height

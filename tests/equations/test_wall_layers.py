@@ -10,8 +10,9 @@ from mpi4py import MPI
 from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
 
-from porousmold.equations.energy import EnergyEquations, Interface, OuterWall, WallLayer
+from porousmold.equations.energy import EnergyEquations, Interface
 from porousmold.equations.flow import FlowState
+from porousmold.equations.wall import OuterWall, Wall, WallLayer
 from porousmold.laws.cure import Cure
 from porousmold.mesh import domain as geometry
 from porousmold.mesh import fenicsx
@@ -45,20 +46,24 @@ def wall_alone(layers, *, coefficient=None, ambient=400.0, axisymmetric=False, l
         FlowState(ufl.as_vector([zero, zero]), zero),
         fem.Constant(domain.mesh, 300.0),
         domain.entrance(),
-        [
-            WallLayer(
-                material,
-                dx(tag),
-                at_nodes(tag),
-                None if source is None else fem.Constant(domain.mesh, source),
-                None if material.cure is None else fem.Function(space),
-            )
-            for tag, (material, _, _, source) in zip(domain.wall_tags, layers, strict=True)
-        ],
+        Wall(
+            flow.coordinates,
+            flow.bed.wall_distance,
+            [
+                WallLayer(
+                    material,
+                    dx(tag),
+                    at_nodes(tag),
+                    None if source is None else fem.Constant(domain.mesh, source),
+                    None if material.cure is None else fem.Function(space),
+                )
+                for tag, (material, _, _, source) in zip(domain.wall_tags, layers, strict=True)
+            ],
+            outer,
+        ),
         fem.Constant(domain.mesh, 300.0),
         ds(geometry.INLET),
         ds(geometry.OUTLET),
-        outer,
         dx(geometry.BED),
         at_nodes(geometry.BED),
         interface=Interface(domain.interface_measure(DEGREE), domain.in_bed()),
@@ -149,11 +154,11 @@ def test_a_layer_conducts_along_itself_otherwise_than_through_it():
     sheet = replace(solid(conductivity=through), conductivity_in_plane=along)
     length, film = 2.0, 3.0
     heat, across = wall_alone([(sheet, thickness, 20, None)], coefficient=film, length=length, along=40)
-    ambient = heat.equations.outer.ambient
+    ambient = heat.equations.wall.outer.ambient
     place = ufl.SpatialCoordinate(heat.domain.mesh)[0]
     wave = np.pi / length
-    outer = replace(heat.equations.outer, ambient=ambient + 100.0 * ufl.cos(wave * place))
-    equations = replace(heat.equations, outer=outer)
+    outer = replace(heat.equations.wall.outer, ambient=ambient + 100.0 * ufl.cos(wave * place))
+    equations = replace(heat.equations, wall=replace(heat.equations.wall, outer=outer))
     heat = TransientHeat(heat.domain, equations, 400.0, lambda time: None, equations.flow_temperature, DEGREE)
     march(heat, 1e5, 10)
     decay = wave * np.sqrt(along / through)
