@@ -68,8 +68,8 @@ def _fluidise(options: argparse.Namespace) -> str:
     output_folder(out)
     signals, bar = StopSignals(), Bar(quiet=options.quiet)
     bar.phase("beads come to rest")
-    path, identity = out / "checkpoint.npz", given.identity + code_digest((*COMPUTING, "packing", "fluidised"))
-    saved = _checkpoint(path, identity, end) if path.is_file() else None
+    path, identity = out / "checkpoint.npz", f"{given} {code_digest((*COMPUTING, 'packing', 'fluidised'))}"
+    saved = _checkpoint(path, identity, end, given.time_step) if path.is_file() else None
     column = Column(given) if saved is None else Column.restored(given, saved)
     kept = _Kept(column, path, identity, end / FRAMES if options.animate else math.inf, saved)
 
@@ -97,8 +97,9 @@ def _fluidise(options: argparse.Namespace) -> str:
     return "" if options.quiet else text
 
 
-def _checkpoint(path: Path, identity: str, end: float) -> dict[str, Any]:
-    """What is saved there. Raises `InputError` for a file that is damaged, of another column, or beyond the `end` (s)."""
+def _checkpoint(path: Path, identity: str, end: float, time_step: float) -> dict[str, Any]:
+    """What is saved there. Raises `InputError` for a file that is damaged, of another column, or after the `end` (s). Steps of
+    `time_step` (s) do not meet the end: the last one may pass it by half a step."""
     try:
         with np.load(path) as file:
             saved = {name: file[name] for name in file.files}
@@ -108,7 +109,7 @@ def _checkpoint(path: Path, identity: str, end: float) -> dict[str, Any]:
     if is_another:
         allowed = "is a checkpoint of another column, or of other program code; delete it to start anew"
         raise InputError("--out", str(path), allowed)
-    if time > end:
+    if time >= end + 0.5 * time_step:
         raise InputError("--time", end, f"must be >= {time:.6g} s, the time of the checkpoint", str(path))
     return saved
 

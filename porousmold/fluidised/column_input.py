@@ -1,8 +1,7 @@
 """What `fluidised.column` is given."""
 
-import hashlib
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 from ..errors import InputError
 from ..laws.fluidisation import GRAVITY, archimedes_number
@@ -58,8 +57,3 @@ class ColumnInput:
     def time_step(self) -> float:
         """Of the gas, s."""
         return self.relative_step * math.sqrt(self.bead_diameter / GRAVITY)
-
-    @property
-    def identity(self) -> str:
-        """A short name of these values."""
-        return hashlib.sha256(repr(sorted(asdict(self).items())).encode()).hexdigest()[:16]
