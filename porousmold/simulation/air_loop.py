@@ -5,6 +5,7 @@ The inlet temperature follows the outlet's at every iteration of a stage, so tha
 exhaust loses balance to the tolerance of the stages. The operating point is found by a secant, one flow after the other.
 """
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -58,6 +59,11 @@ class AirLoop:
         """Take set-point and returned part of a time (s)."""
         self._set_point = self._boundary.set_point(time)
         self._returned = self.spec.returned(time)
+
+    @property
+    def depends_on_temperature(self) -> bool:
+        """Whether the inlet's temperature depends on the outlet's, or on what the heater can give."""
+        return math.isfinite(self.spec.supply.heater_power) or self.spec.returned.range[1] > 0.0
 
     def begin_step(self, step: float, gamma: float) -> None:
         """Take the mass flow of the step."""

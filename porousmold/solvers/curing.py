@@ -17,6 +17,8 @@ class Curing:
     """`degree` (a function) in a layer of `domain` whose cells have a tag; no unknown, as a stage gives it from its
     `temperature`, an expression of the unknowns."""
 
+    depends_on_temperature = True
+
     def __init__(self, domain: Domain, tag: int, cure: Cure, degree: fem.Function, temperature: Value) -> None:
         self.cure, self.degree = cure, degree
         self._communicator = domain.communicator

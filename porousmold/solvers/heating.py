@@ -43,8 +43,10 @@ BACKWARD_EULER_ERROR = 10.0
 """Weight of the estimated error where the backward Euler method takes the whole of a step."""
 FULL_CURE_ERROR = 200.0
 """Error (K) that counts as much as one of 1 in a degree of cure: about what full cure heats a laminate by."""
-STAGE_ERROR = 1e-9
-"""Relative error at which a stage counts as solved: 3e-7 K."""
+STAGE_ERROR = 3e-7
+"""Relative error at which a stage counts as solved, if not given otherwise: 1e-4 K."""
+ALTERNATING_STAGE_ERROR = 1e-9
+"""The same where a `StageUpdate` depends on the temperatures."""
 MOST_REPETITIONS = 12
 MOST_ITERATIONS = 20
 """Of a stage, with one Jacobian."""
@@ -62,7 +64,7 @@ class TransientHeat:
     """The temperatures over a domain. `equations` are its `EnergyEquations`.
 
     `unknown` holds T (fluid and wall) and T_s (beads, held where there are none), or with one temperature T alone;
-    `monotone_steps` counts for how many more steps a cell is monotone;
+    `monotone_steps` counts for how many more steps a cell is monotone; a stage is solved to the relative `stage_error`;
     `set_time(t)` is called before each stage to update the boundary values; `supply` gives the inlet's temperature where that
     follows the outlet's.
     """
@@ -75,8 +77,10 @@ class TransientHeat:
         set_time: Callable[[float], None],
         property_temperature: fem.Function,
         quadrature_degree: int,
+        stage_error: float = STAGE_ERROR,
     ) -> None:
         self.domain, self.equations, self._set_time = domain, equations, set_time
+        self._stage_error = stage_error
         two = equations.two_temperatures
         element = fenicsx.lagrange_element(domain.mesh, 1)
         self.space = (
@@ -129,6 +133,7 @@ class TransientHeat:
         self.observe: Observer = silent
         self.newton_iterations = 0
         self.repetitions = 0
+        self._contraction = Contraction()
         tables = (
             [fenicsx.dof_table(self.space.sub(part)) for part in (0, 1)] if two else [fenicsx.dof_table(self.space)]
         )
@@ -202,6 +207,7 @@ class TransientHeat:
             "balance": vars(self.balance),
             "newton_iterations": self.newton_iterations,
             "repetitions": self.repetitions,
+            "contraction": self._contraction.ratio,
         }
         return Saved(numbers, saved_functions([*self.functions, *self.memory], "heat"))
 
@@ -209,6 +215,7 @@ class TransientHeat:
         """Go on from what `save()` gave."""
         self.balance = HeatBalance(**numbers["balance"])
         self.newton_iterations, self.repetitions = numbers["newton_iterations"], numbers["repetitions"]
+        self._contraction.ratio = numbers["contraction"]
         restore_functions([*self.functions, *self.memory], "heat", array_of)
 
     @property
@@ -326,11 +333,14 @@ class TransientHeat:
             )
 
     def _iterate_stage(self) -> bool:
+        # what depends on the temperatures is updated by turns with them: that contracts otherwise than Newton's method
+        alternating = any(part.depends_on_temperature for part in self._stage_updates)
+        tolerance = ALTERNATING_STAGE_ERROR if alternating else self._stage_error
         return modified_newton(
             self._iterate,
             most=MOST_ITERATIONS,
-            converged=lambda error: error < STAGE_ERROR,
-            contraction=Contraction(),
+            converged=lambda error: error < tolerance,
+            contraction=Contraction() if alternating else self._contraction,
         )
 
     def _iterate(self) -> float:

@@ -51,6 +51,10 @@ class Stateful(Protocol):
 class StageUpdate(Protocol):
     """A quantity that is updated with the temperature in each stage of a time step, without being an unknown."""
 
+    @property
+    def depends_on_temperature(self) -> bool:
+        """Whether it depends on the present temperatures, not on time alone."""
+
     def begin_step(self, step: float, gamma: float) -> None:
         """Start a step (s) whose stages all have theta = `gamma` times it."""
 

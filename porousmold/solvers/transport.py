@@ -26,38 +26,25 @@ class FrozenTransport:
     def __init__(
         self, domain: Domain, equations: EnergyEquations, temperature: fem.Function, quadrature_degree: int
     ) -> None:
-        cells = fenicsx.cell_constant_space(domain.mesh)
-        self.monotone = fem.Function(cells)
-        self._cells: list[tuple[fem.Function, Any]] = []
-        self._points: list[fenicsx.PointValues] = []
-
-        def of_cell(expression: Any) -> fem.Function:
-            space = (
-                fenicsx.cell_constant_space(domain.mesh, domain.mesh.geometry.dim) if expression.ufl_shape else cells
-            )
-            self._cells.append((fem.Function(space), fenicsx.compiled_expression(expression, space)))
-            return self._cells[-1][0]
-
-        def at_points(expression: Any) -> Any:
-            self._points.append(fenicsx.PointValues(domain.mesh, expression, quadrature_degree))
-            return self._points[-1].value
-
+        self.monotone = fem.Function(fenicsx.cell_constant_space(domain.mesh))
+        points, cells = fenicsx.PointValues(domain.mesh, quadrature_degree), fenicsx.PointValues(domain.mesh)
         transport = equations.transport(temperature, self.monotone)
         self.frozen = Transport(
-            at_points(transport.mass_flux),
-            at_points(transport.conduction),
-            at_points(transport.bead_conduction),
-            None if transport.exchange is None else at_points(transport.exchange),
-            None if transport.touching is None else of_cell(transport.touching),
-            transport.streamline.held(of_cell, at_points),
+            points.add(transport.mass_flux),
+            points.add(transport.conduction),
+            points.add(transport.bead_conduction),
+            None if transport.exchange is None else points.add(transport.exchange),
+            None if transport.touching is None else cells.add(transport.touching),
+            transport.streamline.held(cells.add, points.add),
         )
+        self._values = points, cells
+        for values in self._values:
+            values.compile()
 
     def renew(self) -> None:
         """Take the values of the present flow and temperature."""
-        for function, expression in self._cells:
-            function.interpolate(expression)
-        for point in self._points:
-            point.renew()
+        for values in self._values:
+            values.renew()
 
 
 class MonotoneCells:

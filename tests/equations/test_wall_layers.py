@@ -68,7 +68,7 @@ def wall_alone(layers, *, coefficient=None, ambient=400.0, axisymmetric=False, l
         at_nodes(geometry.BED),
         interface=Interface(domain.interface_measure(DEGREE), domain.in_bed()),
     )
-    return TransientHeat(domain, equations, 300.0, lambda time: None, equations.flow_temperature, DEGREE), across
+    return TransientHeat(domain, equations, 300.0, lambda time: None, equations.flow_temperature, DEGREE, 1e-9), across
 
 
 def through_wall(heat, across):
