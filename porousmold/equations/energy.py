@@ -30,11 +30,10 @@ from typing import Any
 
 import ufl
 
-from ..laws.bead_interior import overall_coefficient
-from ..laws.conductivity import Anisotropic, LocalBed, added, wall_coefficient
+from ..laws.conductivity import wall_coefficient
 from ..laws.functions import Value, scaled
-from ..laws.nusselt import prandtl_number, specific_surface
 from .bead_interior import BeadInterior
+from .bed_heat_transfer import BedHeatTransfer
 from .coordinates import Coordinates
 from .flow import FlowEquations
 from .medium import Bed
@@ -116,8 +115,13 @@ class EnergyEquations:
         return self.flow.fluid.fluid
 
     @property
+    def transfer(self) -> BedHeatTransfer:
+        """Conduction in fluid and beads, and exchange between them."""
+        return BedHeatTransfer(self.flow, self.flow_state, self.flow_temperature, self.exchange_factor, self.interior)
+
+    @property
     def _density(self) -> Value:
-        return self.flow.fluid.density(self.flow_state.pressure, self.flow_temperature)
+        return self.transfer.density
 
     @property
     def outward_mass_flux(self) -> Value:
@@ -133,82 +137,6 @@ class EnergyEquations:
 
     def _fluid_storage(self) -> Value:
         return self.bed.porosity * self._density * self._laws.heat_capacity(self.flow_temperature)
-
-    @property
-    def _speed_past_the_beads(self) -> Value:
-        """|u - v_s|, m/s."""
-        return self.flow.past_the_beads(self.flow_state).speed(self.flow.scales)
-
-    def bead_coefficient(self, temperature: Value) -> Value:
-        """Heat transfer coefficient between fluid and bead, its inside included, per bead surface, W/m2/K."""
-        bed, laws = self.bed, self._laws
-        conductivity, viscosity = laws.conductivity(temperature), laws.viscosity(temperature)
-        speed = self._speed_past_the_beads
-        nusselt = bed.nusselt(
-            bed.reynolds_number(self._density, speed, viscosity),
-            prandtl_number(viscosity, laws.heat_capacity(temperature), conductivity),
-            bed.porosity,
-        )
-        film = self.exchange_factor * nusselt * conductivity / bed.bead_diameter
-        return film if self.interior is None else overall_coefficient(film, self.interior.resistance(temperature))
-
-    def exchange_coefficient(self, temperature: Value) -> Value:
-        """a_v h_sf per total volume, the beads' inside included, W/m3/K."""
-        surface = specific_surface(self.bed.porosity, self.bed.bead_diameter)
-        return surface * self.bead_coefficient(temperature)
-
-    def bead_heat_flux(self, temperature: Value, bead_temperature: Value, property_temperature: Value) -> Value:
-        """Heat flux into the beads' surface, W/m2."""
-        return self.bead_coefficient(property_temperature) * self._excess(temperature, bead_temperature)
-
-    def _excess(self, temperature: Value, bead_temperature: Value) -> Value:
-        """What drives heat into the beads, K."""
-        difference = temperature - bead_temperature
-        return difference if self.interior is None else difference - self.interior.lag
-
-    def _local_bed(self, temperature: Value, bead_temperature: Value) -> LocalBed:
-        """Arguments of a conductivity law, with properties at these temperatures (K)."""
-        bed, laws, speed = self.bed, self._laws, self._speed_past_the_beads
-        turbulence = self.flow.turbulence_state(
-            self.flow_state, self._density, self._laws.viscosity(self.flow_temperature)
-        )
-        return LocalBed(
-            porosity=bed.porosity,
-            wall_distance=bed.wall_distance,
-            bead_diameter=bed.bead_diameter,
-            density=self._density,
-            viscosity=laws.viscosity(temperature),
-            heat_capacity=laws.heat_capacity(temperature),
-            speed=speed,
-            eddy_viscosity=0.0 if turbulence is None else turbulence.eddy_viscosity,
-            fluid_conductivity=laws.conductivity(temperature),
-            bead_conductivity=bed.beads.conductivity(bead_temperature),
-            bulk_porosity=bed.bulk_porosity,
-            core_speed=self.flow.core_speed(self.flow_state, self.flow_temperature),
-            temperature=bead_temperature,
-            emissivity=bed.emissivity,
-            contact_flattening=bed.beads.contact_flattening,
-            bead_heat_capacity=bed.beads.density(bead_temperature) * bed.beads.heat_capacity(bead_temperature),
-        )
-
-    def fluid_conduction(self, temperature: Value) -> Value:
-        """Conductivity of the fluid per total volume, W/m/K: a number or a tensor."""
-        local = self._local_bed(temperature, temperature)
-        return self._tensor(added(self.bed.bead_conduction.fluid(local), self.bed.dispersion.mixed(local)))
-
-    def bead_conduction(self, bead_temperature: Value) -> Value:
-        """Conductivity of the beads per total volume, W/m/K: a number or a tensor."""
-        return self._tensor(self.bed.bead_conduction.beads(self._local_bed(bead_temperature, bead_temperature)))
-
-    def _tensor(self, conductivity: Value) -> Value:
-        """A law's conductivity as a number, or where it is `Anisotropic` as the tensor with its axis along the flow."""
-        if not isinstance(conductivity, Anisotropic):
-            return conductivity
-        velocity = self.flow_state.velocity
-        squared = ufl.dot(velocity, velocity) + (1e-5 * self.flow.scales.speed) ** 2
-        along = ufl.outer(velocity, velocity) / squared
-        identity = ufl.Identity(self.coordinates.mesh.geometry.dim)
-        return conductivity.across * identity + (conductivity.along - conductivity.across) * along
 
     def stored_heat(
         self, temperature: Value, bead_temperature: Value, test: Value, bead_test: Value, transport: Transport
@@ -242,13 +170,14 @@ class EnergyEquations:
     def transport(self, temperature: Value, monotone: Value) -> Value:
         """`Transport` at a temperature (K), with cells that are to be monotone marked by 1 (`Streamline`)."""
         capacity = self._laws.heat_capacity(temperature)
-        exchange = self.exchange_coefficient(temperature) if self.two_temperatures else None
-        conduction = self.fluid_conduction(temperature)
+        transfer = self.transfer
+        exchange = transfer.exchange_coefficient(temperature) if self.two_temperatures else None
+        conduction = transfer.fluid_conduction(temperature)
         mass_flux = self.flow.mass_flux(self.flow_state, self.flow_temperature)
         return Transport(
             mass_flux,
             conduction,
-            self.bead_conduction(temperature),
+            transfer.bead_conduction(temperature),
             exchange,
             self._touching(temperature),
             Streamline.of(
@@ -273,7 +202,7 @@ class EnergyEquations:
         fluid += streamline.conducted(transport.conduction, temperature, test)
         bead = ufl.dot(flux_density(transport.bead_conduction, ufl.grad(bead_temperature)), ufl.grad(bead_test))
         if self.two_temperatures:
-            difference = self._excess(temperature, bead_temperature)
+            difference = self.transfer.excess(temperature, bead_temperature)
             fluid += streamline.exchanged_downstream(transport.exchange, difference, test)
             bead -= streamline.exchanged(transport.exchange, difference, bead_test)
             for w, (f, v, u) in streamline.changes_across(difference, test, bead_test):
@@ -311,7 +240,7 @@ class EnergyEquations:
         heat = volumetric_heat(beads, bead_temperature)
         form = moving.outflow(heat, capacity, bead_temperature, bead_test, upwinding, solid_weight, self.dx_bed)
         form -= moving.inflow(volumetric_heat(beads, moving.inlet_temperature), bead_test, solid_weight)
-        exchanged = transport.exchange * self._excess(temperature, bead_temperature) * upwinding
+        exchanged = transport.exchange * self.transfer.excess(temperature, bead_temperature) * upwinding
         return form - weight * exchanged * self.dx_bed
 
     def heat_by_beads(self, bead_temperature: Value) -> Value:
@@ -327,7 +256,7 @@ class EnergyEquations:
         """Coefficient between beads and the wall, W/m2/K; None where beads are insulated or have the fluid's temperature."""
         if self.interface is None or not (self.bed.bead_conduction.whole_bed and self.two_temperatures):
             return None
-        return self.interface.in_bed * wall_coefficient(self._local_bed(temperature, temperature))
+        return self.interface.in_bed * wall_coefficient(self.transfer.local_bed(temperature, temperature))
 
     def enthalpy_entering(self, temperature: Value) -> Value:
         """-(rho phi u.n)(h(T_in) - h(T)): heat that the inflow brings beyond what it finds, W/m2 of inlet."""
@@ -375,8 +304,8 @@ class EnergyEquations:
         """b.(lambda_fe grad T_f) and b.(lambda_s grad T_s), W/m3, with the conductivities of the phases' own volumes."""
         b, phi = self.bed.rev_vector, self.bed.porosity
         if self.bed.bead_conduction.whole_bed:
-            mixed = self._tensor(self.bed.dispersion.mixed(self._local_bed(temperature, temperature)))
+            mixed = self.transfer.dispersion(temperature)
             return ufl.dot(b, flux_density(mixed / phi, ufl.grad(temperature))), 0.0 * bead_temperature
-        fluid = flux_density(self.fluid_conduction(temperature) / phi, ufl.grad(temperature))
+        fluid = flux_density(self.transfer.fluid_conduction(temperature) / phi, ufl.grad(temperature))
         conductivity = scaled(self.bed.beads.conductivity(bead_temperature), self.bed.bead_conduction.factor)
         return ufl.dot(b, fluid), conductivity * ufl.dot(b, ufl.grad(bead_temperature))

@@ -32,7 +32,7 @@ class BeadModes:
         self._flux, self._ratio, self._unit_resistance = (
             (fem.Function(space), fenicsx.compiled_expression(expression, space))
             for expression in (
-                equations.bead_heat_flux(*parts, property_temperature),
+                equations.transfer.bead_heat_flux(*parts, property_temperature),
                 interior.step_ratio(property_temperature),
                 interior.unit_resistance(property_temperature),
             )

@@ -126,11 +126,11 @@ def manufactured_errors(cells, axisymmetric, jump, laws=None, dimension=2):
         flow = replace(flow, bed=replace(flow.bed, **laws))
     equations = energy_equations(domain, flow, state)
     if laws is not None:
-        of_fluid, of_beads = equations.fluid_conduction(300.0), equations.bead_conduction(300.0)
+        of_fluid, of_beads = equations.transfer.fluid_conduction(300.0), equations.transfer.bead_conduction(300.0)
     fluid_temperature = 2.0 + ufl.sin(np.pi * z) * across
     bead_temperature = 2.0 + ufl.cos(np.pi * z) * across
     coordinates = equations.coordinates
-    transfer = equations.exchange_coefficient(fluid_temperature) * (fluid_temperature - bead_temperature)
+    transfer = equations.transfer.exchange_coefficient(fluid_temperature) * (fluid_temperature - bead_temperature)
     sources = (
         ufl.dot(flow.mass_flux(state, 300.0), ufl.grad(fluid_temperature))
         - divergence_of_vector(flux_density(of_fluid, ufl.grad(fluid_temperature)), coordinates)
@@ -270,7 +270,7 @@ def test_a_resolved_wall_passes_its_heat_to_the_whole_bed(axisymmetric):
     here = np.isclose(height, 1.0)
     assert beads[here] == pytest.approx(temperature[here], abs=0.1)
     if not axisymmetric:
-        fluid, bead_part = equations.fluid_conduction(300.0), equations.bead_conduction(300.0)
+        fluid, bead_part = equations.transfer.fluid_conduction(300.0), equations.transfer.bead_conduction(300.0)
         total = fem.assemble_scalar(fenicsx.compiled_form((fluid + bead_part) * domain.cell_measure(2)(geometry.BED)))
         flux = 100.0 / (1.0 / total + 0.25 / 2.0 + 1.0 / 3.0)
         assert temperature[here] == pytest.approx(300.0 + flux / total, abs=0.01)
@@ -317,7 +317,7 @@ def front_through_beads(modes=None, biot=None, *, cells=80, bead_diameter=0.02, 
     state = FlowState(ufl.as_vector([speed + zero, zero]), zero)
     equations = energy_equations(domain, flow, state, inlet_temperature=301.0)
     exchange = fem.assemble_scalar(
-        fenicsx.compiled_form(equations.exchange_coefficient(300.0) * domain.cell_measure(2)(geometry.BED))
+        fenicsx.compiled_form(equations.transfer.exchange_coefficient(300.0) * domain.cell_measure(2)(geometry.BED))
     )
     if modes is not None:
         film = exchange * bead_diameter / (6.0 * (1.0 - phi))
