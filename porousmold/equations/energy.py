@@ -152,7 +152,9 @@ class EnergyEquations:
         for w, (f, v) in streamline.changes_across(bead_temperature, bead_test):
             bead += w * lumped(capacity * f, capacity * ufl.grad(f), v)
         if self.moving_beads is not None:
-            bead += volumetric_heat(beads, bead_temperature) * self._upwinding(bead_test, transport)
+            bead += volumetric_heat(beads, bead_temperature) * self.moving_beads.upwinding(
+                transport.exchange, bead_test
+            )
         bead *= 1.0 - self.bed.porosity
         form += weight * bead * self.dx_bed
         return form + self.wall.stored_heat(temperature, test, streamline.monotone)
@@ -217,40 +219,12 @@ class EnergyEquations:
             crossing = weight * (temperature - bead_temperature) * (test - bead_test)
             form += self.interface.integral(transport.touching, crossing)
         if self.moving_beads is not None:
-            form += self._carried_by_beads(self.moving_beads, temperature, bead_temperature, bead_test, transport)
+            excess = self.transfer.excess(temperature, bead_temperature)
+            form += self.moving_beads.outflow_of_heat(bead_temperature, bead_test, transport.exchange, excess)
         form -= weight * self.enthalpy_entering(temperature) * test * self.inlet
         entering = self._laws.heat_capacity(temperature) * self.inward_mass_flux
         form += weight * streamline.entered(entering, temperature, test) * self.inlet
         return form + self.wall.outflow_of_heat(temperature, test, streamline.monotone)
-
-    def _upwinding(self, bead_test: Value, transport: Transport) -> Value:
-        """What the beads' test function gains along their motion."""
-        assert self.moving_beads is not None
-        solid_part = 1.0 - self.bed.porosity
-        return self.moving_beads.upwinding(self.coordinates, self.bed.beads, solid_part, transport.exchange, bead_test)
-
-    def _carried_by_beads(
-        self, moving: MovingBeads, temperature: Value, bead_temperature: Value, bead_test: Value, transport: Transport
-    ) -> Value:
-        """Form of the heat that the beads' motion carries away, and of the exchange upwinded along it."""
-        beads, weight = self.bed.beads, self.coordinates.weight
-        upwinding = self._upwinding(bead_test, transport)
-        capacity = beads.density(bead_temperature) * beads.heat_capacity(bead_temperature)
-        solid_weight = weight * (1.0 - self.bed.porosity)
-        heat = volumetric_heat(beads, bead_temperature)
-        form = moving.outflow(heat, capacity, bead_temperature, bead_test, upwinding, solid_weight, self.dx_bed)
-        form -= moving.inflow(volumetric_heat(beads, moving.inlet_temperature), bead_test, solid_weight)
-        exchanged = transport.exchange * self.transfer.excess(temperature, bead_temperature) * upwinding
-        return form - weight * exchanged * self.dx_bed
-
-    def heat_by_beads(self, bead_temperature: Value) -> Value:
-        """Form (scalar, W) of the heat that moving beads bring beyond what they take away; None where they rest."""
-        moving, beads = self.moving_beads, self.bed.beads
-        if moving is None:
-            return None
-        weight = self.coordinates.weight * (1.0 - self.bed.porosity)
-        brought = moving.inflow(volumetric_heat(beads, moving.inlet_temperature), 1.0, weight)
-        return brought - weight * abs(moving.velocity) * volumetric_heat(beads, bead_temperature) * moving.leaving
 
     def _touching(self, temperature: Value) -> Value:
         """Coefficient between beads and the wall, W/m2/K; None where beads are insulated or have the fluid's temperature."""

@@ -21,46 +21,57 @@ from typing import Any
 import ufl
 
 from ..laws.functions import Value
-from ..laws.materials import Solid
 from .coordinates import Coordinates
+from .medium import Bed
 from .stabilisation import metric
+from .wall import volumetric_heat
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class MovingBeads:
-    """Motion of the beads: `velocity` along x[0] (m/s, a constant other than 0), its `sign`, and their `inlet_temperature` (K);
-    `entering` and `leaving` are the facets through which they come and go."""
+    """Motion of the beads of a `bed`: `velocity` along x[0] (m/s, a constant other than 0), its `sign`, and their
+    `inlet_temperature` (K); `entering` and `leaving` are the facets through which they come and go, `dx` measures the bed."""
 
+    bed: Bed
+    coordinates: Coordinates
     velocity: Any
     sign: float
     inlet_temperature: Any
     entering: ufl.Measure
     leaving: ufl.Measure
+    dx: ufl.Measure
 
-    def upwinding(
-        self, coordinates: Coordinates, beads: Solid, solid_part: Value, exchange: Value, test: Value
-    ) -> Value:
-        """chi D v: what the test function gains along the motion. `solid_part` is 1 - phi, `exchange` a_v h_sf (W/m3/K)."""
-        half_cell = 1.0 / ufl.sqrt(metric(coordinates.mesh)[0, 0])
-        capacity = beads.density(self.inlet_temperature) * beads.heat_capacity(self.inlet_temperature)
-        carried = solid_part * capacity * abs(self.velocity) / half_cell
+    @property
+    def _solid_part(self) -> Value:
+        return 1.0 - self.bed.porosity
+
+    def _capacity(self, temperature: Value) -> Value:
+        return self.bed.beads.density(temperature) * self.bed.beads.heat_capacity(temperature)
+
+    def _carried(self, temperature: Value) -> Value:
+        """Heat that beads of a temperature carry through a section, W/m2."""
+        weight = self.coordinates.weight * self._solid_part
+        return weight * abs(self.velocity) * volumetric_heat(self.bed.beads, temperature)
+
+    def upwinding(self, exchange: Value, test: Value) -> Value:
+        """chi D v: what the test function gains along the motion; `exchange` is a_v h_sf (W/m3/K)."""
+        half_cell = 1.0 / ufl.sqrt(metric(self.coordinates.mesh)[0, 0])
+        carried = self._solid_part * self._capacity(self.inlet_temperature) * abs(self.velocity) / half_cell
         return carried / ufl.sqrt(carried**2 + exchange**2) * self.sign * half_cell * test.dx(0)
 
-    def outflow(
-        self,
-        heat: Value,
-        capacity: Value,
-        temperature: Value,
-        test: Value,
-        upwinding: Value,
-        weight: Value,
-        dx: ufl.Measure,
-    ) -> Value:
-        """Form of the heat that the motion carries away, W against the test: of `heat` (J/m3) with `capacity` (J/m3/K) of the
-        beads' volume; `weight` holds 1 - phi."""
-        inside = self.velocity * (capacity * temperature.dx(0) * upwinding - heat * test.dx(0))
-        return weight * inside * dx + weight * abs(self.velocity) * heat * test * self.leaving
+    def outflow_of_heat(self, temperature: Value, test: Value, exchange: Value, excess: Value) -> Value:
+        """Form of the heat that the motion carries away, and of the `exchange` (W/m3/K), driven by `excess` (K), along it."""
+        upwinding = self.upwinding(exchange, test)
+        along = self._capacity(temperature) * temperature.dx(0) * upwinding
+        along -= volumetric_heat(self.bed.beads, temperature) * test.dx(0)
+        form = (
+            self.coordinates.weight
+            * (self._solid_part * self.velocity * along - exchange * excess * upwinding)
+            * self.dx
+        )
+        form += self._carried(temperature) * test * self.leaving
+        return form - self._carried(self.inlet_temperature) * test * self.entering
 
-    def inflow(self, heat: Value, test: Value, weight: Value) -> Value:
-        """Form of the heat that comes in with beads of `heat` (J/m3), W against the test."""
-        return weight * abs(self.velocity) * heat * test * self.entering
+    def heat_brought(self, temperature: Value) -> Value:
+        """Form (scalar, W) of the heat that the beads bring beyond what they take away."""
+        return self._carried(self.inlet_temperature) * self.entering - self._carried(temperature) * self.leaving

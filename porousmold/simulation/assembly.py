@@ -234,18 +234,26 @@ def _energy_equations(specs: Specs, medium: Medium, flow: Flow) -> EnergyEquatio
         opening=flow.inlet,
         interface=Interface(domain.interface_measure(QUADRATURE_DEGREE), domain.in_bed()),
         interior=_bead_interior(specs, medium),
-        moving_beads=_moving_beads(specs, medium, ds),
+        moving_beads=_moving_beads(specs, medium, ds, dx(geometry.BED)),
     )
 
 
-def _moving_beads(specs: Specs, medium: Medium, ds: Any) -> MovingBeads | None:
+def _moving_beads(specs: Specs, medium: Medium, ds: Any, dx_bed: Any) -> MovingBeads | None:
     heat, bed = specs.heat, medium.equations.bed
     if bed.bead_velocity is None or heat.bead_inlet_temperature is None:
         return None
     ends = ds(geometry.INLET), ds(geometry.OUTLET)
     entering, leaving = ends if heat.bead_velocity > 0.0 else reversed(ends)
-    temperature = medium.boundary.following(heat.bead_inlet_temperature)
-    return MovingBeads(bed.bead_velocity, math.copysign(1.0, heat.bead_velocity), temperature, entering, leaving)
+    return MovingBeads(
+        bed=bed,
+        coordinates=medium.equations.coordinates,
+        velocity=bed.bead_velocity,
+        sign=math.copysign(1.0, heat.bead_velocity),
+        inlet_temperature=medium.boundary.following(heat.bead_inlet_temperature),
+        entering=entering,
+        leaving=leaving,
+        dx=dx_bed,
+    )
 
 
 def _wall(specs: Specs, medium: Medium, ds: Any) -> Wall:

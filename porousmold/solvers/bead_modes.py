@@ -20,6 +20,8 @@ class BeadModes:
     properties are taken at `property_temperature`.
     """
 
+    depends_on_temperature = False  # within a stage: the equations themselves have what the modes take up
+
     def __init__(
         self, domain: Domain, equations: EnergyEquations, parts: tuple[Any, Any], property_temperature: fem.Function
     ) -> None:
@@ -46,9 +48,9 @@ class BeadModes:
         function.interpolate(expression)
         return function.x.array[self._in_bed]
 
-    def begin_step(self, inverse_time: float) -> None:
-        """Start a step whose stages all have theta = 1/`inverse_time` (s)."""
-        self._interior.inverse_time.value = inverse_time
+    def begin_step(self, step: float, gamma: float) -> None:
+        """Start a step (s) whose stages all have theta = `gamma` times it."""
+        self._interior.inverse_time.value = 1.0 / (gamma * step)
         self._step_ratio, self._step_resistance = self._values(self._ratio), self._values(self._unit_resistance)
         self._starts = [mode.x.array[self._in_bed] for mode in self.functions]
         self._rates = []
@@ -63,6 +65,9 @@ class BeadModes:
         lag[self._in_bed] = sum(
             ratio * known / (ratio + mu**2) for known, mu in zip(self._known, self._interior.eigenvalues, strict=True)
         )
+
+    def update(self) -> None:
+        """Nothing changes before the stage's end."""
 
     def end_stage(self) -> None:
         """Take the modes that belong to the temperatures which the stage was solved for."""

@@ -71,6 +71,7 @@ class DevelopedFlow(NonlinearFlow):
         residual += nothing * ufl.inner(self.unknown, ufl.TestFunction(self.space)) * domain.wall_measure(1)
         constrained = np.unique(self._constrained(turbulence))
         system = NewtonSystem(residual, self.unknown, constrained, keep_jacobian=True, pivoting=False)
+        self._pushed, self._gain = system.new_vector(), fem.Function(self.space)
         self._prepare_columns(equations, dx)
         motion, *others = (numbers for _, numbers in self._parts)
         functions = [self.unknown, self.pressure, self.gradient, self._streamfunction.function]
@@ -164,12 +165,10 @@ class DevelopedFlow(NonlinearFlow):
         update = self.solver.system.iterate()
         if not np.isfinite(update):
             return np.inf
-        push = fenicsx.petsc_vector(self.unknown).duplicate()
-        fenicsx.assemble_vector(push, self._push.form)
-        push.scale(-1.0)
-        response = self.solver.system.apply_inverse(push)
-        gain = fem.Function(self.space)
-        response.copy(fenicsx.petsc_vector(gain))
+        fenicsx.assemble_vector(self._pushed, self._push.form)
+        self._pushed.scale(-1.0)
+        gain = self._gain
+        self.solver.system.apply_inverse(self._pushed, fenicsx.petsc_vector(gain))
         gain.x.scatter_forward()
         flow, slope = self._through_stations(self.unknown.x.array), self._through_stations(gain.x.array)
         gradients, scale = self._gradients, float(self.equations.scales.pressure.value) / self.columns.along[-1]

@@ -15,19 +15,18 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol, TypeAlias
 
 import numpy as np
-import ufl
 from dolfinx import fem
 from numpy.typing import NDArray
 
 from ..equations.energy import EnergyEquations
-from ..errors import SolveError
 from ..mesh import fenicsx
-from ..mesh.domain import BED, Domain
+from ..mesh.domain import Domain
 from .bead_modes import BeadModes
 from .curing import Curing
-from .flow import unknowns_outside
-from .newton import Contraction, NewtonSystem, modified_newton
+from .heat_unknowns import HeatUnknowns
+from .newton import NewtonSystem
 from .protocols import ArrayOf, HeatBalance, Observer, Saved, StageUpdate, restore_functions, saved_functions, silent
+from .stages import STAGE_ERROR, StageSolver
 from .transport import FrozenTransport, MonotoneCells
 
 GAMMA = 0.43586652150845899942
@@ -43,13 +42,7 @@ BACKWARD_EULER_ERROR = 10.0
 """Weight of the estimated error where the backward Euler method takes the whole of a step."""
 FULL_CURE_ERROR = 200.0
 """Error (K) that counts as much as one of 1 in a degree of cure: about what full cure heats a laminate by."""
-STAGE_ERROR = 3e-7
-"""Relative error at which a stage counts as solved, if not given otherwise: 1e-4 K."""
-ALTERNATING_STAGE_ERROR = 1e-9
-"""The same where a `StageUpdate` depends on the temperatures."""
 MOST_REPETITIONS = 12
-MOST_ITERATIONS = 20
-"""Of a stage, with one Jacobian."""
 
 
 class Supply(StageUpdate, Protocol):
@@ -80,20 +73,10 @@ class TransientHeat:
         stage_error: float = STAGE_ERROR,
     ) -> None:
         self.domain, self.equations, self._set_time = domain, equations, set_time
-        self._stage_error = stage_error
-        two = equations.two_temperatures
-        element = fenicsx.lagrange_element(domain.mesh, 1)
-        self.space = (
-            fenicsx.mixed_space(domain.mesh, [element, element]) if two else fenicsx.lagrange_space(domain.mesh)
-        )
-        self.unknown = fem.Function(self.space)
-        self.unknown.x.array[:] = initial_temperature
+        temperatures = HeatUnknowns(domain, equations.two_temperatures, initial_temperature)
+        self.unknown, self.space, self._storing = temperatures.function, temperatures.space, temperatures.storing
         self._start, self._first = fem.Function(self.space), fem.Function(self.space)
-        if two:
-            parts: Any = ufl.split(self.unknown)
-            tests: Any = ufl.TestFunctions(self.space)
-        else:
-            parts, tests = (self.unknown,) * 2, (ufl.TestFunction(self.space),) * 2
+        parts, tests = temperatures.parts, temperatures.tests
         self.bead_modes = None
         if equations.interior is not None:
             self.bead_modes = BeadModes(domain, equations, parts, property_temperature)
@@ -105,39 +88,29 @@ class TransientHeat:
         self.supply: Supply | None = None
         self._inverse_stage = fem.Constant(domain.mesh, 1.0)
         self._transport = FrozenTransport(domain, equations, property_temperature, quadrature_degree)
-        stored = equations.stored_heat(parts[0], parts[1], tests[0], tests[1], self._transport.frozen)
+        stored = equations.stored_heat(*parts, *tests, self._transport.frozen)
         nothing = fem.Constant(domain.mesh, 0.0)
-        # the matrix needs entries for the bead temperatures that are held inside the wall
-        residual = self._inverse_stage * stored + equations.outflow_of_heat(
-            parts[0], parts[1], tests[0], tests[1], self._transport.frozen
-        )
+        # the matrix needs entries for the bead temperatures that are fixed inside the wall
+        residual = self._inverse_stage * stored + equations.outflow_of_heat(*parts, *tests, self._transport.frozen)
         residual += nothing * parts[1] * tests[1] * domain.wall_measure(quadrature_degree)
-        if two:
-            constrained = unknowns_outside(domain, self.space, (1,), BED)
-            beads = np.setdiff1d(fenicsx.collapse(self.space, 1)[1], constrained)
-            self._storing = np.concatenate([beads, unknowns_outside(domain, self.space, (0,), BED)])
-        else:
-            constrained, self._storing = np.empty(0, np.int64), np.arange(len(self.unknown.x.array))
+        constrained = temperatures.constrained
         self._system = NewtonSystem(residual, self.unknown, constrained, keep_jacobian=True, pivoting=False)
         self._stored_form = fenicsx.DeferredForm(stored)
-        self._stored_start, self._stored_now = (fenicsx.petsc_vector(self.unknown).duplicate() for _ in range(2))
+        self._stored_start, self._stored_now, self._addend = (self._system.new_vector() for _ in range(3))
+        self._outflows = [self._system.new_vector() for _ in STAGES]
         self.scalars = {
             "by_fluid": equations.heat_input(parts[0]),
             "through_outer_wall": equations.wall.heat_through_outer_wall(parts[0]),
             "by_sources": equations.wall.heat_by_sources(),
             "by_rev_terms": equations.rev_heat(*parts),
-            "by_beads": equations.heat_by_beads(parts[1]),
+            "by_beads": None if equations.moving_beads is None else equations.moving_beads.heat_brought(parts[1]),
         }
         self.scalars = {name: fenicsx.DeferredForm(form) for name, form in self.scalars.items() if form is not None}
         self.balance = HeatBalance()
         self.observe: Observer = silent
-        self.newton_iterations = 0
+        self._stages = StageSolver(self._system, lambda: self._stage_updates, stage_error)
         self.repetitions = 0
-        self._contraction = Contraction()
-        tables = (
-            [fenicsx.dof_table(self.space.sub(part)) for part in (0, 1)] if two else [fenicsx.dof_table(self.space)]
-        )
-        self._cells = MonotoneCells(self._transport.monotone, np.hstack(tables))
+        self._cells = MonotoneCells(self._transport.monotone, temperatures.of_cells)
 
     def observe_with(self, observe: Observer) -> None:
         """Have `observe(text)` called at every stage; it may raise."""
@@ -147,6 +120,11 @@ class TransientHeat:
     def unknowns(self) -> Any:
         """Number of unknowns solved for."""
         return self._system.active_unknowns
+
+    @property
+    def newton_iterations(self) -> int:
+        """Newton iterations so far."""
+        return self._stages.iterations
 
     @property
     def functions(self) -> list[Any]:
@@ -187,9 +165,7 @@ class TransientHeat:
             self.repetitions += 1
             for function, start in zip(self.functions, starts, strict=True):
                 function.x.array[:] = start
-        for name, heat in flows.items():
-            setattr(self.balance, name, getattr(self.balance, name) + heat)
-        self.balance.stored += stored
+        self.balance.add(flows, stored)
         return weight * error
 
     @property
@@ -207,15 +183,15 @@ class TransientHeat:
             "balance": vars(self.balance),
             "newton_iterations": self.newton_iterations,
             "repetitions": self.repetitions,
-            "contraction": self._contraction.ratio,
+            "contraction": self._stages.contraction.ratio,
         }
         return Saved(numbers, saved_functions([*self.functions, *self.memory], "heat"))
 
     def restore(self, numbers: Mapping[str, Any], array_of: ArrayOf) -> None:
         """Go on from what `save()` gave."""
         self.balance = HeatBalance(**numbers["balance"])
-        self.newton_iterations, self.repetitions = numbers["newton_iterations"], numbers["repetitions"]
-        self._contraction.ratio = numbers["contraction"]
+        self._stages.iterations, self.repetitions = numbers["newton_iterations"], numbers["repetitions"]
+        self._stages.contraction.ratio = numbers["contraction"]
         restore_functions([*self.functions, *self.memory], "heat", array_of)
 
     @property
@@ -236,9 +212,7 @@ class TransientHeat:
     def finish(self, flows: Mapping[str, float]) -> None:
         """Bring the balance forward by the heat (J) that flowed during such a step."""
         fenicsx.assemble_vector(self._stored_now, self._stored_form.form)
-        for name, heat in flows.items():
-            setattr(self.balance, name, getattr(self.balance, name) + heat)
-        self.balance.stored += self._stored_now.sum() - self._stored_start.sum()
+        self.balance.add(flows, self._stored_now.sum() - self._stored_start.sum())
 
     def _take_all(self, time: float, parts: Sequence[Any]) -> tuple[Any, ...]:
         """Successive (step, stages) from `time`; gives the heat (J) of each flow and the heat stored."""
@@ -255,41 +229,33 @@ class TransientHeat:
         self._start.x.array[:] = values
         gamma = stages[0][0]
         self._inverse_stage.value = 1.0 / (gamma * step)
-        if self.bead_modes:
-            self.bead_modes.begin_step(self._inverse_stage.value)
         for part in self._stage_updates:
             part.begin_step(step, gamma)
         self._transport.renew()
         self._system.renew_jacobian()
         flows = self._no_flows()
         fenicsx.assemble_vector(self._stored_start, self._stored_form.form)
-        outflows: list[Any] = []
         for stage, row in enumerate(stages):
             self._set_time(time + sum(row) * step)
             self.observe("")
-            if self.bead_modes:
-                self.bead_modes.begin_stage([weight * step for weight in row[:-1]])
             for part in self._stage_updates:
                 part.begin_stage([weight * step for weight in row[:-1]])
-            addend = self._stored_start.copy()
-            addend.scale(-self._inverse_stage.value)
-            for weight, outflow in zip(row, outflows, strict=False):
-                addend.axpy(weight / gamma, outflow)
+            self._stored_start.copy(self._addend)
+            self._addend.scale(-self._inverse_stage.value)
+            for weight, outflow in zip(row[:-1], self._outflows, strict=False):
+                self._addend.axpy(weight / gamma, outflow)
             if stage > 0:  # first guess: the last stage's slope from the start goes on
                 values[:] = self._start.x.array + (values - self._start.x.array) * sum(row) / sum(stages[stage - 1])
-            self._solve_stage(time, step, addend)
-            if self.bead_modes:
-                self.bead_modes.end_stage()
+            self._stages.solve(time, step, self._addend)
             for part in self._stage_updates:
                 part.end_stage()
             if stage == 0:
                 self._first.x.array[:] = values
             fenicsx.assemble_vector(self._stored_now, self._stored_form.form)
             # A(T_i) from the stage's own equation
-            outflow = self._stored_now.copy()
-            outflow.scale(-self._inverse_stage.value)
-            outflow.axpy(-1.0, addend)
-            outflows.append(outflow)
+            self._stored_now.copy(self._outflows[stage])
+            self._outflows[stage].scale(-self._inverse_stage.value)
+            self._outflows[stage].axpy(-1.0, self._addend)
             rates = {name: self._sum(fem.assemble_scalar(form.form)) for name, form in self.scalars.items()}
             for name, rate in (rates | (self.supply.rates if self.supply else {})).items():
                 flows[name] += step * stages[-1][stage] * rate
@@ -297,7 +263,7 @@ class TransientHeat:
 
     @property
     def _stage_updates(self) -> list[StageUpdate]:
-        return [*self.curing, *([self.supply] if self.supply else [])]
+        return [part for part in (self.bead_modes, *self.curing, self.supply) if part is not None]
 
     def _no_flows(self) -> dict[str, float]:
         return dict.fromkeys([*self.scalars, *(self.supply.rates if self.supply else ())], 0.0)
@@ -315,39 +281,6 @@ class TransientHeat:
 
     def _sum(self, value: float) -> Any:
         return self.domain.communicator.allreduce(float(value))
-
-    def _solve_stage(self, time: float, step: float, addend: Any) -> None:
-        self._system.addend = addend
-        guess = self.unknown.x.array.copy()
-        if self._iterate_stage():
-            return
-        self.unknown.x.array[:] = guess
-        self._system.renew_jacobian()
-        if not self._iterate_stage():
-            raise SolveError(
-                "energy (T_f, T_s, T_w)",
-                time,
-                f"step of {step:.3g} s, residual {self._system.residual_norm:.3e}, "
-                f"last update {self._system.relative_update:.3e}",
-                "a smaller solver.largest_step or solver.first_step",
-            )
-
-    def _iterate_stage(self) -> bool:
-        # what depends on the temperatures is updated by turns with them: that contracts otherwise than Newton's method
-        alternating = any(part.depends_on_temperature for part in self._stage_updates)
-        tolerance = ALTERNATING_STAGE_ERROR if alternating else self._stage_error
-        return modified_newton(
-            self._iterate,
-            most=MOST_ITERATIONS,
-            converged=lambda error: error < tolerance,
-            contraction=Contraction() if alternating else self._contraction,
-        )
-
-    def _iterate(self) -> float:
-        for part in self._stage_updates:
-            part.update()
-        self.newton_iterations += 1
-        return self._system.iterate()
 
     def estimated_error(self) -> Any:
         """Largest difference (K) between the step's end and the continuation of its first stage's slope, over all ranks.

@@ -146,6 +146,7 @@ class NewtonSystem:
         self._keep_jacobian, self._jacobian_due = keep_jacobian, True
         self._pivoting, self._blocks = pivoting, blocks
         self.relative_update = float("inf")
+        self._vectors: list[Any] = []
         _SYSTEMS.append(weakref.ref(self))
 
     def free(self) -> None:
@@ -153,6 +154,13 @@ class NewtonSystem:
         for name in ("_snes", "_iterate", "_assembled", "vector", "matrix"):
             if name in self.__dict__:
                 self.__dict__.pop(name).destroy()
+        for vector in self._vectors:
+            vector.destroy()
+
+    def new_vector(self) -> Any:
+        """A vector of the unknowns (PETSc), freed with the system: one that is dropped is never freed."""
+        self._vectors.append(self._view().duplicate())
+        return self._vectors[-1]
 
     @functools.cached_property
     def matrix(self) -> PETSc.Mat:
@@ -297,15 +305,13 @@ class NewtonSystem:
             self.relative_update = float(self._snes.getSolutionUpdate().norm() / max(size, least))
         return self.relative_update
 
-    def apply_inverse(self, vector: PETSc.Vec) -> Any:
-        """Solution of the linear system with the present Jacobian and its factors, of one right-hand side (PETSc)."""
+    def apply_inverse(self, vector: PETSc.Vec, result: PETSc.Vec) -> None:
+        """Solve the linear system with the present Jacobian and its factors, of one right-hand side, for `result`."""
         if self._jacobian_due:  # there was nothing to solve, as in a fluid at rest
             self._assemble_jacobian(None, None, None, None)
             self._snes.getKSP().setOperators(self.matrix, self.matrix)
         vector.array[self._owned_constrained] = 0.0
-        result = vector.duplicate()
         self._snes.getKSP().solve(vector, result)
-        return result
 
     @property
     def linear_iterations(self) -> Any:

@@ -146,6 +146,12 @@ class HeatBalance:
     by_exhaust: float = 0.0
     by_duct: float = 0.0
 
+    def add(self, flows: Mapping[str, float], stored: float) -> None:
+        """Add the heat (J) of flows by their names here, and what is stored of it."""
+        for name, heat in flows.items():
+            setattr(self, name, getattr(self, name) + heat)
+        self.stored += stored
+
     @property
     def loop_imbalance(self) -> float:
         """What is missing between heater, blower, bed, exhaust and return duct, as a fraction of what the first two give."""

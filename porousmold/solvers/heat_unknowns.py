@@ -1,0 +1,40 @@
+"""The unknowns of the temperatures over bed and wall."""
+
+from typing import Any
+
+import numpy as np
+import ufl
+from dolfinx import fem
+
+from ..mesh import fenicsx
+from ..mesh.domain import BED, Domain
+from .flow import unknowns_outside
+
+
+class HeatUnknowns:
+    """T (fluid and wall) and T_s (beads) as one `function`, or with one temperature T alone.
+
+    `parts` and `tests` are T and T_s, the same twice with one temperature. `constrained` are the numbers of T_s in the wall,
+    where there are no beads, `storing` those of what stores the heat, beads and wall; `of_cells` has those of each cell in a row.
+    """
+
+    def __init__(self, domain: Domain, two_temperatures: bool, initial_temperature: float) -> None:
+        element = fenicsx.lagrange_element(domain.mesh, 1)
+        self.parts: tuple[Any, Any]
+        self.tests: tuple[Any, Any]
+        if two_temperatures:
+            self.space = fenicsx.mixed_space(domain.mesh, [element, element])
+            self.function = fem.Function(self.space)
+            self.parts, self.tests = ufl.split(self.function), ufl.TestFunctions(self.space)
+            self.constrained = unknowns_outside(domain, self.space, (1,), BED)
+            beads = np.setdiff1d(fenicsx.collapse(self.space, 1)[1], self.constrained)
+            self.storing = np.concatenate([beads, unknowns_outside(domain, self.space, (0,), BED)])
+            self.of_cells = np.hstack([fenicsx.dof_table(self.space.sub(part)) for part in (0, 1)])
+        else:
+            self.space = fenicsx.lagrange_space(domain.mesh)
+            self.function = fem.Function(self.space)
+            test = ufl.TestFunction(self.space)
+            self.parts, self.tests = (self.function, self.function), (test, test)
+            self.constrained, self.storing = np.empty(0, np.int64), np.arange(len(self.function.x.array))
+            self.of_cells = fenicsx.dof_table(self.space)
+        self.function.x.array[:] = initial_temperature

@@ -1,0 +1,58 @@
+"""Solution of the stages of a heating step: Newton's method on one Jacobian a step, in turn with what is updated beside it."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from ..errors import SolveError
+from .newton import Contraction, NewtonSystem, modified_newton
+from .protocols import StageUpdate
+
+STAGE_ERROR = 3e-7
+"""Relative error at which a stage counts as solved, if not given otherwise: 1e-4 K."""
+ALTERNATING_STAGE_ERROR = 1e-9
+"""The same where a `StageUpdate` depends on the temperatures."""
+MOST_ITERATIONS = 20
+"""Of a stage, with one Jacobian."""
+
+
+class StageSolver:
+    """Solves stages of the temperatures' `system` to the relative `error`, with the `updates()` of the present beside it."""
+
+    def __init__(self, system: NewtonSystem, updates: Callable[[], Sequence[StageUpdate]], error: float) -> None:
+        self._system, self._updates, self._error = system, updates, error
+        self.contraction = Contraction()
+        self.iterations = 0
+
+    def solve(self, time: float, step: float, addend: Any) -> None:
+        """Solve a stage of a step (s) from a time (s), with `addend` (PETSc vector) in its residual. Raises `SolveError`."""
+        self._system.addend = addend
+        guess = self._system.unknown.x.array.copy()
+        if self._solve():
+            return
+        self._system.unknown.x.array[:] = guess
+        self._system.renew_jacobian()
+        if not self._solve():
+            raise SolveError(
+                "energy (T_f, T_s, T_w)",
+                time,
+                f"step of {step:.3g} s, residual {self._system.residual_norm:.3e}, "
+                f"last update {self._system.relative_update:.3e}",
+                "a smaller solver.largest_step or solver.first_step",
+            )
+
+    def _solve(self) -> bool:
+        # what depends on the temperatures is updated by turns with them: that contracts otherwise than Newton's method
+        alternating = any(part.depends_on_temperature for part in self._updates())
+        tolerance = ALTERNATING_STAGE_ERROR if alternating else self._error
+        return modified_newton(
+            self._iterate,
+            most=MOST_ITERATIONS,
+            converged=lambda error: error < tolerance,
+            contraction=Contraction() if alternating else self.contraction,
+        )
+
+    def _iterate(self) -> float:
+        for part in self._updates():
+            part.update()
+        self.iterations += 1
+        return self._system.iterate()
