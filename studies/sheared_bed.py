@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from porousmold.laws.stirring import COEFFICIENT
-from porousmold.shear.cell import ShearCell, Shearing
+from porousmold.shear.cell import ShearCell
+from porousmold.shear.motion import Shearing
 from studies.page import Page
 
 DOCS = Path(__file__).parent.parent / "docs"

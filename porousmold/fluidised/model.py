@@ -111,27 +111,6 @@ class FluidisedBed:
         porosity = fluidisation.expanded_porosity(velocity / to_velocity, minimum, terminal, self.porosity_at_rest)
         height = self._size.length * (1.0 - self.porosity_at_rest) / (1.0 - porosity)
         prandtl = prandtl_number(viscosity, capacity, conductivity)
-        path = fluidisation.modified_mean_free_path(
-            temperature,
-            operation.outlet_pressure,
-            conductivity,
-            capacity,
-            operation.outlet_pressure / (density * temperature),
-            fluidisation.GAS_CONSTANTS.get(scene.fluid.material, 2.8),
-        )
-        nusselt = fluidisation.wall_nusselt_number(
-            diameter=diameter,
-            porosity=porosity,
-            porosity_at_minimum=self.porosity_at_rest,
-            bead_heat_capacity=bead_density * beads.heat_capacity(temperature),
-            bead_conductivity=beads.conductivity(temperature),
-            conductivity=conductivity,
-            mean_free_path=path,
-            prandtl=prandtl,
-            archimedes=archimedes,
-            emissivity=scene.bed.emissivity,
-            temperature=temperature,
-        )
         film = self._laws.nusselt(velocity / to_velocity, prandtl, porosity) * conductivity / diameter
         exchange = scene.model.exchange_factor * film * specific_surface(porosity, diameter)
         return State(
@@ -140,10 +119,40 @@ class FluidisedBed:
             terminal_velocity=terminal * to_velocity,
             porosity=porosity,
             height=height,
-            wall_coefficient=nusselt * conductivity / diameter,
+            wall_coefficient=self._wall_coefficient(temperature, density, porosity, prandtl, archimedes),
             transfer_units=float(exchange * height / (density * velocity * capacity)),
             mass_flow=mass_flow,
         )
+
+    def _wall_coefficient(
+        self, temperature: float, density: float, porosity: float, prandtl: float, archimedes: float
+    ) -> float:
+        """Between bed and wall, W/m2/K, for the gas's density (kg/m3) and the bed's porosity."""
+        scene, fluid, beads = self.scene, self._laws.fluid, self._laws.beads
+        diameter, pressure = scene.bed.bead_diameter, scene.operation.outlet_pressure
+        conductivity = fluid.conductivity(temperature)
+        path = fluidisation.modified_mean_free_path(
+            temperature,
+            pressure,
+            conductivity,
+            fluid.heat_capacity(temperature),
+            pressure / (density * temperature),
+            fluidisation.GAS_CONSTANTS.get(scene.fluid.material, 2.8),
+        )
+        nusselt = fluidisation.wall_nusselt_number(
+            diameter=diameter,
+            porosity=porosity,
+            porosity_at_minimum=self.porosity_at_rest,
+            bead_heat_capacity=beads.density(temperature) * beads.heat_capacity(temperature),
+            bead_conductivity=beads.conductivity(temperature),
+            conductivity=conductivity,
+            mean_free_path=path,
+            prandtl=prandtl,
+            archimedes=archimedes,
+            emissivity=scene.bed.emissivity,
+            temperature=temperature,
+        )
+        return float(nusselt * conductivity / diameter)
 
     @property
     def _bead_volume(self) -> float:
@@ -208,53 +217,58 @@ class FluidisedBed:
             rtol=TOLERANCE,
             atol=1e-8,
         )
-        bead, wall, gas, outside = found.y
-        stored = _heat_taken(bead_volumes, start, bead[-1]) + _heat_taken(wall_volumes, start, wall[-1])
-        given = scale * (gas[-1] + outside[-1])
-        weight = self._bead_volume / self._size.area * self._laws.beads.density(start) * fluidisation.GRAVITY
         heated = float(found.t_events[0][0]) if len(found.t_events[0]) else None
-        summary = {
+        given = scale * float(found.y[2, -1]), scale * float(found.y[3, -1])
+        bead, wall = found.y[:2]
+        stored = _heat_taken(bead_volumes, start, bead[-1]) + _heat_taken(wall_volumes, start, wall[-1])
+        inlet = np.array([operation.inlet_temperature(time) for time in found.t])
+        history = {"time": found.t, "inlet_temperature": inlet, "bead_temperature": bead, "wall_temperature": wall}
+        return self._summary(warm, heated, float(found.t[-1]), given, stored), history
+
+    def _summary(
+        self, warm: State, heated: float | None, end: float, given: tuple[float, float], stored: float
+    ) -> dict[str, Any]:
+        """Of the bed when it is warm, heating and end time (s), heat given by the gas and from outside, and heat stored (J)."""
+        density = self._laws.beads.density(self.scene.operation.initial_temperature)
+        biot = self.wall_biot_number(warm)
+        return {
             "heating_time": heated,
-            "end_time": float(found.t[-1]),
+            "end_time": end,
             "minimum_fluidisation_velocity": warm.minimum_velocity,
             "terminal_velocity": warm.terminal_velocity,
             "velocity": warm.velocity,
             "porosity": warm.porosity,
-            "height": height,
-            "pressure_drop": weight,
+            "height": warm.height,
+            "pressure_drop": self._bead_volume / self._size.area * density * fluidisation.GRAVITY,
             "wall_coefficient": warm.wall_coefficient,
-            "wall_biot_number": self.wall_biot_number(warm),
+            "wall_biot_number": biot,
             "transfer_units": warm.transfer_units,
             "mass_flow": warm.mass_flow,
-            "heat_by_fluid": scale * gas[-1],
+            "heat_by_fluid": given[0],
             "heat_stored": stored,
-            "energy_imbalance": (given - stored) / max(abs(given), abs(stored), 1e-6),
+            "energy_imbalance": (sum(given) - stored) / max(abs(sum(given)), abs(stored), 1e-6),
             "source": fluidisation.SOURCE,
-            "warnings": self._warnings(warm, heated),
+            "warnings": _warnings(self.scene, warm, biot, heated),
         }
-        inlet = np.array([operation.inlet_temperature(time) for time in found.t])
-        history = {"time": found.t, "inlet_temperature": inlet, "bead_temperature": bead, "wall_temperature": wall}
-        return summary, history
 
-    def _warnings(self, state: State, heated: float | None) -> list[str]:
-        scene, found = self.scene, []
-        low, high = fluidisation.DIAMETER_RANGE
-        if not low <= scene.bed.bead_diameter <= high:
-            found.append(
-                f"beads of {scene.bed.bead_diameter * 1e3:.3g} mm are outside {low * 1e3:g} to {high * 1e3:g} mm, the range of "
-                "the coefficient at the wall"
-            )
-        if state.velocity > LARGEST_RATIO * state.minimum_velocity:
-            ratio = state.velocity / state.minimum_velocity
-            found.append(
-                f"the gas has {ratio:.2g} times the minimum fluidisation velocity; valid up to {LARGEST_RATIO:g}"
-            )
-        if self.wall_biot_number(state) > 0.3:
-            found.append(f"wall Biot number {self.wall_biot_number(state):.2g}: a lumped wall is heated too fast")
-        if heated is None:
-            margin = scene.operation.heating_margin
-            found.append(f"not heated to within {margin:g} K by operation.end_time {scene.operation.end_time:g} s")
-        return found
+
+def _warnings(scene: Scene, state: State, wall_biot_number: float, heated: float | None) -> list[str]:
+    found: list[str] = []
+    low, high = fluidisation.DIAMETER_RANGE
+    if not low <= scene.bed.bead_diameter <= high:
+        found.append(
+            f"beads of {scene.bed.bead_diameter * 1e3:.3g} mm are outside {low * 1e3:g} to {high * 1e3:g} mm, the range of "
+            "the coefficient at the wall"
+        )
+    if state.velocity > LARGEST_RATIO * state.minimum_velocity:
+        ratio = state.velocity / state.minimum_velocity
+        found.append(f"the gas has {ratio:.2g} times the minimum fluidisation velocity; valid up to {LARGEST_RATIO:g}")
+    if wall_biot_number > 0.3:
+        found.append(f"wall Biot number {wall_biot_number:.2g}: a lumped wall is heated too fast")
+    if heated is None:
+        margin = scene.operation.heating_margin
+        found.append(f"not heated to within {margin:g} K by operation.end_time {scene.operation.end_time:g} s")
+    return found
 
 
 def _heat_taken(volumes: list[tuple[float, Any]], start: float, end: float) -> float:

@@ -12,6 +12,7 @@ import math
 import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -203,6 +204,23 @@ def straight_bed(
     cells = [len(axial_nodes) - 1, *(direction.cells for direction in across)]
     domain = fenicsx.box_mesh(communicator, cells)
 
+    tags = _tag_regions(domain, across)
+    facets = _tag_boundary(domain, *_boundary_markers(across))
+    points = domain.geometry.x
+    for axis, nodes in enumerate((axial_nodes, *(direction.nodes for direction in across))):
+        points[:, axis] = np.asarray(nodes)[np.rint(points[:, axis] * cells[axis]).astype(int)]
+    columns = (np.asarray(axial_nodes), across[0].nodes[: across[0].bed_cells + 1]) if len(across) == 1 else None
+    length = float(axial_nodes[-1])
+    layers = max(len(across[0].layer_cells), 1)
+    stations = partial(_stations, length, across)
+    return Domain(
+        domain, tags, facets, axisymmetric, _wall_distance(domain, across), length, stations, True, layers, columns
+    )
+
+
+def _boundary_markers(across: Sequence[Across]) -> tuple[list[tuple[int, Any]], list[tuple[int, Any]]]:
+    """Tags with what marks their facets, on the unit square or cube: of the boundary, and inside."""
+
     def in_bed(x: NDArray[Any], besides: int | None = None) -> Any:
         return np.all(
             [
@@ -230,32 +248,30 @@ def straight_bed(
         if direction.cells > direction.bed_cells:
             exterior.append((OUTER, at(axis, 1.0)))
         interior.append((INTERFACE, in_bed_at(axis, direction.bed_cells / direction.cells)))
-    tags = _tag_regions(domain, across)
-    facets = _tag_boundary(domain, exterior, interior)
-    points = domain.geometry.x
-    for axis, nodes in enumerate((axial_nodes, *(direction.nodes for direction in across))):
-        points[:, axis] = np.asarray(nodes)[np.rint(points[:, axis] * cells[axis]).astype(int)]
+    return exterior, interior
 
-    def stations(fraction: float) -> Any:
-        z, first = fraction * axial_nodes[-1], across[0]
-        rest = (0.0,) * (len(across) - 1)
-        named = {"centre": (z, 0.0, *rest), "bed_side": (z, first.width, *rest)}
-        if first.cells > first.bed_cells:
-            named["outer"] = (z, first.nodes[-1], *rest)
-            if len(across) == 2 and across[1].walled:
-                named["corner"] = (z, first.nodes[-1], across[1].nodes[-1])
-        return named
 
+def _stations(length: float, across: Sequence[Across], fraction: float) -> dict[str, tuple[float, ...]]:
+    """Points (m) by name at a fraction of the length."""
+    z, first = fraction * length, across[0]
+    rest = (0.0,) * (len(across) - 1)
+    named = {"centre": (z, 0.0, *rest), "bed_side": (z, first.width, *rest)}
+    if first.cells > first.bed_cells:
+        named["outer"] = (z, first.nodes[-1], *rest)
+        if len(across) == 2 and across[1].walled:
+            named["corner"] = (z, first.nodes[-1], across[1].nodes[-1])
+    return named
+
+
+def _wall_distance(domain: Any, across: Sequence[Across]) -> Any:
+    """Distance from the nearest wall (m, UFL)."""
     position = ufl.SpatialCoordinate(domain)
     widths = [fem.Constant(domain, float(direction.width)) for direction in across]  # another one needs no compilation
     wall_distance = widths[0] - position[1]
     if len(across) == 2 and across[1].walled:
         beside = widths[1] - position[2]
         wall_distance = ufl.conditional(ufl.lt(beside, wall_distance), beside, wall_distance)
-    columns = (np.asarray(axial_nodes), across[0].nodes[: across[0].bed_cells + 1]) if len(across) == 1 else None
-    length = float(axial_nodes[-1])
-    layers = max(len(across[0].layer_cells), 1)
-    return Domain(domain, tags, facets, axisymmetric, wall_distance, length, stations, True, layers, columns)
+    return wall_distance
 
 
 def _tag_regions(domain: Any, across: Sequence[Across]) -> Any:

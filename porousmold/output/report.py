@@ -81,9 +81,29 @@ def _picture(path: Path) -> str:
 def _of_run(folder: Path) -> tuple[Any, ...]:
     summary = json.loads((folder / "result.json").read_text(encoding="utf-8"))
     scene = tomllib.loads((folder / "scene.toml").read_text(encoding="utf-8"))
-    time = summary["heating_time"]
-    kind = scene["geometry"]["kind"]
-    parts = []
+    parts = _headline(summary)
+    parts += [f'<p class="warning">{_text(text)}</p>' for text in summary["warnings"]]
+    parts += _targets(summary) + _model(summary) + _uncertainty_of(folder)
+    parts += _results(summary, scene) + _energy(summary)
+    pictures = draw(folder) if (folder / "history.csv").is_file() else []  # it failed at the start
+    parts.append("<h2>Pictures</h2>" + "".join(map(_picture, pictures)))
+    if (folder / "fields.xdmf").is_file():
+        parts.append(f"<h2>Fields over time</h2>{fields_with_slider(folder)}")
+    if (folder / "comparison.json").is_file():
+        parts += _compared(folder)
+    parts += _keys(summary, scene)
+    parts.append("<h2>Materials</h2>" + _materials(summary))
+    parts.append("<h2>Sources of the closures</h2>")
+    parts.append(f"<p>Set of closures: {_text(closures_text(summary['closures']))}</p>")
+    parts.append(_table(["of", "source"], [[name, source] for name, source in summary["sources"].items()]))
+    versions = {"computed": summary["date"], **summary["versions"]}
+    parts.append("<h2>Date and versions</h2>" + _table(["of", "version"], list(versions.items())))
+    return f"Heating of a {scene['geometry']['kind']}: {folder.name}", "".join(parts)
+
+
+def _headline(summary: dict[str, Any]) -> list[str]:
+    """How it ended, targets and heating time."""
+    parts, time = [], summary["heating_time"]
     if summary["status"] != "done":
         parts.append(
             f'<p class="warning">This run is {_text(summary["status"])}: {_text(summary["failure"] or "")}</p>'
@@ -97,46 +117,42 @@ def _of_run(folder: Path) -> tuple[Any, ...]:
         parts.append(f'<p class="large">Targets: {last}</p>')
     if time is not None or not met:
         parts.append(f'<p class="large">Heating time: {reached}{known}</p>')
-    parts += [f'<p class="warning">{_text(text)}</p>' for text in summary["warnings"]]
-    parts += _targets(summary) + _model(summary) + _uncertainty_of(folder)
+    return parts
+
+
+def _results(summary: dict[str, Any], scene: dict[str, Any]) -> list[str]:
     bounds = summary["temperature_bounds"] or [float("nan")] * 2
     modelled = _text(modelled_part(scene["geometry"]))
-    parts.append(f"<h2>Result</h2><p>Mass flow and heat are those of the modelled part: {modelled}.</p>")
-    parts.append(_table(["quantity", "value", "unit"], [
-        ["heating time of the wall's bed side", *_or_dash(summary["heating_time_bed_side"], "s")],
-        ["mass flow at the start", *_or_dash(summary["mass_flow_initial"], "kg/s")],
-        ["mass flow at the end", *_or_dash(summary["mass_flow_final"], "kg/s")],
-        ["heat from the fluid", *_or_dash(summary["heat_by_fluid"], "J")],
-        ["heat to bring the fluid to the inlet temperature", *_or_dash(summary["fluid_heat"], "J")],
-        ["pumping work", *_or_dash(summary["pumping_work"], "J")],
-        ["relative imbalance of the heat balance", *_or_dash(summary["energy_imbalance"], "1")],
-        ["lowest and highest temperature", f"{bounds[0] - 273.15:.2f} to {bounds[1] - 273.15:.2f}", "°C"],
-        ["time steps", str(summary["time_steps"]), ""],
-        ["unknowns (flow, energy)", f"{summary['unknowns']['flow']}, {summary['unknowns']['energy']}", ""],
-    ]))  # fmt: skip
-    parts += _energy(summary)
-    pictures = draw(folder) if (folder / "history.csv").is_file() else []  # it failed at the start
-    parts.append("<h2>Pictures</h2>" + "".join(map(_picture, pictures)))
-    if (folder / "fields.xdmf").is_file():
-        parts.append(f"<h2>Fields over time</h2>{fields_with_slider(folder)}")
-    if (folder / "comparison.json").is_file():
-        parts += _compared(folder)
-    parts.append("<h2>Scene</h2>")
+    return [
+        f"<h2>Result</h2><p>Mass flow and heat are those of the modelled part: {modelled}.</p>",
+        _table(["quantity", "value", "unit"], [
+            ["heating time of the wall's bed side", *_or_dash(summary["heating_time_bed_side"], "s")],
+            ["mass flow at the start", *_or_dash(summary["mass_flow_initial"], "kg/s")],
+            ["mass flow at the end", *_or_dash(summary["mass_flow_final"], "kg/s")],
+            ["heat from the fluid", *_or_dash(summary["heat_by_fluid"], "J")],
+            ["heat to bring the fluid to the inlet temperature", *_or_dash(summary["fluid_heat"], "J")],
+            ["pumping work", *_or_dash(summary["pumping_work"], "J")],
+            ["relative imbalance of the heat balance", *_or_dash(summary["energy_imbalance"], "1")],
+            ["lowest and highest temperature", f"{bounds[0] - 273.15:.2f} to {bounds[1] - 273.15:.2f}", "°C"],
+            ["time steps", str(summary["time_steps"]), ""],
+            ["unknowns (flow, energy)", f"{summary['unknowns']['flow']}, {summary['unknowns']['energy']}", ""],
+        ]),
+    ]  # fmt: skip
+
+
+def _keys(summary: dict[str, Any], scene: dict[str, Any]) -> list[str]:
+    """The scene as it was run."""
     given = summary["given"]
     rows = [
         [name, given.get(name, "-"), _value(value), *unit_and_meaning(KEYS, name)]
         for name, value in flat(scene).items()
         if not name.startswith("materials.") and (name in given or not name.startswith("tolerance."))
     ]
-    parts.append("<p>Keys as set in the scene, and all values in SI, defaults included.</p>")
-    parts.append(_table(["key", "as given", "value (SI)", "unit", "meaning"], rows))
-    parts.append("<h2>Materials</h2>" + _materials(summary))
-    parts.append("<h2>Sources of the closures</h2>")
-    parts.append(f"<p>Set of closures: {_text(closures_text(summary['closures']))}</p>")
-    parts.append(_table(["of", "source"], [[name, source] for name, source in summary["sources"].items()]))
-    versions = {"computed": summary["date"], **summary["versions"]}
-    parts.append("<h2>Date and versions</h2>" + _table(["of", "version"], list(versions.items())))
-    return f"Heating of a {kind}: {folder.name}", "".join(parts)
+    return [
+        "<h2>Scene</h2>",
+        "<p>Keys as set in the scene, and all values in SI, defaults included.</p>",
+        _table(["key", "as given", "value (SI)", "unit", "meaning"], rows),
+    ]
 
 
 def _compared(folder: Path) -> Any:

@@ -66,7 +66,7 @@ def _shear(options: argparse.Namespace) -> int:
     if out.suffix != ".csv":
         raise InputError("--out", options.out, "must end with .csv")
     from ..mpi import MPI
-    from .cell import Shearing
+    from .motion import Shearing
 
     cells, world = _cells(options), MPI.COMM_WORLD
     parts = out.with_suffix(".parts")

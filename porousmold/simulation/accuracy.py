@@ -1,15 +1,15 @@
 """Accuracy on request: the mesh and the steps that bring the heating time within a wanted relative error.
 
-With t(m, s) the heating time at mesh and step refinements m and s, the errors of a run come from two cheaper ones with half as
-many cells in each direction, one with its own steps and one with half of those as well (Richardson):
+With t(m, s) the heating time at mesh and step refinements m and s, the errors of a run come from two cheaper ones with 0.7 of
+its cells in each direction, one with its own steps and one with half of those as well (Richardson):
 
-    e_m = |t(m, s) - t(m/2, s)| / (2^p - 1),    e_s = |t(m/2, s) - t(m/2, s/2)| / (2^p - 1),    e = sqrt(e_m^2 + e_s^2).
+    e_m = [t(0.7 m, s) - t(m, s)] / (0.7^-p - 1),    e_s = [t(0.7 m, s/2) - t(0.7 m, s)] / (2^3 - 1),
 
-On coarse meshes errors decrease faster than with the order 2 of the methods, because the near-wall layer is only beginning to
-be resolved: p = 2.5 is the order observed on 39 random scenes (docs/accuracy.md has 40 others). If the estimate exceeds the
-target, one finer run follows, with mesh and steps each refined as required at order 2. Its error estimate is e_m and e_s scaled
-at that order, or the estimate from its difference to the previous run, whichever is larger. This is the discretisation error,
-not the model error.
+both with their signs, as they may cancel; the estimate is |e_m + e_s|, and half of sqrt(e_m^2 + e_s^2) at least. The steps are of
+third order. Meshes converge faster than with their order 2, because the layer at the wall is only beginning to be resolved:
+p = 2.5 is what random scenes show (docs/accuracy.md has others). If the estimate exceeds the target, one finer run follows, with
+mesh and steps each refined as required at order 2. Its error estimate is e_m and e_s scaled at that order, or the estimate from
+its difference to the previous run, whichever is larger. This is the discretisation error, not the model error.
 """
 
 import math
@@ -19,8 +19,10 @@ from typing import NamedTuple
 from ..errors import SolveError
 from ..scene.scene import Scene
 
-OBSERVED_ORDER, ORDER = 2.5, 2.0
-"""Of convergence from coarse meshes and steps, and of the methods."""
+OBSERVED_ORDER, ORDER, STEPS_ORDER = 2.5, 2.0, 3.0
+"""Of convergence from coarse meshes, of the methods in space, and of those in time."""
+COARSER = 0.7
+"""Part of the cells in each direction of the runs that the errors are estimated from."""
 FINEST = 8.0
 """Largest refinement that is tried."""
 FINER = 1.5
@@ -32,15 +34,15 @@ MARGIN = 1.1
 
 
 class Errors(NamedTuple):
-    """Relative errors of a heating time by its mesh and by its steps."""
+    """Relative errors of a heating time by its mesh and by its steps, with their signs."""
 
     mesh: float
     steps: float
 
     @property
     def both(self) -> float:
-        """Of both, taken as independent."""
-        return math.hypot(self.mesh, self.steps)
+        """Of both together, where they cancel half of what they are as independent ones at least."""
+        return max(abs(self.mesh + self.steps), 0.5 * math.hypot(self.mesh, self.steps))
 
 
 def run_to_accuracy(scene: Scene, march: Callable[[Scene], float | None]) -> float | None:
@@ -63,7 +65,7 @@ def run_to_accuracy(scene: Scene, march: Callable[[Scene], float | None]) -> flo
         try:
             times = [
                 march(_refined(scene, mesh * part_of_mesh, steps * part_of_steps))
-                for part_of_mesh, part_of_steps in ((0.5, 0.5), (0.5, 1.0), (1.0, 1.0))
+                for part_of_mesh, part_of_steps in ((COARSER, 0.5), (COARSER, 1.0), (1.0, 1.0))
             ]
         except SolveError:  # coarse cells may have no steady flow
             if mesh >= COARSEST_OF_ALL:
@@ -78,7 +80,7 @@ def run_to_accuracy(scene: Scene, march: Callable[[Scene], float | None]) -> flo
     while errors.both > wanted and max(mesh, steps) < FINEST:
         finer_mesh, finer_steps = (
             min(FINEST, refinement * needed_factor(error, wanted))
-            for refinement, error in ((mesh, errors.mesh), (steps, errors.steps))
+            for refinement, error in ((mesh, abs(errors.mesh)), (steps, abs(errors.steps)))
         )
         before, now = now, march(_refined(scene, finer_mesh, finer_steps))
         if now is None:
@@ -93,14 +95,15 @@ def _refined(scene: Scene, mesh: float, steps: float) -> Scene:
 
 
 def estimated_errors(coarse: float, coarse_mesh: float, fine: float) -> Errors:
-    """Errors of the heating time `fine` (s) beside those of half the cells and steps, and of half the cells."""
-    reduction = 2.0**OBSERVED_ORDER - 1.0
-    return Errors(abs(fine - coarse_mesh) / reduction / fine, abs(coarse_mesh - coarse) / reduction / fine)
+    """Errors of the heating time `fine` (s) beside those of `COARSER` cells and half the steps, and of such cells alone."""
+    by_mesh = (coarse_mesh - fine) / (COARSER**-OBSERVED_ORDER - 1.0)
+    by_steps = (coarse - coarse_mesh) / (2.0**STEPS_ORDER - 1.0)
+    return Errors(by_mesh / fine, by_steps / fine)
 
 
 def needed_factor(error: float, wanted: float) -> float:
-    """Factor on a refinement that brings its error down to its share of what is wanted in all, 1 at least."""
-    return max(1.0, MARGIN * (math.sqrt(2.0) * error / wanted) ** (1.0 / ORDER))
+    """Factor on a refinement that brings its error down to half of what is wanted in all, 1 at least."""
+    return max(1.0, MARGIN * (2.0 * error / wanted) ** (1.0 / ORDER))
 
 
 def errors_after(errors: Errors, mesh_factor: float, steps_factor: float, difference: float) -> Errors:

@@ -45,20 +45,9 @@ def summarise(
 ) -> dict[str, Any]:
     """The content of result.json (a collective call), all but the seconds."""
     problem, recorder, specs = simulation.problem, simulation.recorder, simulation.specs
-    history, flow, heat, estimates = recorder.history, problem.flow, problem.heat, problem.medium.estimates
-    balance, recorded = heat.balance, len(history) > 0
+    history, balance = recorder.history, problem.heat.balance
+    recorded = len(history) > 0
     bounds = [min(history["lowest_temperature"]), max(history["highest_temperature"])] if recorded else None
-    spent: dict[str, float | None] = dict.fromkeys(SPENT)
-    if recorded:
-        spent |= energy_use(
-            history,
-            specs.laws.fluid,
-            outlet_pressure=specs.flow.outlet_pressure,
-            initial_temperature=specs.heat.initial_temperature,
-            heating_time=recorder.heating_time,
-        )
-    if recorded and problem.air_loop is not None:
-        spent |= _spent_by_the_supply(simulation, spent["pumping_work"])
     return {
         "status": "failed" if failure else "interrupted" if interrupted else "done",
         "failure": str(failure) if failure else None,
@@ -75,10 +64,38 @@ def summarise(
         "energy_rev_residual": balance.by_rev_terms / balance.by_fluid if balance.by_fluid else 0.0,
         "heat_by_fluid": balance.by_fluid,
         "heat_stored": balance.stored,
-        **spent,
+        **_spent(simulation),
         "energy": _energy_of_the_tool(simulation) if recorded and problem.air_loop is not None else None,
         "temperature_bounds": bounds,
-        "time_steps": len(history) - 1 if recorded else 0,
+        **_work_done(simulation),
+        **_provenance(scene, simulation),
+        "warnings": warnings_of(scene, simulation, bounds),
+    }
+
+
+def _spent(simulation: Simulation) -> dict[str, float | None]:
+    """Heat, work and mean power; None of a run that has not begun."""
+    recorder, problem, specs = simulation.recorder, simulation.problem, simulation.specs
+    spent: dict[str, float | None] = dict.fromkeys(SPENT)
+    if not len(recorder.history):
+        return spent
+    spent |= energy_use(
+        recorder.history,
+        specs.laws.fluid,
+        outlet_pressure=specs.flow.outlet_pressure,
+        initial_temperature=specs.heat.initial_temperature,
+        heating_time=recorder.heating_time,
+    )
+    if problem.air_loop is not None:
+        spent |= _spent_by_the_supply(simulation, spent["pumping_work"])
+    return spent
+
+
+def _work_done(simulation: Simulation) -> dict[str, Any]:
+    """Steps, iterations and unknowns."""
+    problem, flow, heat = simulation.problem, simulation.problem.flow, simulation.problem.heat
+    return {
+        "time_steps": max(len(simulation.recorder.history) - 1, 0),
         "rejected_steps": simulation.control.rejected,
         "repeated_steps": heat.repetitions,
         "flow_regimes": simulation.regimes,
@@ -86,6 +103,13 @@ def summarise(
         "continuation_steps": flow.continuation_steps,
         "newton_iterations": {"flow": flow.newton_iterations, "energy": heat.newton_iterations},
         "unknowns": problem.unknowns,
+    }
+
+
+def _provenance(scene: Scene, simulation: Simulation) -> dict[str, Any]:
+    """What the scene gave, models, sources and versions."""
+    problem, specs, estimates = simulation.problem, simulation.specs, simulation.problem.medium.estimates
+    return {
         "bead_biot_number": estimates.bead_biot_number,
         "bead_reynolds_number": estimates.reynolds_number,
         "given": scene.given(),
@@ -95,7 +119,6 @@ def summarise(
         "sources": specs.laws.sources(specs.heat.bead_modes is not None),
         "materials": materials_used(specs, has_wall=problem.has_wall),
         "versions": versions(problem.communicator.size),
-        "warnings": warnings_of(scene, simulation, bounds),
     }
 
 

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from porousmold.errors import InputError
-from porousmold.shear import cell as module
-from porousmold.shear.cell import ShearCell, Shearing
+from porousmold.shear import evaluation
+from porousmold.shear import motion as module
+from porousmold.shear.cell import ShearCell
+from porousmold.shear.motion import Shearing
 
 SMALL = {"distance": 8.0, "width": 6.0, "strains": 10.0, "peclet": (1.0,)}
 
@@ -97,7 +99,7 @@ def test_a_drifting_flux_is_not_steady():
     noise = 0.01 * rng.standard_normal((8, 3))
     fluxes = noise + np.array([1.0, 1.0, 1.0]) + np.outer(np.arange(8), [0.0, 0.1, 0.0])
     stored = noise + np.array([0.0, 0.0, 0.5])
-    assert module._steady(fluxes, stored).tolist() == [True, False, False]
+    assert evaluation._steady(fluxes, stored).tolist() == [True, False, False]
 
 
 @pytest.mark.parametrize(

@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from porousmold.shear.cell import ShearCell, Shearing
+from porousmold.shear.cell import ShearCell
 from porousmold.shear.heat import AREA_ROOT, cases_of, exchange
+from porousmold.shear.motion import Shearing
 
 
 def exchanged(height, heights, pairs, with_walls, cases, temperature, span, times=1, mass=None, moved=0.0):
