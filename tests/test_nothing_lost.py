@@ -109,6 +109,9 @@ def test_why_a_wall_is_not_heated_is_told():
     }
     steady = run(coarse_scene({**plug, **losses}), communicator=MPI.COMM_SELF).summary["warnings"]
     assert any("stays there: heat losses of the outer wall" in text for text in steady)
+    ended = run(coarse_scene({**plug, **losses, "operation.end_time": None}), communicator=MPI.COMM_SELF).summary
+    assert ended["status"] == "done" and ended["end_time"] < 2e4
+    assert any("2 K at " in text and "stays there" in text for text in ended["warnings"])
 
 
 def test_a_study_with_refused_cases_ends_with_a_status(tmp_path):

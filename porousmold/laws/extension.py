@@ -155,7 +155,8 @@ def _called(law: str, function: Function, *arguments: Any) -> Any:
     try:
         return function(*arguments)
     except Exception as error:
-        raise InputError(f"{law} law", None, f"fails: {first_line(error)}") from error
+        hint = " (roots, exp and ln are those of porousmold.laws.functions)" if "ufunc" in str(error) else ""
+        raise InputError(f"{law} law", None, f"fails: {first_line(error)}{hint}") from error
 
 
 def _check(law: str, values: Any, count: int) -> None:

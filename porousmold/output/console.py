@@ -170,6 +170,16 @@ def is_cooling(scene: Scene) -> bool:
     return bool(scene.operation.inlet_temperature.values[-1] < scene.operation.initial_temperature)
 
 
+def outer_wall_text(operation: Mapping[str, Any]) -> str:
+    """What happens at the outer wall, by the keys of [operation]."""
+    coefficient = operation.get("outer_coefficient")
+    if coefficient is not None:
+        return f"{coefficient:g} W/m2/K to the surroundings"
+    if operation.get("outer_heat_flux") is not None:
+        return "given heat flux"
+    return "adiabatic, no heat loss (see operation.outer_coefficient)"
+
+
 def summary_text(scene: Scene, summary: Mapping[str, Any], out: Path, pictures: Sequence[Path]) -> str:
     """The short readable end of a run."""
     margin = scene.operation.heating_margin
@@ -212,6 +222,8 @@ def summary_text(scene: Scene, summary: Mapping[str, Any], out: Path, pictures: 
         lines.append(f"model: {model_text(summary['model_choice'])}")
     if summary["heating_time_error"] is not None:
         lines.append(f"numerical error of the heating time: about {summary['heating_time_error']:.2%}")
+    if scene.model.wall in ("conjugate", "thin"):
+        lines.append(f"outer wall: {outer_wall_text(dict(scene.operation))}")
     lines.append(f"closures: {closures_text(summary['closures'])}")
     lines += [f"warning: {text}" for text in summary["warnings"]]
     lines.append(f"written to {out}" + (f": {', '.join(path.name for path in pictures)}" if pictures else ""))

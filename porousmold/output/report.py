@@ -15,7 +15,7 @@ from ..files.atomic_files import output_file
 from ..scene.geometries import modelled_part
 from ..scene.keys import flat, unit_and_meaning
 from ..scene.schema import KEYS
-from .console import closures_text, model_text
+from .console import closures_text, model_text, outer_wall_text
 from .pictures import draw, fields_with_slider
 from .quantities import ENERGY_GIVEN, ENERGY_NAMES, JOULES_A_KWH
 from .stored import read_study
@@ -135,6 +135,7 @@ def _results(summary: dict[str, Any], scene: dict[str, Any]) -> list[str]:
             ["relative imbalance of the heat balance", *_or_dash(summary["energy_imbalance"], "1")],
             ["lowest and highest temperature", f"{bounds[0] - 273.15:.2f} to {bounds[1] - 273.15:.2f}", "°C"],
             ["time steps", str(summary["time_steps"]), ""],
+            ["outer wall", outer_wall_text(scene["operation"]), ""],
             ["unknowns (flow, energy)", f"{summary['unknowns']['flow']}, {summary['unknowns']['energy']}", ""],
         ]),
     ]  # fmt: skip
@@ -290,6 +291,27 @@ def _optimum(folder: Path) -> str:
     return f'<p class="large">{_text(sentence)}</p>' + (_table(["of", "value (SI)"], rows) if rows else "")
 
 
+def _search(folder: Path) -> str:
+    """What `porousmold solve-for` left in the folder: which single change reaches the target."""
+    try:
+        found = json.loads((folder / "solve_for.json").read_text(encoding="utf-8"))
+        target = found["target"]
+        rows = [
+            [
+                *(one["key"], one["unit"], float(one["value"])),
+                "none found" if one["needed"] is None else float(one["needed"]),
+                *(float(one["tried"]), one["reached"], one["beside"]["mean_power"], one["reason"]),
+            ]
+            for one in found["changes"]
+        ]
+        sentence = f"Target: {target['record']} = {target['value']:.6g}, by a single change"
+    except (OSError, ValueError, LookupError, TypeError) as error:
+        raise InputError("RUN", str(folder), f"has a damaged solve_for.json: {error}") from error
+    head = ["key", "unit", "as given", "needed", "tried", target["record"], "mean power in W", "why not"]
+    rows = [["-" if cell is None else cell for cell in row] for row in rows]
+    return f'<p class="large">{_text(sentence)}</p>' + _table(head, rows)
+
+
 def _of_study(folder: Path) -> tuple[Any, ...]:
     entries, head = read_study(folder)
     rows = [
@@ -299,7 +321,9 @@ def _of_study(folder: Path) -> tuple[Any, ...]:
     counts = ", ".join(f"{statuses.count(status)} {status}" for status in dict.fromkeys(statuses))
     body = _optimum(folder) if (folder / "optimum.json").is_file() else ""
     body += _uncertainty(folder) if (folder / "uncertainty.json").is_file() else ""
+    if (folder / "solve_for.json").is_file():  # its table is that of the last run tried
+        return f"What must change: {folder.name}", body + _search(folder)
     draw_study(folder, entries, head)
-    body += f"<p>{len(entries)} cases: {_text(counts)}.</p>"
+    body += f"<p>{len(entries)} case{'s' if len(entries) != 1 else ''}: {_text(counts)}.</p>"
     body += "".join(_picture(path) for path in sorted(folder.glob("*.png"))) + _table(head, rows)
     return f"Study: {folder.name}", body

@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import InputError
 from ..files.atomic_files import output_file, output_folder
 from ..files.units import preferred_unit
-from ..scene.keys import flat, unit_and_meaning
+from ..scene.keys import flat, kind_of
 from ..scene.schema import KEYS
 from .figures import STYLE, plt, save
 from .quantities import Columns
@@ -118,7 +118,7 @@ def _row(name: str, values: list[Any], unit: str) -> str:
 
 def _text(content: Mapping[str, Any], out: Path, picture: Path) -> str:
     lines = ["the scenes differ in" if content["scenes"] else "the scenes are the same"]
-    lines += [_row(name, values, unit_and_meaning(KEYS, name)[0]) for name, values in content["scenes"].items()]
+    lines += [_row(name, values, kind_of(KEYS, name)) for name, values in content["scenes"].items()]
     lines.append("results")
     for name, (a, b) in content["results"].items():
         ratio = f"   x {b / a:.4f}" if a and b is not None else ""

@@ -1,5 +1,7 @@
 """Pictures of a study: curves over one key or two, heat maps over two numbers, parallel coordinates over more."""
 
+import itertools
+import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -67,13 +69,14 @@ def plot_in_terminal(entries: Sequence[Mapping[str, Any]], head: Sequence[str]) 
     plotext.clear_figure()
     plotext.theme("clear")
     plotext.plotsize(78, 20)
-    for label, members in _families(study, key).items():
+    for (label, members), marker in zip(_families(study, key).items(), itertools.cycle("•x+o*")):
         x = [entry[key] for entry in members] if study.numbers else list(range(1, len(members) + 1))
         y = [entry[record] for entry in members]
-        plotext.plot(x, y, marker="dot", label=label or None)
+        plotext.plot(x, y, marker=marker, label=label or None)
     plotext.xlabel(study.labels[key])
     plotext.title(study.labels[record])
-    return str(plotext.build())
+    picture = str(plotext.build())
+    return picture if sys.stdout.isatty() else str(plotext.uncolorize(picture))
 
 
 def _is_number(value: Any) -> bool:

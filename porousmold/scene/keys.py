@@ -100,6 +100,15 @@ def key_of(schema: Schema, full_name: str) -> Key:
     return key.entries[listed["key"]] if listed else key
 
 
+def kind_of(schema: Schema, full_name: str) -> str:
+    """Unit of a key's values as `units` knows it, differences of temperature as such; empty where it has none."""
+    try:
+        kind = key_of(schema, full_name).kind
+    except KeyError:
+        return ""
+    return "" if kind in WITHOUT_UNIT else kind
+
+
 def unit_and_meaning(schema: Schema, full_name: str) -> tuple[str, str]:
     """Of the key of a name; both empty for that of a material's own."""
     try:

@@ -12,6 +12,7 @@ from ..mesh import domain as geometry
 from ..mesh import fenicsx
 from ..mesh.aliases import Communicator
 from ..mesh.domain import Domain
+from ..output.console import outer_wall_text
 from ..scene.plausibility import implausible_values
 from ..scene.scene import Scene
 from .assembly import build_domain
@@ -60,22 +61,13 @@ def check(scene: Scene, communicator: Communicator) -> Checked:
         f"height of the first cell at the wall: {1e3 * first:.3g} mm; recommended: about {1e3 * estimates.first_cell:.3g} mm",
         f"unknowns: about {flow} of the flow and {energy} of the temperatures; {memory / 2**30:.2g} GiB",
         f"expected computing time: {seconds:.0f} s, within a factor of three, for {steps:.0f} time steps",
-        f"expected flow: {estimates.speed:.3g} m/s between the beads, bead Reynolds number {estimates.reynolds_number:.3g}, "
+        f"estimated flow: {estimates.speed:.3g} m/s between the beads, bead Reynolds number {estimates.reynolds_number:.3g}, "
         f"mass flow {estimates.mass_flow:.3g} kg/s of the modelled part",
         f"bead Biot number: {estimates.bead_biot_number:.2g}",
-        *([_heat_loss_of(specs)] if domain.has_outer_wall else []),
+        *([f"outer wall: {outer_wall_text(dict(scene.operation))}"] if domain.has_outer_wall else []),
         f"lower bound of the heating time, from the heat capacities and the mass flow: about {estimates.heating_duration:.0f} s",
     ]
     return Checked(facts, implausible_values(scene) + _warnings_of_the_mesh(specs, domain, estimates, first))
-
-
-def _heat_loss_of(specs: Specs) -> str:
-    """What happens at the outer wall."""
-    outer = specs.heat.outer_wall
-    if outer.coefficient is None and outer.heat_flux is None:
-        return "outer wall: adiabatic, no heat loss (see operation.outer_coefficient)"
-    loss = "given heat flux" if outer.coefficient is None else f"{outer.coefficient:g} W/m2/K to the surroundings"
-    return f"outer wall: {loss}"
 
 
 def _nodes(domain: Domain) -> dict[str, int]:

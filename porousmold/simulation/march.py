@@ -1,5 +1,6 @@
 """Time integration: flow and energy in turn, until the wall is heated or the end time is reached."""
 
+import bisect
 import logging
 import math
 from collections.abc import Callable, Mapping
@@ -19,6 +20,13 @@ from .recorder import Recorder
 from .specs import HeatSpec, Specs
 
 LOG = logging.getLogger(__name__)
+
+STEADY_AFTER = 3.0
+"""Expected heating times before which nothing counts as steady."""
+STEADY_HEATED = 0.05
+"""Part of the way to the inlet's temperature that a wall must have come to count as steady: else the front is still to come."""
+STEADY_CHANGE = 1e-4
+"""Part of the distance from the inlet's temperature by which a steady wall may still change."""
 
 BACKWARDS = 1e-3
 """Mass flow, as a part of the expected one, by which a flow may run backwards: that of rounding."""
@@ -82,7 +90,7 @@ class Simulation:
         observe("flow: initial guess")
         if not len(self.recorder.history):  # else it goes on from a checkpoint
             self._start()
-        while self.time < self.specs.time.end_time * (1 - 1e-12) and not self._heated_for_good():
+        while not (self.time >= self.specs.time.end_time * (1 - 1e-12) or self._heated_for_good() or self.is_steady()):
             observe("")
             step = self._step()
             if step is not None:
@@ -151,8 +159,24 @@ class Simulation:
         last_change = max(self.specs.heat.inlet_temperature.breakpoints, default=0.0)
         return self.recorder.reached and self.time >= last_change * (1 - 1e-12)
 
+    def is_steady(self) -> bool:
+        """Whether the wall has stayed as far from the inlet's temperature for the second half of the time, in a scene without
+        operation.end_time: then it is never heated."""
+        time, history = self.specs.time, self.recorder.history
+        if not time.until_steady or time.targets or self.recorder.reached:
+            return False
+        begun = max(
+            2.0 * max(time.breakpoints, default=0.0), STEADY_AFTER * self.problem.medium.estimates.heating_duration
+        )
+        if self.time < begun:
+            return False
+        times, deficits = history["time"], history["deficit_wall"]
+        half = min(bisect.bisect_left(times, 0.5 * self.time), len(times) - 2)
+        is_heated = deficits[-1] < (1.0 - STEADY_HEATED) * max(deficits)
+        return is_heated and abs(deficits[half] - deficits[-1]) < STEADY_CHANGE * deficits[-1]
+
     def _keep_snapshot(self) -> None:
-        finished = self._heated_for_good() or self.time >= self.specs.time.end_time
+        finished = self._heated_for_good() or self.is_steady() or self.time >= self.specs.time.end_time
         self.recorder.keep_snapshot(self.time, finished=finished)
 
     def _put_back(self, before: list[NDArray[Any]], balance: HeatBalance) -> None:

@@ -197,8 +197,8 @@ def warnings_of(scene: Scene, simulation: Simulation, bounds: list[float] | None
 def _why_not_heated(simulation: Simulation) -> str:
     """How far the wall is from the inlet's temperature at the end, and whether it still approaches it."""
     time, history, heat = simulation.specs.time, simulation.recorder.history, simulation.specs.heat
-    text = f"not heated to within {time.margin:g} K by operation.end_time {time.end_time:g} s: "
-    text += f"the wall is {history['deficit_wall'][-1]:.1f} K away"
+    end = f"at {simulation.time:.4g} s" if simulation.is_steady() else f"by operation.end_time {time.end_time:g} s"
+    text = f"not heated to within {time.margin:g} K {end}: the wall is {history['deficit_wall'][-1]:.1f} K away"
     times, deficits = (np.array(history[name]) for name in ("time", "deficit_wall"))
     if len(times) < 3:
         return text
@@ -220,7 +220,7 @@ def _of_the_outcome(simulation: Simulation) -> list[str]:
     time, found = simulation.specs.time, []
     at_end = simulation.time >= time.end_time * (1 - 1e-9)
     waiting = simulation.recorder.heating_time is None and simulation.specs.heat.wall != "fixed-temperature"
-    if waiting and at_end and not time.targets:
+    if waiting and (at_end or simulation.is_steady()) and not time.targets:
         found.append(_why_not_heated(simulation))
     for target in time.targets:
         if simulation.recorder.targets[target.name] is None and at_end:

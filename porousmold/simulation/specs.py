@@ -125,7 +125,8 @@ class HeatSpec:
 @dataclass(frozen=True, kw_only=True)
 class TimeSpec:
     """The march: steps before `refinement`, `breakpoints` at which steps end, and when the wall counts as heated: all of it
-    within `margin` (K) of the inlet's temperature. With `targets` the march goes on until these are met."""
+    within `margin` (K) of the inlet's temperature. With `targets` the march goes on until these are met; `until_steady` ends it
+    where the temperatures are steady before that."""
 
     first_step: float
     step_growth: float
@@ -133,6 +134,7 @@ class TimeSpec:
     refinement: float
     tolerance: float
     end_time: float
+    until_steady: bool
     margin: float
     targets: tuple[Target, ...]
     breakpoints: tuple[float, ...]
@@ -309,6 +311,7 @@ def _time(scene: Scene) -> TimeSpec:
         refinement=solver.step_refinement,
         tolerance=solver.step_tolerance,
         end_time=operation.end_time,
+        until_steady=not scene.is_given("operation.end_time"),
         margin=operation.heating_margin,
         targets=_targets(scene),
         breakpoints=tuple(sorted({instant for each in series for instant in each.breakpoints if instant > 0.0})),

@@ -21,7 +21,7 @@ from ..files.units import preferred_unit, to_si
 from ..scene.checks import target_name
 from ..scene.chosen_laws import Laws
 from ..scene.geometries import modelled_part
-from ..scene.keys import WITHOUT_UNIT, key_of
+from ..scene.keys import WITHOUT_UNIT, key_of, kind_of
 from ..scene.scene import Scene
 from ..scene.schema import KEYS
 from .definition import Study, unit_of_record
@@ -31,6 +31,10 @@ from .running import run_study
 TOLERANCE = 0.003
 """Part of the target that a run may be off."""
 FIRST_FACTOR, FARTHEST = 1.3, 10.0
+FARTHEST_TEMPERATURE = 3.0
+"""The same of a temperature beyond the initial one."""
+MOST_AWAY = 2
+"""Runs in succession that lead away from the target, after which the search turns round."""
 MOST_RUNS = 14
 BESIDE = ("mean_power", "energy_spent")
 """Recorded of every run beside the target."""
@@ -47,11 +51,13 @@ class Aim:
 
 @dataclass(frozen=True)
 class Change:
-    """What a single key does: its `value` (SI) as the scene has it and as `needed` (None: `reason`), and what is `reached`."""
+    """What a single key does: its `value` (SI) as the scene has it, the one `tried` that comes nearest to the target, the same as
+    `needed` where it is met (None: `reason`), and what is `reached` with it."""
 
     key: str
     unit: str
     value: float
+    tried: float
     needed: float | None
     reached: float | None
     beside: dict[str, float | None]
@@ -132,6 +138,7 @@ class _Search:
         if value is None or value - self._datum == 0.0:
             raise InputError("--key", key, "must be a positive number of the scene that does not change in time")
         self._unit, self._value = described.unit, value
+        self._farthest = FARTHEST_TEMPERATURE if described.kind == "K" else FARTHEST
         self._rows: dict[float, Any] = {}
         self._refusal = ""
 
@@ -143,10 +150,10 @@ class _Search:
         last, at_last = 0.0, here
         sides = self._towards_less_excess(here)
         for side in sides:
-            last, at_last, place = 0.0, here, 0.0
-            while abs(place) < math.log(FARTHEST) * (1.0 - 1e-9) and len(self._rows) < MOST_RUNS:
+            last, at_last, place, away = 0.0, here, 0.0, 0
+            while abs(place) < math.log(self._farthest) * (1.0 - 1e-9) and len(self._rows) < MOST_RUNS:
                 ahead = abs(place) + math.log(FIRST_FACTOR) * (1.0 if place == 0.0 else 1.6)
-                place = side * min(ahead, math.log(FARTHEST))
+                place = side * min(ahead, math.log(self._farthest))
                 excess = self._excess(place)
                 if math.isnan(excess):
                     break
@@ -154,9 +161,12 @@ class _Search:
                     return self._change(place)
                 if excess * at_last < 0.0:
                     return self._between(last, place)
+                away = away + 1 if abs(excess) > abs(at_last) else 0
                 last, at_last = place, excess
+                if away >= MOST_AWAY:
+                    break
         nearest = min(self._rows, key=lambda place: abs(self._excess(place)) if self._known(place) else math.inf)
-        return self._change(nearest, self._refusal or f"not reached up to a factor {FARTHEST:g}")
+        return self._change(nearest, self._refusal or f"not reached up to a factor of {self._farthest:g}")
 
     def _towards_less_excess(self, here: float) -> tuple[float, float]:
         """Both directions, that which brings the record nearer first."""
@@ -210,7 +220,7 @@ class _Search:
         reached = row.values.get(self._aim.record)
         needed = self._setting(place) if not reason else None
         beside = {name: row.values.get(name) for name in BESIDE}
-        return Change(self._key, self._unit, self._value, needed, reached, beside, reason)
+        return Change(self._key, self._unit, self._value, self._setting(place), needed, reached, beside, reason)
 
 
 def summary_text(found: Sequence[Change], aim: Aim, scene: Scene) -> str:
@@ -220,12 +230,13 @@ def summary_text(found: Sequence[Change], aim: Aim, scene: Scene) -> str:
     lines = [f"{aim.record} = {aimed:.6g} {unit}".rstrip() + " by a single change of"]
     for change, value in zip(found, reached, strict=True):
         if change.needed is None:
-            nearest = f"; nearest {value:.5g} {unit}" if value is not None else ""
-            lines.append(f"  {change.key:32s} cannot: {change.reason}{nearest}")
+            (tried,), sign = preferred_unit([change.tried], kind_of(KEYS, change.key))
+            nearest = f"; nearest {value:.5g} {unit} with {tried:.4g} {sign}".rstrip() if value is not None else ""
+            lines.append(f"  {change.key:32s} none found: {change.reason}{nearest}")
             continue
         power = change.beside["mean_power"]
         cost = f", mean power {power / 1e3:.3g} kW" if power is not None else ""
-        (now, needed), sign = preferred_unit([change.value, change.needed], change.unit)
+        (now, needed), sign = preferred_unit([change.value, change.needed], kind_of(KEYS, change.key))
         lines.append(f"  {change.key:32s} {now:.4g} -> {needed:.4g} {sign}".rstrip() + f": {value:.5g} {unit}{cost}")
     if any(change.needed is not None for change in found):
         lines.append(f"power of {modelled_part(dict(scene.geometry))}")

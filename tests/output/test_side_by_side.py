@@ -20,14 +20,19 @@ def test_tables_in_lists_have_numbers():
 def test_what_differs_between_two_runs(tmp_path, capsys):
     ends = {"operation.end_time": 60.0}
     run(coarse_scene(ends), tmp_path / "a", MPI.COMM_SELF)
-    run(coarse_scene({**ends, "wall.thickness": "2 mm"}), tmp_path / "b", MPI.COMM_SELF)
+    run(
+        coarse_scene({**ends, "wall.thickness": "2 mm", "operation.heating_margin": "5 K"}),
+        tmp_path / "b",
+        MPI.COMM_SELF,
+    )
     assert main(["compare", str(tmp_path / "a"), str(tmp_path / "b"), "--out", str(tmp_path / "both")]) == 0
     content = json.loads((tmp_path / "both" / "beside.json").read_text())
-    assert content["scenes"] == {"wall.thickness": [pytest.approx(3e-3), pytest.approx(2e-3)]}
+    assert content["scenes"]["wall.thickness"] == [pytest.approx(3e-3), pytest.approx(2e-3)]
+    assert content["scenes"]["operation.heating_margin"] == [2.0, 5.0] and len(content["scenes"]) == 2
     assert content["results"]["mass_flow_initial"][0] > 0.0
     assert (tmp_path / "both" / "beside.png").stat().st_size > 10_000
-    (row,) = (line for line in capsys.readouterr().out.splitlines() if "wall.thickness" in line)
-    assert row.split() == ["wall.thickness", "mm", "3", "2"]
+    rows = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert ["wall.thickness", "mm", "3", "2"] in rows and ["operation.heating_margin", "K", "2", "5"] in rows
 
 
 def test_a_folder_without_a_run_is_refused(tmp_path, capsys):

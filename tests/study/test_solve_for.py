@@ -6,6 +6,7 @@ import pytest
 
 from porousmold import InputError
 from porousmold.cli import main
+from porousmold.output.report import write_report
 from porousmold.study.solve_for import aim_of, solve_for
 
 from ..support import ALUMINIUM, COARSE, coarse_scene, under_mpirun
@@ -28,7 +29,7 @@ def test_what_is_found_is_a_run_that_reaches_the_target(found):
 
 def test_beads_that_would_not_fit_are_no_answer(found):
     beads = found["bed.bead_diameter"]
-    assert beads.needed is None and "allow_small_ratio" in beads.reason
+    assert beads.needed is None and "allow_small_ratio" in beads.reason and beads.tried == beads.value
     assert list(found)[-1] == "bed.bead_diameter"
 
 
@@ -71,7 +72,9 @@ def test_the_command_and_its_file(tmp_path, capsys):
         and " mm: " in printed
     )
     change = json.loads((tmp_path / "solve_for.json").read_text())["changes"][0]
-    assert change["reached"] == pytest.approx(1560.0, rel=0.003)
+    assert change["reached"] == pytest.approx(1560.0, rel=0.003) and change["tried"] == change["needed"]
+    report = write_report(tmp_path).read_text()
+    assert "What must change" in report and "wall.thickness" in report and "1 done" not in report
     again = under_mpirun(2, "-m", "porousmold", *words, "--out", str(tmp_path), "--quiet")
     assert again.returncode == 0, again.stderr
     assert json.loads((tmp_path / "solve_for.json").read_text())["changes"][0] == change
