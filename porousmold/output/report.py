@@ -12,6 +12,7 @@ from xml.etree.ElementTree import ParseError
 from .. import __version__
 from ..errors import InputError
 from ..files.atomic_files import output_file
+from ..files.units import preferred_unit
 from ..scene.geometries import modelled_part
 from ..scene.keys import flat, unit_and_meaning
 from ..scene.schema import KEYS
@@ -81,7 +82,7 @@ def _picture(path: Path) -> str:
 def _of_run(folder: Path) -> tuple[Any, ...]:
     summary = json.loads((folder / "result.json").read_text(encoding="utf-8"))
     scene = tomllib.loads((folder / "scene.toml").read_text(encoding="utf-8"))
-    parts = _headline(summary)
+    parts = _headline(summary, scene)
     parts += [f'<p class="warning">{_text(text)}</p>' for text in summary["warnings"]]
     parts += _targets(summary) + _model(summary) + _uncertainty_of(folder)
     parts += _results(summary, scene) + _energy(summary)
@@ -101,7 +102,7 @@ def _of_run(folder: Path) -> tuple[Any, ...]:
     return f"Heating of a {scene['geometry']['kind']}: {folder.name}", "".join(parts)
 
 
-def _headline(summary: dict[str, Any]) -> list[str]:
+def _headline(summary: dict[str, Any], scene: dict[str, Any]) -> list[str]:
     """How it ended, targets and heating time."""
     parts, time = [], summary["heating_time"]
     if summary["status"] != "done":
@@ -116,7 +117,8 @@ def _headline(summary: dict[str, Any]) -> list[str]:
         last = f"all met at {max(met) / 60.0:.1f} min" if None not in met else "not all met"
         parts.append(f'<p class="large">Targets: {last}</p>')
     if time is not None or not met:
-        parts.append(f'<p class="large">Heating time: {reached}{known}</p>')
+        margin = scene["operation"]["heating_margin"]
+        parts.append(f'<p class="large">Heating time: {reached}{known} (wall within {margin:g} K of the inlet)</p>')
     return parts
 
 
@@ -181,8 +183,10 @@ def _comparison(folder: Path, found: Any) -> list[Any]:
     ]
 
 
-def _or_dash(value: Any, unit: str) -> Any:
-    return (float(value), unit) if value is not None else ("-", unit)
+def _or_dash(value: float | None, unit: str) -> tuple[str, str]:
+    """A value (SI) in the unit that readers prefer, and that unit."""
+    (shown,), sign = preferred_unit([value], unit)
+    return ("-" if shown is None else f"{shown:.4g}"), sign
 
 
 def _value(value: Any) -> Any:

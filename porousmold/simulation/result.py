@@ -87,7 +87,7 @@ class Result:
         found |= {f"target {name}": f"{met:.1f} s" if met else "not met" for name, met in summary["targets"].items()}
         if summary["mass_flow_final"] is not None:
             found["mass flow"] = f"{summary['mass_flow_final']:.4g} kg/s"
-        found["heat unaccounted for"] = f"{summary['energy_imbalance']:.1e}"
+        found["relative heat imbalance"] = f"{summary['energy_imbalance']:.1e}"
         return found | {"warnings": str(len(summary["warnings"]))}
 
     def _picture(self) -> str:
