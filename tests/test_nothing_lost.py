@@ -8,7 +8,7 @@ from mpi4py import MPI
 from porousmold import InputError, Scene, run
 from porousmold.cli import main
 
-from .support import ALUMINIUM, COARSE, coarse_scene
+from .support import ALUMINIUM, COARSE, coarse_scene, simulation_of
 
 SHORT = {"operation.end_time": 5.0, "model.turbulence": "none", "model.flow": "plug"}
 WORDS = [word for name, value in (COARSE | SHORT).items() for word in ("--set", f"{name}={value}")]
@@ -112,6 +112,16 @@ def test_why_a_wall_is_not_heated_is_told():
     ended = run(coarse_scene({**plug, **losses, "operation.end_time": None}), communicator=MPI.COMM_SELF).summary
     assert ended["status"] == "done" and ended["end_time"] < 2e4
     assert any("2 K at " in text and "stays there" in text for text in ended["warnings"])
+
+
+def test_a_set_point_that_falls_to_the_wall_has_not_heated_it():
+    """The wall is between 30 and 100 degC when the set-point, on its way down, passes its coldest point."""
+    set_point = [0.0, 375.0, 495.0, 825.0, 2e4], [298.15, 423.15, 423.15, 313.15, 313.15]
+    changes = {"model.flow": "plug", "model.turbulence": "none", "operation.end_time": "4 h"}
+    simulation = simulation_of(coarse_scene({**changes, "operation.inlet_temperature": set_point})).march()
+    history, time = simulation.recorder.history, simulation.recorder.heating_time
+    assert time is not None and time > 1000.0
+    assert history["highest_wall"][-1] < 313.15 + 2.5
 
 
 def test_a_study_with_refused_cases_ends_with_a_status(tmp_path):

@@ -159,6 +159,10 @@ class EnergyEquations:
         form += weight * bead * self.dx_bed
         return form + self.wall.stored_heat(temperature, test, streamline.monotone)
 
+    def fluid_heat_capacity(self) -> Value:
+        """Form (scalar, J/K) of phi rho C_f of the fluid in the bed."""
+        return self.coordinates.nodal_weight * self._fluid_storage() * self.nodes_bed
+
     def heating_rate(
         self, temperature: Value, bead_temperature: Value, rates: Sequence[Value], test: Value, bead_test: Value
     ) -> Value:

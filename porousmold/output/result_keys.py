@@ -52,7 +52,10 @@ RESULT_KEYS: Mapping[str, ResultKey] = {
     "repeated_steps": ResultKey(
         "integer", "time steps whose energy solve was repeated to keep temperatures within bounds"
     ),
-    "flow_regimes": ResultKey("array", "laminar or turbulent, in the order in which they occurred"),
+    "flow_regimes": ResultKey(
+        "array",
+        "laminar or turbulent: the flow at the start, the other one if it is steady there, too, or occurred later",
+    ),
     "flow_solves": ResultKey("integer", "solves of the flow"),
     "continuation_steps": ResultKey("integer", "pseudo-time steps of the flow solver (false transient)"),
     "newton_iterations": ResultKey("object", "of flow and energy"),

@@ -18,7 +18,7 @@ from ..scene.scene import Scene
 from .assembly import build_domain
 from .estimates import Estimates
 from .meshing import BYTES_AN_UNKNOWN
-from .outcome import HIGHEST_BIOT_NUMBER
+from .outcome import HIGHEST_BIOT_NUMBER, outside_ranges
 from .problem import sensors_of
 from .specs import Specs, specs_of
 
@@ -67,7 +67,8 @@ def check(scene: Scene, communicator: Communicator) -> Checked:
         *([f"outer wall: {outer_wall_text(dict(scene.operation))}"] if domain.has_outer_wall else []),
         f"lower bound of the heating time, from the heat capacities and the mass flow: about {estimates.heating_duration:.0f} s",
     ]
-    return Checked(facts, implausible_values(scene) + _warnings_of_the_mesh(specs, domain, estimates, first))
+    warnings = implausible_values(scene) + outside_ranges(specs, bool(specs.heat.layers), {})
+    return Checked(facts, warnings + _warnings_of_the_mesh(specs, domain, estimates, first))
 
 
 def _nodes(domain: Domain) -> dict[str, int]:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..errors import InputError
 from ..laws.conductivity import Anisotropic, LocalBed, added, core_dispersion, stagnant_conductivity
 from ..laws.materials import Solid
 from ..laws.nusselt import bead_reynolds_number, prandtl_number, specific_surface
@@ -19,6 +20,8 @@ from .specs import Specs
 
 FIRST_CELL_IN_WALL_UNITS = 1.0
 FEWEST_AXIAL_CELLS = 18
+STEADY_BEADS = 0.1
+"""Part of the slowest time in which beads that move cross the bed fast enough to count as steady."""
 LARGEST_CELL, LARGEST_STEP = 0.42, 0.25
 """Of the front's width at the outlet, and of the time in which the wall's temperature changes there."""
 AXIAL_GRADING = 1.25
@@ -72,15 +75,16 @@ class Estimates:
 
     @property
     def largest_step(self) -> float:
-        """Default cap of the time steps, s: a part of the time in which the front passes and the wall follows it."""
+        """Default cap of the time steps, s: a part of the time in which the front passes and the wall follows it; of moving beads
+        that in which they cross the bed, where that is not far shorter, as they are steady then."""
         passing = self.front_width / self.length * self.heating_duration
-        return LARGEST_STEP * min(
-            math.hypot(passing, self.wall_time_constant, self.inlet_time), self.bead_residence_time
-        )
+        slowest = math.hypot(passing, self.wall_time_constant, self.inlet_time)
+        return LARGEST_STEP * min(slowest, max(self.bead_residence_time, STEADY_BEADS * slowest))
 
 
 def estimate(specs: Specs, size: BedSize) -> Estimates:
-    """Estimates of a scene whose bed has this size."""
+    """Estimates of a scene whose bed has this size; `InputError` where a property has no value at the inlet's temperature."""
+    _check_properties(specs)
     fluid, heat = _fluid_at_inlet(specs), specs.heat
     phi, diameter, laws = specs.porosity.bulk_porosity, specs.mesh.bead_diameter, specs.laws
     speed = max(_speed(specs, size, fluid), fluid.viscosity / (fluid.density * diameter))  # Re = 1: without a flow
@@ -129,6 +133,18 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
         length=size.length,
         heating_duration=(bead_heat + wall.heat_capacity) / (advection * size.area),
     )
+
+
+def _check_properties(specs: Specs) -> None:
+    temperature = specs.heat.inlet_temperature.values[-1]
+    for material in specs.laws.materials(bool(specs.heat.layers)).values():
+        for name, law in material.laws().items():
+            is_fluids_density = name == "density" and material is specs.laws.fluid
+            value = law(specs.flow.outlet_pressure, temperature) if is_fluids_density else law(temperature)
+            if not (math.isfinite(value) and value > 0.0):
+                low, high = (f"{limit - 273.15:.1f}" for limit in law.temperature_range)
+                allowed = f"{material.name} {name}, which is given for {low} to {high} °C, has no value there"
+                raise InputError("operation.inlet_temperature", f"{temperature:.6g} K", allowed, specs.mesh.scene_file)
 
 
 def _inlet_time(series: TimeSeries) -> float:
@@ -194,7 +210,7 @@ def _speed(specs: Specs, size: BedSize, fluid: _Fluid) -> float:
     """Intrinsic speed (m/s) in the middle of the bed at the strongest drive."""
     phi, strongest = specs.porosity.bulk_porosity, specs.flow.driven_by.range[1]
     if specs.flow.drive == "pressure_drop":
-        force = phi * strongest / size.length
+        force = phi * abs(strongest / size.length + fluid.density * specs.flow.gravity)
         diameter = specs.mesh.bead_diameter
         return float(specs.laws.drag.speed(force, phi, diameter, fluid.density, fluid.viscosity))
     if specs.flow.drive == "inlet_velocity":

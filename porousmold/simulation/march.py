@@ -45,6 +45,7 @@ class Simulation:
         self.control = self._time_control()
         self.time = 0.0
         self.regimes: list[str] = []
+        self.is_also_laminar = False
         self._previous: list[NDArray[Any]] = []
         self._steps: list[float] = []
         self._supply_before: dict[str, Any] | None = None
@@ -95,6 +96,7 @@ class Simulation:
             step = self._step()
             if step is not None:
                 self.time += step
+                self._note_regime()
                 self.recorder.record(self.time, step, self._flow_time())
                 self._keep_snapshot()
                 progress(self.time, self.recorder.history["deficit_wall"][-1])
@@ -104,12 +106,19 @@ class Simulation:
         problem = self.problem
         with problem.stopwatch("flow"):
             problem.find_flow(problem.flow.start, 0.0)
-            self.regimes = ["turbulent" if problem.flow.is_turbulent() else "laminar"]
+            self._note_regime()
             if problem.is_also_laminar():
+                self.is_also_laminar = True
                 self.regimes.append("laminar")
         self._check_direction()
         self.recorder.record(0.0, 0.0, 0.0)
         self._keep_snapshot()
+
+    def _note_regime(self) -> None:
+        """Note a regime of the flow that has not occurred before (collective)."""
+        regime = "turbulent" if self.problem.flow.is_turbulent() else "laminar"
+        if regime not in self.regimes:
+            self.regimes.append(regime)
 
     def _step(self) -> float | None:
         """Take one step; gives its length (s), None where it is to be repeated with another one."""
@@ -241,6 +250,7 @@ class Simulation:
             "next_step": self.control.step,
             "rejected": self.control.rejected,
             "regimes": self.regimes,
+            "is_also_laminar": self.is_also_laminar,
             "problem": problem.numbers,
             "recorder": recorder.numbers,
         }
@@ -251,6 +261,7 @@ class Simulation:
     def restore(self, numbers: Mapping[str, Any], array_of: ArrayOf) -> None:
         """Go on from what `save()` gave; `array_of(name, space)` gives the local array of a name (collective)."""
         self.time, self._steps, self.regimes = numbers["time"], numbers["steps"], numbers["regimes"]
+        self.is_also_laminar = numbers["is_also_laminar"]
         self.control.go_on_with(numbers["next_step"])
         self.control.rejected = numbers["rejected"]
         spaces = [function.function_space for function in self.problem.functions]

@@ -1,6 +1,7 @@
 """Results of a simulation: the content of result.json, and its warnings."""
 
 import platform
+from collections.abc import Mapping
 from datetime import datetime
 from typing import Any
 
@@ -30,6 +31,8 @@ HIGHEST_BEAD_CONDUCTION = 2.0
 """Of the beads, over what measurements give for the whole bed across the flow. Up to twice that, bulk conduction stands for the
 dispersion that the thesis leaves out (ceramic beads in air: 1 to 1.5); beyond, nothing makes up for it."""
 LARGEST_UNDERSHOOT = 0.05
+LARGEST_IMBALANCE = 1e-3
+"""Of the heat put in, above which the balance is warned of."""
 STEADY = 0.02
 """Relative change of the wall's distance from the inlet temperature over the last fifth of a run that counts as none."""
 SPENT = ("fluid_heat", "pumping_work", "energy_spent", "mean_power")
@@ -191,7 +194,36 @@ def versions(ranks: int) -> dict[str, Any]:
 def warnings_of(scene: Scene, simulation: Simulation, bounds: list[float] | None) -> list[str]:
     """Warnings of a run: limits of the model that it exceeds (collective)."""
     found = _of_the_outcome(simulation) + _of_the_scene(scene, simulation)
-    return found + (_of_what_was_reached(simulation, bounds) if bounds is not None else [])
+    if bounds is not None:
+        return found + _of_what_was_reached(simulation, bounds)
+    return found + outside_ranges(simulation.specs, simulation.problem.has_wall, {})
+
+
+def outside_ranges(specs: Specs, has_wall: bool, reached: Mapping[str, tuple[float, float]]) -> list[str]:
+    """A sentence for every property that was used outside the temperatures (K) that it is given for: `reached` by each material,
+    where nothing is known of it initial and inlet temperatures."""
+    given = [specs.heat.initial_temperature, *specs.heat.inlet_temperature.range]
+    found = []
+    for use, material in specs.laws.materials(has_wall).items():
+        low, high = reached.get(use, (min(given), max(given)))
+        for name, law in material.laws().items():
+            first, last = law.temperature_range
+            if low < first - LARGEST_OVERSHOOT or high > last + LARGEST_OVERSHOOT:
+                known, used = (f"{a - 273.15:.1f} to {b - 273.15:.1f} °C" for a, b in ((first, last), (low, high)))
+                found.append(f"{material.name} {name} is given for {known}, used for {used}")
+    return found
+
+
+def _reached_by_materials(simulation: Simulation) -> dict[str, tuple[float, float]]:
+    """Lowest and highest temperature (K) of every material."""
+    history = simulation.recorder.history
+
+    def of(place: str) -> tuple[float, float]:
+        return min(history[f"lowest_{place}"]), max(history[f"highest_{place}"])
+
+    uses = simulation.specs.laws.materials(simulation.problem.has_wall)
+    layers = {use: use if f"lowest_{use}" in history else "wall" for use in uses}
+    return {use: of("bed" if use in ("fluid", "beads") else place) for use, place in layers.items()}
 
 
 def _why_not_heated(simulation: Simulation) -> str:
@@ -204,10 +236,11 @@ def _why_not_heated(simulation: Simulation) -> str:
         return text
     before = min(int(np.searchsorted(times, 0.8 * times[-1])), len(times) - 2)
     approached = deficits[before] - deficits[-1]
-    if deficits[-1] > (1.0 - STEADY) * deficits.max():
+    losses = heat.outer_wall.coefficient is not None or heat.outer_wall.heat_flux is not None
+    has_lost = losses and deficits[-1] > deficits[0]  # it is further away than at the start
+    if deficits[-1] > (1.0 - STEADY) * deficits.max() and not has_lost:
         return text + ", its coldest point hardly heated yet"
     if abs(approached) < STEADY * deficits[-1]:
-        losses = heat.outer_wall.coefficient is not None or heat.outer_wall.heat_flux is not None
         return (
             text
             + " and stays there"
@@ -225,10 +258,15 @@ def _of_the_outcome(simulation: Simulation) -> list[str]:
     for target in time.targets:
         if simulation.recorder.targets[target.name] is None and at_end:
             found.append(f"target {target.name!r} not met by operation.end_time {time.end_time:g} s")
+    imbalance = simulation.problem.heat.balance.imbalance
+    if abs(imbalance) > LARGEST_IMBALANCE:
+        found.append(
+            f"the heat balance is off by {imbalance:.1%}: heat and temperatures are less accurate (finer cells and steps)"
+        )
     undershoot = simulation.problem.flow.largest_undershoot
     if undershoot > LARGEST_UNDERSHOOT:
         found.append(f"k undershoots by {undershoot:.0%} of its largest value in single cells, where it counts as 0")
-    if len(simulation.regimes) > 1:
+    if simulation.is_also_laminar:
         found.append(
             "with these settings a laminar flow is steady, too; the turbulent solution is used, as for a tripped flow"
         )
@@ -313,12 +351,7 @@ def _of_what_was_reached(simulation: Simulation, bounds: list[float]) -> list[st
     mach = problem.highest_mach_number()
     if mach > HIGHEST_MACH_NUMBER:
         found.append(f"Mach number {mach:.2g} > {HIGHEST_MACH_NUMBER}: the energy balance is that of low Mach numbers")
-    for material in simulation.specs.laws.materials(problem.has_wall).values():
-        for name, law in material.laws().items():
-            first, last = law.temperature_range
-            if bounds[0] < first - LARGEST_OVERSHOOT or bounds[1] > last + LARGEST_OVERSHOOT:
-                known, used = (f"{low - 273.15:.1f} to {high - 273.15:.1f} °C" for low, high in ((first, last), bounds))
-                found.append(f"{material.name} {name} is given for {known}, used for {used}")
+    found += outside_ranges(simulation.specs, problem.has_wall, _reached_by_materials(simulation))
     lowest, highest = temperature_bounds(simulation.specs.heat)
     highest = max(
         highest, *simulation.recorder.history["inlet_temperature"]

@@ -26,6 +26,8 @@ class Recorder:
         self.targets: dict[str, float | None] = {target.name: None for target in self._time.targets}
         self.snapshots: list[tuple[float, list[NDArray[Any]]]] = []
         self._spacing = 0.0
+        layers = self._heat.layers
+        self._has_sources = any(layer.heat_source is not None or layer.solid.cure is not None for layer in layers)
         self._last_flow: list[float] | None = None
 
     def record(self, time: float, step: float, flow_time: float) -> None:
@@ -95,11 +97,15 @@ class Recorder:
         return values | {f"gradient_{name}": v for name, v in zip(problem.sensor_names, steepness, strict=True)}
 
     def _deficit(self, place: str, time: float) -> float:
-        """Largest distance (K) of the place's temperatures from the inlet's, on the side they started from."""
+        """Largest distance (K) of the place's temperatures from the inlet's, on either side; where heat from elsewhere may carry
+        it beyond the inlet's, on the side that it started from."""
         low, high = self._problem.extremes(place)
-        inlet = self._heat.inlet_temperature
+        inlet, outer = self._heat.inlet_temperature, self._heat.outer_wall
         target = inlet(time)
-        return float(target - low if inlet.values[-1] >= self._heat.initial_temperature else high - target)
+        below, above = float(target - low), float(high - target)
+        if outer.heat_flux is None and not self._has_sources:
+            return max(below, above)
+        return below if inlet.values[-1] >= self._heat.initial_temperature else above
 
     def _at_end_of_step(self, time: float, flow_time: float) -> tuple[float, float]:
         """Mass flow and pressure drop at the end of the last step: a flow solved for its middle goes on as it did between the

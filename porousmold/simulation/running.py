@@ -193,7 +193,8 @@ class _Run:
         summary["model_choice"] = None if self._choice is None else self._choice.as_table()
         if error is not None and error > wanted:
             summary["warnings"].append(f"the estimated error {error:.2g} exceeds the accuracy asked for")
-        if wanted is None and self._marched.solver.mesh_refinement > self._scene.solver.mesh_refinement:
+        refined = self._marched.solver.mesh_refinement > self._scene.solver.mesh_refinement
+        if wanted is None and failure is None and refined:
             summary["warnings"].append(
                 "a solve failed on the mesh of the scene; this result is for mesh_refinement "
                 f"{self._marched.solver.mesh_refinement:g}"

@@ -86,6 +86,7 @@ class CoupledTransient:
             constrained.append(unknowns_outside(domain, self._space, (count + 1,), BED))
         self._system = NewtonSystem(residual, self._coupled, np.unique(np.concatenate(constrained)), keep_jacobian=True)
         self._parts = [fenicsx.collapse(self._space, part) for part in range(len(elements))]
+        self._fluid_capacity = fenicsx.DeferredForm(heat.equations.fluid_heat_capacity())
         self.newton_iterations = 0
         self.observe: Observer = silent
 
@@ -164,6 +165,7 @@ class CoupledTransient:
         self._gather()
         self.flow.renew_inlet()
         self.heat.begin(step)
+        capacity = self._sum(self._fluid_capacity)
         start = self._coupled.x.array.copy()
         self._inverse_step.value = 1.0 / (gamma * step)
         rates: list[NDArray[Any]] = []
@@ -178,10 +180,15 @@ class CoupledTransient:
             if stage == 0:
                 self.heat.note_first_stage()
             for name, form in self.heat.scalars.items():
-                value = self.domain.communicator.allreduce(float(fem.assemble_scalar(form.form)))
-                flows[name] += step * stages[-1][stage] * value
-        self.heat.finish(flows)
+                flows[name] += step * stages[-1][stage] * self._sum(form)
+        # heat that comes in is counted from the inlet's temperature: so is that of the fluid that the bed no longer holds
+        inlet = float(self.heat.equations.inlet_temperature.value)
+        self.heat.finish(flows, inlet * (capacity - self._sum(self._fluid_capacity)))
         return 0.0 if after_jump else self.heat.estimated_error()
+
+    def _sum(self, form: Any) -> float:
+        """Value of a deferred scalar form, over all ranks."""
+        return float(self.domain.communicator.allreduce(float(fem.assemble_scalar(form.form))))
 
     def _solve(self, time: float, step: float) -> None:
         solved = modified_newton(

@@ -127,7 +127,7 @@ class DevelopedFlow(NonlinearFlow):
         pressure_drop = drive.value if drive.kind == "pressure_drop" else float(scales.pressure.value)
         gradient = pressure_drop / self.columns.along[-1]
         self._set_gradients(np.full(len(self.columns.along), -gradient))
-        if not drive.value:
+        if not drive.value and equations.gravity is None:
             self.unknown.x.array[:] = 0.0
             return True
         temperature, pressure = self.temperature.x.array, self.pressure.x.array

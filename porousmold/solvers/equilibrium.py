@@ -12,6 +12,9 @@ from ..laws.materials import Fluid
 from ..laws.turbulence_models import LocalFlow
 from ..mesh import fenicsx
 
+SMALLEST_DRIVE = 1e-6
+"""Of the largest drive in the bed: a guess does not flow backwards."""
+
 
 def local_equilibrium(
     equations: FlowEquations,
@@ -23,9 +26,9 @@ def local_equilibrium(
 ) -> list[NDArray[Any]]:
     """Nodal arrays [speed (m/s), the turbulence's unknowns (SI) ...] over a scalar space.
 
-    The speed at which the local drag balances the pressure gradient (Pa/m), fading in a layer at the wall, and the turbulence
-    model's own guess at that speed. `equations` are `FlowEquations`, `fluid` is
-    the scene's `Fluid`, temperature (K) and gauge pressure (Pa) are nodal arrays.
+    The speed at which the local drag balances gravity and the pressure gradient (Pa/m, positive where the pressure falls),
+    fading in a layer at the wall, and the turbulence model's own guess at that speed. `fluid` is the scene's `Fluid`, temperature
+    (K) and gauge pressure (Pa) are nodal arrays.
     """
     bed, scale = equations.bed, float(equations.scales.speed.value)
     diameter = float(bed.bead_diameter.value)
@@ -34,8 +37,12 @@ def local_equilibrium(
     viscosity = fluid.viscosity(temperature)
     density = fluid.density(gauge_pressure + float(equations.fluid.reference_pressure.value), temperature)
     drag = replace(bed.drag, factor=number_of(bed.drag.factor))
-    speed = drag.speed(porosity * gradient, porosity, diameter, density, viscosity)
-    speed *= -np.expm1(-distance / np.sqrt(2.0 * viscosity * scale / gradient))
+    driving = np.full(len(density), gradient)
+    if equations.gravity is not None:
+        driving += density * fenicsx.nodal_values(equations.gravity[0], space)
+    driving = np.maximum(driving, SMALLEST_DRIVE * np.max(np.abs(driving)))
+    speed = drag.speed(porosity * driving, porosity, diameter, density, viscosity)
+    speed *= -np.expm1(-distance / np.sqrt(2.0 * viscosity * scale / driving))
     if equations.model is None:
         return [speed]
     off_wall = np.maximum(distance, 1e-6 * diameter)

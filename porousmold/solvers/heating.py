@@ -209,10 +209,11 @@ class TransientHeat:
         """Note the present unknown as the first stage of such a step."""
         self._first.x.array[:] = self.unknown.x.array
 
-    def finish(self, flows: Mapping[str, float]) -> None:
-        """Bring the balance forward by the heat (J) that flowed during such a step."""
+    def finish(self, flows: Mapping[str, float], expelled: float = 0.0) -> None:
+        """Bring the balance forward by the heat (J) that flowed during such a step, and by what the fluid counts for that its
+        change of density has `expelled`."""
         fenicsx.assemble_vector(self._stored_now, self._stored_form.form)
-        self.balance.add(flows, self._stored_now.sum() - self._stored_start.sum())
+        self.balance.add(flows, self._stored_now.sum() - self._stored_start.sum() + expelled)
 
     def _take_all(self, time: float, parts: Sequence[Any]) -> tuple[Any, ...]:
         """Successive (step, stages) from `time`; gives the heat (J) of each flow and the heat stored."""

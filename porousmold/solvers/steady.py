@@ -249,17 +249,20 @@ class SteadySolver:
         Of all unknowns of the parts (default: all), and the largest of a part, as k and epsilon hardly count in that of all.
         """
         parts = parts or self.unknowns.sizes
-        squares = [
-            [change @ change, now @ now, old @ old, len(now)]
-            for numbers, _ in parts
-            for now, old in [(self._unknown.x.array[numbers], before[numbers])]
-            for change in [now - old]
-        ]
-        changes, values, old_values, counts = self._communicator.allreduce(np.array(squares)).T
-        least = np.array([trace for _, trace in parts]) ** 2 * np.maximum(counts, 1)
-        of_all = np.sqrt(max(values.sum(), least.sum()) * max(old_values.sum(), least.sum()))
-        of_parts = np.sqrt(np.maximum(values, least) * np.maximum(old_values, least))
-        return float(np.sqrt(changes.sum() / of_all)), float(np.sqrt(np.max(changes / of_parts)))
+        with np.errstate(
+            over="ignore", invalid="ignore"
+        ):  # of an iterate that runs away: its update is infinite or no number
+            squares = [
+                [change @ change, now @ now, old @ old, len(now)]
+                for numbers, _ in parts
+                for now, old in [(self._unknown.x.array[numbers], before[numbers])]
+                for change in [now - old]
+            ]
+            changes, values, old_values, counts = self._communicator.allreduce(np.array(squares)).T
+            least = np.array([trace for _, trace in parts]) ** 2 * np.maximum(counts, 1)
+            of_all = np.sqrt(max(values.sum(), least.sum())) * np.sqrt(max(old_values.sum(), least.sum()))
+            of_parts = np.sqrt(np.maximum(values, least)) * np.sqrt(np.maximum(old_values, least))
+            return float(np.sqrt(changes.sum() / of_all)), float(np.sqrt(np.max(changes / of_parts)))
 
     def update_of_all(self, before: NDArray[Any]) -> float:
         """Relative update of all unknowns since the array `before` (collective)."""

@@ -218,6 +218,8 @@ def _outcome(case: Any, folder: Path, workers: Any, report: Any, stop: Callable[
             return _outcome(case, folder, workers, report, stop, False)
         # what has to do with the folder and not the scene may be otherwise at the next start
         return BEGUN if error.key == "--out" else "refused", str(error)
+    except (ArithmeticError, ValueError) as error:  # a fault of the program is a row too, not the end of the study
+        return "failed", f"{type(error).__name__}: {error}"
 
 
 def _record_outcome(case: Any, folder: Path, status: int, reason: str) -> None:

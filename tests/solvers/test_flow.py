@@ -115,6 +115,15 @@ def test_switched_off_and_on_needs_no_false_transient_of_its_own(tmp_path):
     assert summary["rejected_steps"] == 0 and summary["newton_iterations"]["flow"] < 300
 
 
+def test_a_regime_that_sets_in_later_is_noted(tmp_path):
+    series = tmp_path / "late.csv"
+    series.write_text("time [s], dp [kPa]\n0, 0\n20, 0\n20.5, 8\n4000, 8\n")
+    changes = {"operation.pressure_drop": str(series), "operation.end_time": 40.0, "model.flow": "developed", **CELLS}
+    summary = run(coarse_scene(changes), communicator=MPI.COMM_SELF).summary
+    assert summary["flow_regimes"] == ["laminar", "turbulent"]
+    assert not any("laminar flow is steady" in warning for warning in summary["warnings"])
+
+
 def test_a_recorded_mass_flow_fed_back_gives_the_same_heating_time(tmp_path):
     """Which it does where the flow recorded at a time is that of the time."""
     scene = coarse_scene({"model.turbulence": "none", "model.flow": "developed", **CELLS})

@@ -1,0 +1,38 @@
+"""Estimates before a run: the force of gravity, properties without a value, steps of moving beads."""
+
+import pytest
+
+from porousmold import InputError
+from porousmold.simulation.estimates import estimate
+from porousmold.simulation.specs import specs_of
+
+from ..support import STUDIES, coarse_scene
+
+WATER = {"fluid.material": "water", "model.turbulence": "none"}
+
+
+def estimates_of(scene):
+    specs = specs_of(scene)
+    return estimate(specs, specs.mesh.size)
+
+
+def test_gravity_drives_as_the_pressure_drop_of_its_weight_does():
+    gravity = 9.81
+    by_weight = estimates_of(coarse_scene({**WATER, "operation.pressure_drop": 0.0, "operation.gravity": gravity}))
+    density = specs_of(coarse_scene(WATER)).laws.fluid.density(101325.0, 363.15)
+    by_pressure = estimates_of(coarse_scene({**WATER, "operation.pressure_drop": density * gravity}))  # over 1 m
+    assert by_weight.speed == pytest.approx(by_pressure.speed, rel=1e-3)
+    against = {"operation.pressure_drop": 2.0 * density * gravity, "operation.gravity": -gravity}
+    assert estimates_of(coarse_scene({**WATER, **against})).speed == pytest.approx(by_pressure.speed, rel=1e-3)
+
+
+def test_a_property_without_a_value_is_refused_by_its_name():
+    with pytest.raises(InputError, match=r"operation\.inlet_temperature.*water .*is given for"):
+        estimates_of(coarse_scene({**WATER, "operation.inlet_temperature": "500 degC"}))
+
+
+def test_fast_beads_do_not_hold_the_steps_back():
+    path = STUDIES / "beds" / "moving_bed.toml"
+    slow, fast = (estimates_of(coarse_scene(path, {"operation.bead_velocity": v})) for v in (5e-3, 0.5))
+    assert slow.largest_step == pytest.approx(0.25 * slow.bead_residence_time)
+    assert 10.0 * 0.25 * fast.bead_residence_time < fast.largest_step < slow.largest_step
