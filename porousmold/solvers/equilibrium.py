@@ -37,7 +37,7 @@ def local_equilibrium(
     viscosity = fluid.viscosity(temperature)
     density = fluid.density(gauge_pressure + float(equations.fluid.reference_pressure.value), temperature)
     drag = replace(bed.drag, factor=number_of(bed.drag.factor))
-    driving = np.full(len(density), gradient)
+    driving = np.full(len(temperature), gradient)
     if equations.gravity is not None:
         driving += density * fenicsx.nodal_values(equations.gravity[0], space)
     driving = np.maximum(driving, SMALLEST_DRIVE * np.max(np.abs(driving)))
