@@ -2,7 +2,6 @@
 
 import json
 import re
-import shutil
 import subprocess
 
 import pytest
@@ -31,9 +30,9 @@ def test_a_run_s_page_holds_everything_and_needs_no_network(tmp_path):
         assert warning[:20] in page
 
 
-@pytest.mark.skipif(shutil.which("chromium") is None, reason="needs chromium")
+@pytest.mark.docs
 def test_the_slider_shows_the_fields_of_another_time(tmp_path):
-    """In a browser without a window: the picture changes when the slider is moved to its end."""
+    """In a browser without a window (tools/docs-packages): the picture changes when the slider is moved to its end."""
     run(coarse_scene({"model.turbulence": "none", "model.flow": "plug"}), tmp_path / "run", MPI.COMM_SELF)
     page = write_report(tmp_path / "run").read_text()
     moved = """<script>window.addEventListener("load", () => setTimeout(() => {
@@ -90,7 +89,7 @@ def test_a_folder_without_a_run_is_refused(tmp_path, capsys):
     assert "damaged" in capsys.readouterr().err
 
 
-@pytest.mark.skipif(shutil.which("chromium") is None, reason="needs Debian's chromium")
+@pytest.mark.docs
 def test_a_page_prints_to_pdf(tmp_path):
     run(coarse_scene({"model.flow": "plug", "operation.end_time": 50.0}), tmp_path / "run", MPI.COMM_SELF)
     page, printed = write_report(tmp_path / "run"), tmp_path / "report.pdf"
