@@ -14,7 +14,7 @@ from ..errors import InputError
 from ..files.atomic_files import output_file
 from ..files.units import preferred_unit
 from ..scene.geometries import modelled_part
-from ..scene.keys import flat, unit_and_meaning
+from ..scene.keys import flat, kind_of, unit_and_meaning
 from ..scene.schema import KEYS
 from .console import closures_text, model_text, outer_wall_text
 from .pictures import draw, fields_with_slider
@@ -299,21 +299,26 @@ def _search(folder: Path) -> str:
     """What `porousmold solve-for` left in the folder: which single change reaches the target."""
     try:
         found = json.loads((folder / "solve_for.json").read_text(encoding="utf-8"))
-        target = found["target"]
-        rows = [
-            [
-                *(one["key"], one["unit"], float(one["value"])),
-                "none found" if one["needed"] is None else float(one["needed"]),
-                *(float(one["tried"]), one["reached"], one["beside"]["mean_power"], one["reason"]),
-            ]
-            for one in found["changes"]
-        ]
-        sentence = f"Target: {target['record']} = {target['value']:.6g}, by a single change"
+        record, target, unit = (found["target"][name] for name in ("record", "value", "unit"))
+        rows = []
+        for one in found["changes"]:
+            given, tried = (_shown(one[name], kind_of(KEYS, one["key"])) for name in ("value", "tried"))
+            needed, remark = tried, ""
+            if one["needed"] is None:
+                needed, remark = "none found", f"nearest with {tried}: {one['reason']}"
+            power = _shown(one["beside"]["mean_power"], "W")
+            rows.append([one["key"], given, needed, _shown(one["reached"], unit), power, remark])
     except (OSError, ValueError, LookupError, TypeError) as error:
         raise InputError("RUN", str(folder), f"has a damaged solve_for.json: {error}") from error
-    head = ["key", "unit", "as given", "needed", "tried", target["record"], "mean power in W", "why not"]
-    rows = [["-" if cell is None else cell for cell in row] for row in rows]
-    return f'<p class="large">{_text(sentence)}</p>' + _table(head, rows)
+    head = ["key", "as given", "needed", record, "mean power", "remark"]
+    return f'<p class="large">Target: {_text(record)} = {_shown(target, unit)}, by a single change</p>' + _table(
+        head, rows
+    )
+
+
+def _shown(value: float | None, unit: str) -> str:
+    """A value (SI) with the unit that readers prefer."""
+    return " ".join(_or_dash(value, unit)).strip()
 
 
 def _of_study(folder: Path) -> tuple[Any, ...]:

@@ -245,7 +245,8 @@ def summary_text(found: Sequence[Change], aim: Aim, scene: Scene) -> str:
 
 def write(found: Sequence[Change], aim: Aim, out: Path) -> Path:
     """solve_for.json; gives its path."""
-    content = {"target": asdict(aim), "changes": [asdict(change) for change in found]}
+    target = asdict(aim) | {"unit": unit_of_record(aim.record) or ""}
+    content = {"target": target, "changes": [asdict(change) for change in found]}
     with output_file(out / "solve_for.json") as temporary:
         temporary.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
     return out / "solve_for.json"
