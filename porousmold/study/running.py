@@ -219,6 +219,8 @@ def _outcome(case: Any, folder: Path, workers: Any, report: Any, stop: Callable[
         # what has to do with the folder and not the scene may be otherwise at the next start
         return BEGUN if error.key == "--out" else "refused", str(error)
     except (ArithmeticError, ValueError) as error:  # a fault of the program is a row too, not the end of the study
+        if workers.size > 1:  # the others may wait for this rank: what ends all of them has to see it
+            raise
         return "failed", f"{type(error).__name__}: {error}"
 
 
