@@ -1,21 +1,72 @@
 """Numbers with units at the program's border: everything inside is SI."""
 
+import contextlib
 import functools
+import json
 import math
+import os
 import re
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..errors import InputError
+from .atomic_files import whole_file
 
 _NUMBER_AND_UNIT = re.compile(r"^\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*$")
 
 
+_LARGE = 2.0**100
+"""A number that leaves the zero of a unit behind, and only shifts the exponent of its size."""
+
+
 @functools.cache
 def _registry() -> Any:
-    import pint  # half a second, which a scene in plain SI numbers does not pay
+    import pint  # half a second, which a scene of units that were read before does not pay
 
     return pint.UnitRegistry()
+
+
+class _Scale(NamedTuple):
+    """A unit in another one: the values are `size` times the number, plus `zero`."""
+
+    size: float
+    zero: float
+
+
+def _scale_of(given: str, unit: str) -> _Scale:
+    """Scale of a unit in another one, from the user's cache or by pint. Raises what pint raises."""
+    known = _known_scales()
+    name = f"{given} in {unit}"
+    if name not in known:
+        registry = _registry()
+        zero, large = (registry.Quantity(number, given).to(unit).magnitude for number in (0.0, _LARGE))
+        known[name] = _Scale(large / _LARGE, zero)
+        _remember(known)
+    return known[name]
+
+
+def _cache() -> Path:
+    """File of the units that were read before."""
+    return Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache").expanduser() / "porousmold" / "units.json"
+
+
+@functools.cache
+def _known_scales() -> dict[str, _Scale]:
+    """Units that were read before; none where the cache cannot be read."""
+    try:
+        stored = json.loads(_cache().read_text(encoding="utf-8"))
+        return {str(name): _Scale(float(size), float(zero)) for name, (size, zero) in stored.items()}
+    except (OSError, ValueError, TypeError, AttributeError):
+        return {}
+
+
+def _remember(known: dict[str, _Scale]) -> None:
+    """Write the cache, if the user's folder lets it be written."""
+    with contextlib.suppress(OSError):
+        _cache().parent.mkdir(parents=True, exist_ok=True)
+        with whole_file(_cache()) as temporary:
+            temporary.write_text(json.dumps(known), encoding="utf-8")
 
 
 def to_si(key: str, value: Any, unit: str, where: str | None = None) -> float:
@@ -56,17 +107,13 @@ def _converted(key: str, text: str, unit: str, where: str | None) -> Any:
     number, given = float(match.group(1)), match.group(2)
     if not given:
         return number
-    registry = _registry()
     try:
-        if unit == "delta_degC":
-            if registry.Quantity(0.0, given).to("kelvin").magnitude == 0.0:
-                return registry.Quantity(number, given).to("kelvin").magnitude
-            raise InputError(key, text, "is a temperature difference: give it in K", where)
-        return registry.Quantity(number, given).to(unit or "dimensionless").magnitude
-    except InputError:
-        raise
+        scale = _scale_of(given, {"delta_degC": "kelvin", "": "dimensionless"}.get(unit, unit))
     except Exception as error:  # pint raises many kinds, AssertionError among them, for units that are no units
         raise InputError(key, text, allowed, where) from error
+    if unit == "delta_degC" and scale.zero != 0.0:
+        raise InputError(key, text, "is a temperature difference: give it in K", where)
+    return number * scale.size + scale.zero
 
 
 _EXAMPLES = {

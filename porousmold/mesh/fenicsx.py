@@ -41,8 +41,10 @@ def _compiler_options() -> dict[str, Any]:
     cache = Path(defaults()["cache_dir"]) / "porousmold"
     cache.mkdir(parents=True, exist_ok=True)
     lock_cache(cache)
-    # -O2 takes half as long again to compile, and a run is no faster
-    return {"cffi_extra_compile_args": ["-O1"], "cache_dir": cache, "timeout": 300}
+    # unsafe mathematics turns powers into roots and products: half the time of a residual, the same to rounding. Given to the
+    # compiler alone, not to the linker, it leaves denormal numbers as they are in all other code
+    flags = ["-O2", "-funsafe-math-optimizations", "-fno-math-errno"]
+    return {"cffi_extra_compile_args": flags, "cache_dir": cache, "timeout": 300}
 
 
 @functools.cache

@@ -28,6 +28,9 @@ STEADY_HEATED = 0.05
 STEADY_CHANGE = 1e-4
 """Part of the distance from the inlet's temperature by which a steady wall may still change."""
 
+FIRST_STEP = 0.05
+"""The first time step, as a part of the largest one."""
+
 BACKWARDS = 1e-3
 """Mass flow, as a part of the expected one, by which a flow may run backwards: that of rounding."""
 
@@ -59,11 +62,11 @@ class Simulation:
 
     def _time_control(self) -> TimeControl:
         time = self.specs.time
-        default = min(self.problem.medium.estimates.largest_step, time.end_time)
+        largest = time.largest_step or min(self.problem.medium.estimates.largest_step, time.end_time)
         return TimeControl(
-            time.first_step / time.refinement,
+            (time.first_step or FIRST_STEP * largest) / time.refinement,
             time.step_growth ** (1.0 / time.refinement),
-            (time.largest_step or default) / time.refinement,
+            largest / time.refinement,
             time.tolerance,
             time.end_time,
             time.breakpoints,

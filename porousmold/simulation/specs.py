@@ -128,7 +128,7 @@ class TimeSpec:
     within `margin` (K) of the inlet's temperature. With `targets` the march goes on until these are met; `until_steady` ends it
     where the temperatures are steady before that."""
 
-    first_step: float
+    first_step: float | None
     step_growth: float
     largest_step: float | None
     refinement: float

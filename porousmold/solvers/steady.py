@@ -28,6 +28,9 @@ STAGNATED_UPDATE = 1e-5
 values of either sign. A thousandth of what a time step of the default tolerance accepts; of parts, the same as that."""
 STAGNATED_PARTS = 0.05
 
+KEPT_UPDATE, KEPT_CONTRACTION = 1e-2, 0.1
+"""Update of the steady equations, and ratio to the one before, below which the next iteration is taken on the same factors."""
+
 FIRST_PSEUDO_STEP = 0.3
 ENDLESS_PSEUDO_STEP = 1e7
 LEAST_PSEUDO_STEP = 1e-9
@@ -49,6 +52,8 @@ KEPT_TOLERANCE = 0.005
 """Part of the tolerance that the error left by kept factors may be: their contraction is an estimate."""
 SLOWEST_CONTRACTION = 0.7
 """Ratio of successive updates beyond which kept factors are given up."""
+LARGEST_KEPT_UPDATE = 0.1
+"""Update by a new Jacobian after which its factors are tried again."""
 LOOSER_PARTS = 5.0
 """Times the tolerance that the update of every part (k, epsilon, ...) may have on its own."""
 FRESH_ITERATIONS = 8
@@ -137,10 +142,13 @@ class SteadySolver:
             self._inverse_step.value = 0.0
 
     def _find(self, step: float, time: float, *, newton: bool) -> bool:
+        update = last_update = np.inf
         for iteration in range(1, (MOST_NEWTON_ITERATIONS if newton else MOST_PSEUDO_STEPS) + 1):
             before, last = self.copies(), self.update
             endless = step > ENDLESS_PSEUDO_STEP
-            update = self._pseudo_step(np.inf if endless else step * self._transit())
+            keeps = endless and update < min(KEPT_UPDATE, KEPT_CONTRACTION * last_update)
+            last_update = update
+            update = self._pseudo_step(np.inf if endless else step * self._transit(), keeps_jacobian=keeps)
             if LOG.isEnabledFor(logging.DEBUG):
                 LOG.debug(
                     "flow at %g s, iteration %d: step of %.1e bead transits, update %.1e, of a part %.1e; residuals %s",
@@ -166,38 +174,38 @@ class SteadySolver:
         """Newton iterations from the present state until the update is below `tolerance`; tells whether they got there.
 
         The Jacobian's factors serve from call to call while updates with them fall fast (`kept_iterations` at most); then
-        the Jacobian is renewed. A failure puts the state back.
+        the Jacobian is renewed, and its factors serve in turn. A failure puts the state back.
         """
         start = self.copies()
-
-        def gives_up(update: float, last: float) -> bool:
-            if update < SLOWEST_CONTRACTION * last:
-                return False
-            self.put_back(start)
-            return True
-
-        if modified_newton(
-            self.counted_iteration,
-            most=kept_iterations,
-            converged=lambda error: error < KEPT_TOLERANCE * tolerance and self.is_physical(),
-            gives_up=gives_up,
-            contraction=Contraction(),
-        ):
-            return True
-        before = self._unknown.x.array.copy()
-
-        def iterate() -> float:
-            before[:] = self._unknown.x.array
-            return self.counted_iteration()
-
-        def converged(update: float) -> bool:
-            return max(update, self._updates(before)[1] / LOOSER_PARTS) < tolerance and self.is_physical()
-
-        renew = self.system.renew_jacobian
-        if modified_newton(iterate, most=FRESH_ITERATIONS, converged=converged, renew_jacobian=renew):
+        if self._follow_on_kept_factors(tolerance, kept_iterations):
             return True
         self.put_back(start)
+        for _ in range(FRESH_ITERATIONS):
+            before = self.copies()
+            self.system.renew_jacobian()
+            update = self.counted_iteration()
+            if not np.isfinite(update):
+                break
+            update = max(update, self._updates(before[0])[1] / LOOSER_PARTS)
+            if update < tolerance and self.is_physical():
+                return True
+            if update < LARGEST_KEPT_UPDATE:
+                near = self.copies()
+                if self._follow_on_kept_factors(tolerance, kept_iterations):
+                    return True
+                self.put_back(near)
+        self.put_back(start)
         return False
+
+    def _follow_on_kept_factors(self, tolerance: float, most: int) -> bool:
+        """The same on the present factors alone, whose error is what their contraction tells; the state is left where they fail."""
+        return modified_newton(
+            self.counted_iteration,
+            most=most,
+            converged=lambda error: error < KEPT_TOLERANCE * tolerance and self.is_physical(),
+            gives_up=lambda update, last: update > SLOWEST_CONTRACTION * last,
+            contraction=Contraction(),
+        )
 
     def counted_iteration(self) -> float:
         """One iteration with the present factors, counted and observed; gives its relative update."""
@@ -206,7 +214,7 @@ class SteadySolver:
         self.observe("")
         return self.update
 
-    def _pseudo_step(self, step: float) -> float:
+    def _pseudo_step(self, step: float, *, keeps_jacobian: bool) -> float:
         """One Newton iteration of an implicit step (s) of a false transient, or of the steady equations where it is endless.
 
         Gives the relative update of the part that changes most, infinite where the iteration fails.
@@ -214,7 +222,8 @@ class SteadySolver:
         before = self._previous.x.array
         before[:] = self._unknown.x.array
         self._inverse_step.value = 1.0 / step
-        self.system.renew_jacobian()
+        if not keeps_jacobian:
+            self.system.renew_jacobian()
         self.update = self._iterate()
         self.newton_iterations += 1
         if np.isfinite(step):

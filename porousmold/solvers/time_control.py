@@ -14,9 +14,6 @@ MOST_FAILURES = 4
 JUMP_STEPS = 3.0
 """First steps' lengths after a jump that count as near it."""
 
-LARGEST_OVER_FIRST = 20.0
-"""The largest step is at least so many first steps."""
-
 
 @dataclass
 class TimeControl:
@@ -37,7 +34,7 @@ class TimeControl:
     _failures: int = field(init=False, default=0)
 
     def __post_init__(self) -> None:
-        self.first_step = min(self.first_step, self.largest_step / LARGEST_OVER_FIRST)
+        self.first_step = min(self.first_step, self.largest_step)
         self.step = self.first_step
 
     def after_jump(self, time: float) -> bool:

@@ -2,6 +2,7 @@
 
 import uuid
 
+import numpy as np
 import ufl
 from mpi4py import MPI
 
@@ -30,3 +31,10 @@ def test_compiling_leaves_the_hash_of_a_mesh_alone():
     before = hash(domain.ufl_domain())
     fenicsx.compiled_form(uuid.uuid4().int % 10**12 * 1e-12 * ufl.SpatialCoordinate(domain)[0] * ufl.dx)  # a new one
     assert hash(domain.ufl_domain()) == before
+
+
+def test_compiled_forms_leave_denormal_numbers_alone():
+    """A library that is linked with unsafe mathematics would flush them to zero in the whole process."""
+    domain = fenicsx.box_mesh(MPI.COMM_SELF, (1, 1))
+    fenicsx.compiled_form(ufl.sqrt(ufl.SpatialCoordinate(domain)[0]) * ufl.dx)
+    assert (np.array([1e-300]) * 1e-15)[0] > 0.0
