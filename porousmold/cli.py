@@ -235,9 +235,13 @@ def _run(options: argparse.Namespace) -> Any:
     scene = Scene.load(options.scene, settings, allow_extensions=options.allow_extensions)
     signals = StopSignals()
     out = Path(options.out) if options.out else Path("runs") / Path(options.scene).stem
-    # dolfinx takes a second to import: only a scene that is sound pays for it
+    drawing = None
+    # dolfinx takes a while to import: only a scene that is sound pays for it
     try:
         from .mpi import MPI
+
+        if MPI.COMM_WORLD.rank == 0 and scene.output.pictures:
+            drawing = PictureProcess()  # as early as it can be: it imports matplotlib beside all that follows
         from .simulation.running import RunInterrupted, run
     except ImportError:
         if signals:  # an interrupted import of a compiled module comes as this
@@ -248,7 +252,6 @@ def _run(options: argparse.Namespace) -> Any:
     log_to_console(options.verbose, first_rank=rank == 0, file=options.log)
     bar = Bar(quiet=options.quiet or bool(rank) or options.verbose > 0)
     progress = MarchProgress(bar, scene.operation.heating_margin, scene.operation.end_time)
-    drawing = PictureProcess() if rank == 0 and scene.output.pictures else None
     try:
         result = run(
             scene,
