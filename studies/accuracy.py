@@ -16,7 +16,7 @@ from mpi4py import MPI
 
 from porousmold import Scene
 from porousmold.errors import SolveError
-from porousmold.simulation.accuracy import run_to_accuracy
+from porousmold.simulation.accuracy import Refinements, run_to_accuracy
 from porousmold.simulation.march import Simulation
 from porousmold.simulation.specs import specs_of
 from studies.random_scenes import scenes
@@ -35,15 +35,15 @@ DOCS = Path(__file__).parent.parent / "docs"
 class Runs:
     """Marches of a scene: refinements, heating time and seconds of CPU of each."""
 
-    mesh: list[float] = field(default_factory=list)
-    steps: list[float] = field(default_factory=list)
+    refinements: list[Refinements] = field(default_factory=list)
     times: list[float | None] = field(default_factory=list)
     seconds: list[float] = field(default_factory=list)
 
     def __call__(self, scene: Scene) -> float | None:
         start = time.process_time()
-        self.mesh.append(scene.solver.mesh_refinement)
-        self.steps.append(scene.solver.step_refinement)
+        solver = scene.solver
+        along = solver.mesh_refinement * solver.axial_refinement
+        self.refinements.append(Refinements(along, solver.mesh_refinement, solver.step_refinement))
         try:
             self.times.append(None)
             simulation = Simulation(specs_of(scene), MPI.COMM_SELF)
@@ -61,8 +61,7 @@ class Outcome:
     true: float = float("nan")
     estimated: float = float("nan")
     cost: float = float("nan")
-    mesh: float = 0.0
-    steps: float = 0.0
+    refinements: Refinements = field(default_factory=Refinements)
     reason: str = ""
 
     @property
@@ -81,15 +80,14 @@ def outcome_of(task: tuple[int, float]) -> Outcome:
         estimated = run_to_accuracy(scene.changed({"solver.accuracy": accuracy}), runs)
         if estimated is None:
             return Outcome(reason="not heated")
-        mesh, steps = runs.mesh[-1], runs.steps[-1]
+        refinements = runs.refinements[-1]
         if runs.seconds[-1] > MOST_CPU:
             return Outcome(reason=f"{sum(runs.seconds):.0f} s of CPU: no reference")
-        finer = scene.changed({"solver.mesh_refinement": 2.0 * mesh, "solver.step_refinement": 2.0 * steps})
-        reference = Runs()(finer)
+        reference = Runs()(refinements.times(2.0, 2.0, 2.0).of(scene))
     except SolveError as error:
         return Outcome(reason=str(error)[:80])
     assert runs.times[-1] is not None and reference is not None
-    return Outcome(abs(runs.times[-1] / reference - 1.0), estimated, sum(runs.seconds) / runs.seconds[-1], mesh, steps)
+    return Outcome(abs(runs.times[-1] / reference - 1.0), estimated, sum(runs.seconds) / runs.seconds[-1], refinements)
 
 
 def main() -> None:
@@ -120,12 +118,13 @@ def main() -> None:
         f"- All runs together take {np.median(costs):.2f} times the computing time of the final run (median; 90 % below"
         f" {np.quantile(costs, 0.9):.2f}).",
         "",
-        "| scene | error | estimated | mesh x | steps x | all runs over the last |",
-        "|---|---|---|---|---|---|",
+        "| scene | error | estimated | cells along x | across x | steps x | all runs over the last |",
+        "|---|---|---|---|---|---|---|",
     ]
     for number, one in enumerate(outcomes):
-        row = f"{one.true:.1e} | {one.estimated:.1e} | {one.mesh:.2g} | {one.steps:.2g} | {one.cost:.2f}"
-        lines.append(f"| {number} | {one.reason or row} |" + (" | | | |" if one.reason else ""))
+        factors = " | ".join(f"{factor:.2g}" for factor in one.refinements)
+        row = f"{one.true:.1e} | {one.estimated:.1e} | {factors} | {one.cost:.2f}"
+        lines.append(f"| {number} | {one.reason or row} |" + (" | | | | |" if one.reason else ""))
     options.out.write_text("\n".join([*lines, ""]), encoding="utf-8")
     print("\n".join(lines[5:10]))
 

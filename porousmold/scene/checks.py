@@ -277,7 +277,7 @@ def _solver(scene: Any) -> None:
     if scene.model.choose != "cheapest" and scene.is_given("model.accuracy"):
         _refuse(scene, "model.accuracy", "has no meaning without model.choose = 'cheapest'")
     if scene.solver.accuracy is not None:
-        for name in ("mesh_refinement", "step_refinement"):
+        for name in ("mesh_refinement", "axial_refinement", "step_refinement"):
             if scene.is_given(f"solver.{name}"):
                 _refuse(scene, f"solver.{name}", "is chosen by solver.accuracy")
 

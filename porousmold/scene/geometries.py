@@ -83,7 +83,7 @@ class Mesh(Geometry):
     foreign = (
         *("geometry.length", "geometry.cavity_height", "geometry.width", "geometry.sides", "geometry.diameter"),
         *("solver.axial_cells", "solver.first_cell", "solver.cell_growth", "solver.wall_cells"),
-        *("solver.mesh_refinement", "solver.accuracy"),
+        *("solver.mesh_refinement", "solver.axial_refinement", "solver.accuracy"),
     )
 
     def size(self, table: Any) -> None:

@@ -49,7 +49,7 @@ def straight_domain(
         cells = max(2, round(finer * size.half_width / size.half_height))
         across.append(domain.Across(np.linspace(0.0, size.half_width, cells + 1), cells, walled=False))
     along = axial_nodes(size.length, spec.axial_cells or estimates.axial_cells, estimates.end_length)
-    along = refined(along, finer)
+    along = refined(along, finer * spec.axial_refinement)
     _announce(spec, len(along) - 1, across, observe)
     return domain.straight_bed(communicator, along, across, axisymmetric=size.axisymmetric)
 

@@ -32,7 +32,8 @@ RevTerms = Literal["off", "consistent", "as-published"]
 class MeshSpec:
     """The mesh: `size` of a straight bed, or the `file` of a mesh. `layers` are those of a wall with cells of its own.
 
-    Cells are those of the scene before `refinement`. `sensors` is the file of recorded places, `scene_file` is named in errors.
+    Cells are those of the scene before `refinement`, which counts `axial_refinement` times along the flow. `sensors` is the file
+    of recorded places, `scene_file` is named in errors.
     """
 
     size: BedSize | None
@@ -47,6 +48,7 @@ class MeshSpec:
     first_cell: float | None
     cell_growth: float
     refinement: float
+    axial_refinement: float
     unknowns_per_node: int
     sensors: Path | None
     scene_file: str | None
@@ -204,6 +206,7 @@ def _mesh(scene: Scene, laws: Laws) -> MeshSpec:
         first_cell=solver.first_cell,
         cell_growth=solver.cell_growth,
         refinement=solver.mesh_refinement,
+        axial_refinement=solver.axial_refinement,
         unknowns_per_node=max(velocity_and_pressure + turbulent, 1),
         sensors=geometry.sensors,
         scene_file=scene.source,

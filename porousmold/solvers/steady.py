@@ -198,7 +198,7 @@ class SteadySolver:
         return False
 
     def _follow_on_kept_factors(self, tolerance: float, most: int) -> bool:
-        """The same on the present factors alone, whose error is what their contraction tells; the state is left where they fail."""
+        """The same on the present factors alone, whose error is what their contraction tells; a failure is left as it is."""
         return modified_newton(
             self.counted_iteration,
             most=most,
