@@ -1,23 +1,22 @@
 """Accuracy on request: the mesh and the steps that bring the heating time within a wanted relative error.
 
-With t(l, c, s) the heating time at refinements of the cells along the flow and across it and of the steps, the errors of a run
-come from two cheaper ones with 0.7 of its cells in each direction, one with its own steps and one with half of those as well
-(Richardson):
+With t(l, c, s) the heating time at refinements of the cells along the flow, of those across it, and of the steps, the errors of
+a run come from three cheaper ones (Richardson):
 
-    e_m = [t(0.7 l, 0.7 c, s) - t(l, c, s)] / (0.7^-p - 1),
-    e_s = [t(0.7 l, 0.7 c, s/2) - t(0.7 l, 0.7 c, s)] / (2^3 - 1),
+    e_c = [t(l/2, 0.7 c, s/2) - t(l/2, c, s/2)] / (0.7^-p_c - 1),
+    e_s = [t(l/2, 0.7 c, s/2) - t(l/2, 0.7 c, s)] / (2^p_s - 1),
+    e_l = [t(l/2, 0.7 c, s) - t(l, c, s) - t(l/2, 0.7 c, s/2) + t(l/2, c, s/2)] / (2^p_l - 1),
 
-both with their signs, as they may cancel; the estimate is |e_m + e_s|, and half of sqrt(e_m^2 + e_s^2) at least. The steps are of
-third order. Meshes converge faster than with their order 2, because the layer at the wall is only beginning to be resolved:
-p = 2.5 is what random scenes show (docs/accuracy.md has others).
+all with their signs, as they may cancel; the estimate is |e_l + e_c + e_s|, and half of the root of the sum of their squares at
+least. Across, cells have their order p_c = 2; p_l = 3.5 and p_s = 2.5 are what random scenes show from such coarse runs (those of
+seed 18 in `studies.random_scenes`; docs/accuracy.md has others): along, cells converge faster there than with their order 2, as
+the front is only beginning to be resolved, steps slower than with their order 3.
 
-If the estimate exceeds the target, one more run, with t(0.7 l, c, s), parts e_m by its direction: e_l = [t(0.7 l, c, s) -
-t(l, c, s)] / (0.7^-p - 1) is of the cells along, e_c = e_m - e_l of those across. A finer run follows, with cells along, cells
-across and steps each refined as required at order 2. Its error estimate is e_l, e_c and e_s scaled at that order, or the estimate
-from its difference to the previous run, whichever is larger. This is the discretisation error, not the model error.
+If the estimate exceeds the target, a finer run follows, with cells along, cells across and steps each refined as needed at order
+2. Its error estimate is e_l, e_c and e_s scaled at that order, or the estimate from its difference to the previous run, whichever
+is larger. This is the discretisation error, not the model error.
 """
 
-import contextlib
 import math
 from collections.abc import Callable
 from typing import NamedTuple
@@ -25,12 +24,8 @@ from typing import NamedTuple
 from ..errors import SolveError
 from ..scene.scene import Scene
 
-OBSERVED_ORDER, ORDER, STEPS_ORDER = 2.5, 2.0, 3.0
-"""Of convergence from coarse meshes, of the methods in space, and of those in time."""
-COARSER = 0.7
-"""Part of the cells in each direction of the runs that the errors are estimated from."""
-COARSER_DIFFERENCE = COARSER**-OBSERVED_ORDER - 1.0
-"""What a run of such cells is further off than one of all cells, in errors of that."""
+ORDER, FASTEST_ORDER = 2.0, 2.5
+"""Of convergence, where a run is refined further, and the fastest that its difference from the run before is taken for."""
 FINEST = 8.0
 """Largest refinement that is tried."""
 FINER = 1.5
@@ -64,6 +59,12 @@ class Refinements(NamedTuple):
         )
 
 
+COARSER = Refinements(along=0.5, across=0.7, steps=0.5)
+"""What the runs have less that the errors are estimated from."""
+OBSERVED_ORDERS = Refinements(along=3.5, across=2.0, steps=2.5)
+"""Of convergence from such runs."""
+
+
 class Errors(NamedTuple):
     """Relative errors of a heating time by its cells along and across the flow and by its steps, with their signs."""
 
@@ -73,9 +74,8 @@ class Errors(NamedTuple):
 
     @property
     def all(self) -> float:
-        """Of all together, where they cancel half of what those of mesh and steps are as independent ones at least."""
-        mesh = self.along + self.across
-        return max(abs(mesh + self.steps), 0.5 * math.hypot(mesh, self.steps))
+        """Of all together, where they cancel half of what they are as independent ones at least."""
+        return max(abs(sum(self)), 0.5 * math.hypot(*self))
 
 
 def run_to_accuracy(scene: Scene, march: Callable[[Scene], float | None]) -> float | None:
@@ -95,43 +95,40 @@ def run_to_accuracy(scene: Scene, march: Callable[[Scene], float | None]) -> flo
         return None
     wanted, present = scene.solver.accuracy, Refinements()
     while True:
-        coarser = present.times(COARSER, COARSER, 1.0)
+        coarse = present.times(*COARSER)
+        runs = [coarse, coarse._replace(across=present.across), coarse._replace(steps=present.steps), present]
         try:
-            coarse, coarse_mesh, now = (
-                march(refinements.of(scene)) for refinements in (coarser.times(1.0, 1.0, 0.5), coarser, present)
-            )
+            times = [march(run.of(scene)) for run in runs]
         except SolveError:  # coarse cells may have no steady flow
             if present.across >= COARSEST_OF_ALL:
                 raise
             present = present.times(2.0, 2.0, 1.0)
             continue
         break
-    if coarse is None or coarse_mesh is None or now is None:
+    known = [time for time in times if time is not None]
+    if len(known) < len(times):
         return None
-    by_mesh, by_steps = estimated_errors(coarse, coarse_mesh, now)
-    errors = Errors(0.5 * by_mesh, 0.5 * by_mesh, by_steps)
-    if errors.all > wanted:
-        with contextlib.suppress(SolveError):  # then both directions count alike
-            coarse_along = march(present.times(COARSER, 1.0, 1.0).of(scene))
-            by_length = 0.0 if coarse_along is None else (coarse_along - now) / now / COARSER_DIFFERENCE
-            errors = Errors(by_length, by_mesh - by_length, by_steps)
+    errors, now = estimated_errors(*known), known[-1]
     while errors.all > wanted and max(present) < FINEST:
         finer = Refinements(
             *(min(FINEST, one * needed_factor(abs(error), wanted)) for one, error in zip(present, errors, strict=True))
         )
-        before, now = now, march(finer.of(scene))
-        if now is None:
+        after = march(finer.of(scene))
+        if after is None:
             return None
-        factors = Refinements(*(after / one for after, one in zip(finer, present, strict=True)))
+        before, now = now, after
+        factors = Refinements(*(more / one for more, one in zip(finer, present, strict=True)))
         errors, present = errors_after(errors, factors, abs(now - before) / now), finer
     return errors.all
 
 
-def estimated_errors(coarse: float, coarse_mesh: float, fine: float) -> tuple[float, float]:
-    """Errors of the heating time `fine` (s) by its mesh and by its steps, from those of `COARSER` cells and half the steps and
-    of such cells alone."""
-    by_steps = (coarse - coarse_mesh) / (2.0**STEPS_ORDER - 1.0)
-    return (coarse_mesh - fine) / fine / COARSER_DIFFERENCE, by_steps / fine
+def estimated_errors(coarse: float, coarse_but_across: float, coarse_but_steps: float, now: float) -> Errors:
+    """Errors of the last of four heating times (s): the first is that of a run with all that is `COARSER`, the next two are with
+    the last one's cells across and with its steps."""
+    by_across, by_steps = coarse - coarse_but_across, coarse - coarse_but_steps
+    by_along = coarse_but_steps - now - by_across
+    parts = zip((by_along, by_across, by_steps), COARSER, OBSERVED_ORDERS, strict=True)
+    return Errors(*(difference / now / (part**-order - 1.0) for difference, part, order in parts))
 
 
 def needed_factor(error: float, wanted: float) -> float:
@@ -142,6 +139,6 @@ def needed_factor(error: float, wanted: float) -> float:
 def errors_after(errors: Errors, factors: Refinements, difference: float) -> Errors:
     """Errors of a run refined by these factors, whose relative difference from the run before is known as well."""
     scaled = Errors(*(error / factor**ORDER for error, factor in zip(errors, factors, strict=True)))
-    estimated = difference / (max(factors) ** OBSERVED_ORDER - 1.0)
+    estimated = difference / (max(factors) ** FASTEST_ORDER - 1.0)
     more = max(1.0, estimated / scaled.all) if scaled.all else 1.0
     return Errors(*(more * error for error in scaled))

@@ -240,7 +240,7 @@ class FullFlow(NonlinearFlow):
         residual += nothing * ufl.inner(self.unknown, ufl.TestFunction(self.space)) * domain.wall_measure(1)
         constrained = np.unique(np.concatenate([constrained_unknowns(domain, self.space, turbulence), *fixed]))
         parts = [fenicsx.collapse(self.space, part)[1] for part in range(len(elements))]
-        blocks = (np.concatenate(parts[:2]), *parts[2:]) if turbulence else ()
+        blocks = (parts[:2], *([part] for part in parts[2:])) if turbulence else ()
         system = NewtonSystem(residual, self.unknown, constrained, keep_jacobian=True, blocks=blocks)
         state = equations.state_of(ufl.split(self.unknown))
         self._entering = [

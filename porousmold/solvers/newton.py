@@ -14,6 +14,7 @@ from petsc4py import PETSc
 
 from ..laws.functions import Value
 from ..mesh import fenicsx
+from .field_splits import split_fields
 
 _PREFIX = "porousmold_"
 """One prefix for all systems: PETSc holds 512 options at most."""
@@ -114,10 +115,10 @@ class NewtonSystem:
 
     The unknowns `constrained` (local numbers in the function's own space, ghosts included) stay as they are in `unknown`.
     `pivoting` is needed where the diagonal may vanish, as that of the pressure does. `addend` is a PETSc vector added to
-    the assembled residual. `blocks` are the unknowns of parts that may be factorised one after the other. The Jacobian is
-    renewed at every iteration, or with `keep_jacobian` only when `renew_jacobian()` was called: then the factors serve
-    until the next call, and `factored_at` tells what they were made with: (space, array) of every coefficient, and the
-    constants' values.
+    the assembled residual. `blocks` are the unknowns of fields that may be solved for one after the other, those of the
+    first one in two parts (`split_fields`). The Jacobian is renewed at every iteration, or with `keep_jacobian` only when
+    `renew_jacobian()` was called: then the factors serve until the next call, and `factored_at` tells what they were made
+    with: (space, array) of every coefficient, and the constants' values.
     """
 
     def __init__(
@@ -128,7 +129,7 @@ class NewtonSystem:
         *,
         keep_jacobian: bool = False,
         pivoting: bool = True,
-        blocks: Sequence[NDArray[Any]] = (),
+        blocks: Sequence[Sequence[NDArray[Any]]] = (),
     ) -> None:
         self.unknown = unknown
         self.space = unknown.function_space
@@ -195,34 +196,16 @@ class NewtonSystem:
         snes.setJacobian(self._assemble_jacobian, self.matrix)
         snes.setFromOptions()
         if self._blocks and self.active_unknowns > LARGEST_FACTORISED[dimension]:
-            self._split_fields(snes.getKSP(), self._blocks)
+            self._split_fields(snes.getKSP())
         return snes
 
-    def _split_fields(self, ksp: Any, blocks: Sequence[NDArray[Any]]) -> None:
-        """Solve by GMRES, preconditioned by the blocks in turn: factors of the first, incomplete ones of the others.
-
-        The unknowns of the turbulence are local enough for that: GMRES takes no more iterations than with their factors.
-        """
+    def _split_fields(self, ksp: Any) -> None:
+        """Have the blocks solved for one after the other."""
+        self._assemble_jacobian(None, None, None, None)
+        ksp.setOperators(self.matrix, self.matrix)
         offset = self.space.dofmap.index_map.local_range[0] * self.space.dofmap.index_map_bs
-        options = PETSc.Options()
-        for number in range(len(blocks)):
-            prefix = f"{_PREFIX}fieldsplit_{number}_"
-            options[prefix + "ksp_type"] = "preonly"
-            if number == 0:
-                options[prefix + "pc_type"], options[prefix + "pc_factor_mat_solver_type"] = "lu", "mumps"
-                options[prefix + "mat_mumps_icntl_14"] = 80
-            else:
-                options[prefix + "pc_type"], options[prefix + "sub_pc_type"] = "asm", "ilu"
-        ksp.setType("fgmres")
-        ksp.setGMRESRestart(60)
-        ksp.setTolerances(rtol=1e-4, max_it=200)  # Newton's method gains no more by an exact one
-        preconditioner = ksp.getPC()
-        preconditioner.setType("fieldsplit")
-        preconditioner.setFieldSplitType(PETSc.PC.CompositeType.MULTIPLICATIVE)
-        for number, block in enumerate(blocks):
-            owned = np.sort(block[block < self.owned_size])
-            indices = PETSc.IS().createGeneral((offset + owned).astype(PETSc.IntType), comm=self.space.mesh.comm)
-            preconditioner.setFieldSplitIS((str(number), indices))
+        fields = [[offset + part[part < self.owned_size] for part in parts] for parts in self._blocks]
+        split_fields(ksp, fields, by_schur_complement=self.space.mesh.geometry.dim == 3)
 
     @property
     def owned_size(self) -> int:
@@ -295,7 +278,10 @@ class NewtonSystem:
             failed = True
         if failed:
             self._jacobian_due = True
-            self._snes.getKSP().reset()  # else the factorisation's failure sticks to later solves
+            if (
+                snes := self.__dict__.pop("_snes", None)
+            ) is not None:  # else the factorisation's failure sticks to later solves
+                snes.destroy()
         self._store(self._iterate)
         size = self._iterate.norm()
         if failed or not np.isfinite(size):
