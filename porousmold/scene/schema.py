@@ -196,7 +196,7 @@ KEYS: dict[str, dict[str, Key]] = {
         "accuracy": Key("", "wanted relative error of the heating time: chooses all refinements, reports heating_time_error",
                         low=1e-4, high=0.2, closed=True),
         "first_step": Key("s", "first time step; default a twentieth of the largest", low=0.0, high=1e6),
-        "step_growth": Key("", "ratio of successive steps", 2.0, low=1.0, high=10.0, closed=True),
+        "step_growth": Key("", "ratio of successive steps", 1.5, low=1.0, high=10.0, closed=True),
         "largest_step": Key("s", "largest time step; default from the front's passage time and the wall's time constant",
                             low=0.0, high=1e7),
         "step_tolerance": Key("delta_degC", "estimated error above which a step is repeated with a smaller step size", 5.0,
