@@ -12,9 +12,10 @@ least. Across, cells have their order p_c = 2; p_l = 3.5 and p_s = 2.5 are what 
 seed 18 in `studies.random_scenes`; docs/accuracy.md has others): along, cells converge faster there than with their order 2, as
 the front is only beginning to be resolved, steps slower than with their order 3.
 
-If the estimate exceeds the target, a finer run follows, with cells along, cells across and steps each refined as needed at order
-2. Its error estimate is e_l, e_c and e_s scaled at that order, or the estimate from its difference to the previous run, whichever
-is larger. This is the discretisation error, not the model error.
+If the estimate exceeds the target, finer runs follow, with cells along, cells across and steps each refined as needed at order 2,
+the first of them by a factor of 1.7 at most. Its error estimate is e_l, e_c and e_s scaled at that order, all of them times what
+its difference from the run before was of what they foresaw, a quarter at least. This is the discretisation error, not the model
+error.
 """
 
 import math
@@ -24,8 +25,12 @@ from typing import NamedTuple
 from ..errors import SolveError
 from ..scene.scene import Scene
 
-ORDER, FASTEST_ORDER = 2.0, 2.5
-"""Of convergence, where a run is refined further, and the fastest that its difference from the run before is taken for."""
+ORDER = 2.0
+"""Of convergence, where a run is refined further."""
+FIRST_FACTOR = 1.7
+"""Largest factor on a refinement in the first run that is finer than the scene's own: it shows how good the estimates were."""
+LEAST_PART = 0.25
+"""Of the errors foreseen, that are taken as known from the difference of two runs: differences may cancel."""
 FINEST = 8.0
 """Largest refinement that is tried."""
 FINER = 1.5
@@ -109,16 +114,16 @@ def run_to_accuracy(scene: Scene, march: Callable[[Scene], float | None]) -> flo
     if len(known) < len(times):
         return None
     errors, now = estimated_errors(*known), known[-1]
+    most = FIRST_FACTOR
     while errors.all > wanted and max(present) < FINEST:
-        finer = Refinements(
-            *(min(FINEST, one * needed_factor(abs(error), wanted)) for one, error in zip(present, errors, strict=True))
-        )
+        needed = Refinements(*(min(needed_factor(abs(error), wanted), most) for error in errors))
+        finer = Refinements(*(min(FINEST, one) for one in present.times(*needed)))
         after = march(finer.of(scene))
         if after is None:
             return None
         before, now = now, after
         factors = Refinements(*(more / one for more, one in zip(finer, present, strict=True)))
-        errors, present = errors_after(errors, factors, abs(now - before) / now), finer
+        errors, present, most = errors_after(errors, factors, abs(now - before) / now), finer, FINEST
     return errors.all
 
 
@@ -139,6 +144,6 @@ def needed_factor(error: float, wanted: float) -> float:
 def errors_after(errors: Errors, factors: Refinements, difference: float) -> Errors:
     """Errors of a run refined by these factors, whose relative difference from the run before is known as well."""
     scaled = Errors(*(error / factor**ORDER for error, factor in zip(errors, factors, strict=True)))
-    estimated = difference / (max(factors) ** FASTEST_ORDER - 1.0)
-    more = max(1.0, estimated / scaled.all) if scaled.all else 1.0
-    return Errors(*(more * error for error in scaled))
+    foreseen = abs(sum(errors) - sum(scaled))
+    part = max(LEAST_PART, difference / foreseen) if foreseen else 1.0
+    return Errors(*(part * error for error in scaled))

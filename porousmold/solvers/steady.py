@@ -179,31 +179,36 @@ class SteadySolver:
         start = self.copies()
         if self._follow_on_kept_factors(tolerance, kept_iterations):
             return True
-        self.put_back(start)
         for _ in range(FRESH_ITERATIONS):
-            before = self.copies()
+            before = self._unknown.x.array.copy()
             self.system.renew_jacobian()
             update = self.counted_iteration()
             if not np.isfinite(update):
                 break
-            update = max(update, self._updates(before[0])[1] / LOOSER_PARTS)
+            update = max(update, self._updates(before)[1] / LOOSER_PARTS)
             if update < tolerance and self.is_physical():
                 return True
-            if update < LARGEST_KEPT_UPDATE:
-                near = self.copies()
-                if self._follow_on_kept_factors(tolerance, kept_iterations):
-                    return True
-                self.put_back(near)
+            if update < LARGEST_KEPT_UPDATE and self._follow_on_kept_factors(tolerance, kept_iterations):
+                return True
         self.put_back(start)
         return False
 
     def _follow_on_kept_factors(self, tolerance: float, most: int) -> bool:
-        """The same on the present factors alone, whose error is what their contraction tells; a failure is left as it is."""
+        """The same on the present factors alone, whose error is what their contraction tells; where that is slow the state is put
+        back."""
+        start = self.copies()
+
+        def gives_up(update: float, last: float) -> bool:
+            if update < SLOWEST_CONTRACTION * last:
+                return False
+            self.put_back(start)
+            return True
+
         return modified_newton(
             self.counted_iteration,
             most=most,
             converged=lambda error: error < KEPT_TOLERANCE * tolerance and self.is_physical(),
-            gives_up=lambda update, last: update > SLOWEST_CONTRACTION * last,
+            gives_up=gives_up,
             contraction=Contraction(),
         )
 
