@@ -1,6 +1,7 @@
 """Time step control: geometric growth up to a maximum, reduced at breakpoints of series and after failed steps."""
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any
 
 from ..errors import SolveError
@@ -12,7 +13,7 @@ MOST_FAILURES = 4
 """Steps in succession that may fail to converge."""
 
 JUMP_STEPS = 3.0
-"""First steps' lengths after a jump that count as near it."""
+"""First steps' lengths after a jump that count as near it. The start is one, and the end of a change shorter than the first step."""
 
 
 @dataclass
@@ -38,8 +39,9 @@ class TimeControl:
         self.step = self.first_step
 
     def after_jump(self, time: float) -> bool:
-        """Whether a step from `time` is among the first few after a breakpoint, where the fluid may jump."""
-        last = max(instant for instant in (0.0, *self.breakpoints) if instant <= time * (1 + 1e-9))
+        """Whether a step from `time` is among the first few after a jump, of the fluid too."""
+        ends = (end for begin, end in pairwise(self.breakpoints) if end - begin < self.first_step)
+        last = max(instant for instant in (0.0, *ends) if instant <= time * (1 + 1e-9))
         return time - last < self.first_step * JUMP_STEPS
 
     def propose(self, time: float) -> Any:

@@ -64,3 +64,10 @@ def test_going_on_after_solves_gave_up_starts_small_again():
     assert control.propose(10.0) == 40.0
     control.go_on_with(1e-9)
     assert control.propose(10.0) == 1.0
+
+
+def test_what_changes_slowly_does_not_jump():
+    """The start jumps, and a series that changes within a first step (50 to 50.5 s), not one of rows 20 s apart."""
+    control = TimeControl(1.0, 2.0, 20.0, 5.0, 200.0, (20.0, 40.0, 50.0, 50.5))
+    near = [time for time in (0.0, 2.9, 3.1, 20.0, 40.0, 50.0, 50.5, 53.0, 60.0) if control.after_jump(time)]
+    assert near == [0.0, 2.9, 50.5, 53.0]
