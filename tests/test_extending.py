@@ -42,7 +42,7 @@ def test_every_example_runs_in_its_scene(title, code, settings, tmp_path):
     theirs = run(Scene.load(ALUMINIUM, SMALL | plain)).summary
     assert abs(ours["energy_imbalance"]) < 1e-3
     assert [ours[name] for name in ("sources", "materials")] != [theirs[name] for name in ("sources", "materials")]
-    assert ours["heat_by_fluid"] != pytest.approx(theirs["heat_by_fluid"], rel=1e-4)
+    assert ours["heat_by_fluid"] != pytest.approx(theirs["heat_by_fluid"], rel=1e-6)
 
 
 def test_the_script_of_the_page_runs(capsys):
