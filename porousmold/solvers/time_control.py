@@ -13,7 +13,7 @@ MOST_FAILURES = 4
 """Steps in succession that may fail to converge."""
 
 JUMP_STEPS = 3.0
-"""First steps' lengths after a jump that count as near it. Jumps are the start, and the end of a change shorter than one of them."""
+"""First steps' lengths after a jump that count as near it. Jumps are the start, and the end of a change shorter than one step."""
 
 
 @dataclass

@@ -1,7 +1,9 @@
 """Units at the program's border."""
 
+import pint
 import pytest
 
+from porousmold.files import units
 from porousmold.files.units import preferred_unit, to_si
 
 
@@ -29,3 +31,37 @@ def test_values_that_are_shown_together_have_one_unit(values, unit, shown):
 def test_what_is_shown_is_read_back(unit, value):
     (shown,), sign = preferred_unit([value], unit)
     assert to_si("--set", f"{shown} {sign.replace('°C', 'degC')}", unit) == pytest.approx(value, rel=1e-12)
+
+
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    """The file of units that were read before, of a user who has read none."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    units._known_scales.cache_clear()
+    yield tmp_path / "porousmold" / "units.json"
+    units._known_scales.cache_clear()
+
+
+GIVEN = [("5.3 mm", "m"), ("81.7 degC", "K"), ("-3.1 degF", "K"), ("7.9 kPa", "Pa"), ("13.1 ft^3/min", "m^3/s"), ("0.3 K", "K"),
+         ("0.9 kJ/kg/K", "J/(kg*K)"), ("2.7 kWh", "J")]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "unit"), GIVEN)
+def test_values_are_those_of_pint_to_the_last_digit(text, unit):
+    number, given = text.split(" ")
+    assert to_si("key", text, unit) == pint.UnitRegistry().Quantity(float(number), given).to(unit).magnitude
+
+
+def test_units_that_were_read_before_need_no_pint(cache, monkeypatch):
+    values = [to_si("key", text, unit) for text, unit in GIVEN]
+    assert cache.is_file()
+    monkeypatch.setattr(units, "_registry", lambda: pytest.fail("pint is asked"))
+    units._known_scales.cache_clear()
+    assert [to_si("key", text, unit) for text, unit in GIVEN] == values
+
+
+@pytest.mark.parametrize("content", ["", "no JSON", "[1, 2]", '{"mm in m": 1}'])
+def test_a_damaged_cache_is_done_without(cache, content):
+    cache.parent.mkdir()
+    cache.write_text(content)
+    assert to_si("key", "5 mm", "m") == 0.005 and to_si("key", "6 mm", "m") == 0.006
