@@ -195,7 +195,7 @@ KEYS: dict[str, dict[str, Key]] = {
         "step_refinement": Key("", "factor on the number of time steps", 1.0, low=0.1, high=100.0, closed=True),
         "accuracy": Key("", "wanted relative error of the heating time: chooses all refinements, reports heating_time_error",
                         low=1e-4, high=0.2, closed=True),
-        "first_step": Key("s", "first time step; default a twentieth of the largest", low=0.0, high=1e6),
+        "first_step": Key("s", "first time step; default, and at most, a twentieth of the largest", low=0.0, high=1e6),
         "step_growth": Key("", "ratio of successive steps", 1.5, low=1.0, high=10.0, closed=True),
         "largest_step": Key("s", "largest time step; default from the front's passage time and the wall's time constant",
                             low=0.0, high=1e7),

@@ -29,7 +29,7 @@ STEADY_CHANGE = 1e-4
 """Part of the distance from the inlet's temperature by which a steady wall may still change."""
 
 FIRST_STEP = 0.05
-"""The first time step, as a part of the largest one."""
+"""The first time step at most, as a part of the largest one."""
 
 BACKWARDS = 1e-3
 """Mass flow, as a part of the expected one, by which a flow may run backwards: that of rounding."""
@@ -64,7 +64,7 @@ class Simulation:
         time = self.specs.time
         largest = time.largest_step or min(self.problem.medium.estimates.largest_step, time.end_time)
         return TimeControl(
-            (time.first_step or FIRST_STEP * largest) / time.refinement,
+            min(time.first_step or math.inf, FIRST_STEP * largest) / time.refinement,
             time.step_growth ** (1.0 / time.refinement),
             largest / time.refinement,
             time.tolerance,
