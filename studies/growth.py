@@ -104,12 +104,19 @@ def slope(rows, key, unknowns):
     return math.log(b[key] / a[key]) / math.log(b[unknowns] / a[unknowns])
 
 
+def sections(page):
+    """Lines of each section of the page, by its title."""
+    titled = (part.split("\n", 1) for part in page.read_text(encoding="utf-8").split("\n## ")[1:])
+    return {title: text.strip("\n").split("\n") for title, text in titled}
+
+
 def main():
     """Measure one size (`--size`), or all, and write the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--size", type=float)
     parser.add_argument("--dimensions", type=int, choices=SCENES, default=2)
     parser.add_argument("--strategy", choices=STRATEGIES, default="factorised")
+    parser.add_argument("--renew", nargs=2, metavar=("DIMENSIONS", "STRATEGY"), help="measure only these tables anew")
     parser.add_argument("--out", type=Path, default=HERE.parent / "docs" / "growth.md")
     arguments = parser.parse_args()
     if arguments.size:
@@ -125,11 +132,17 @@ def main():
         *__doc__.split("\n\n", 1)[1].strip().splitlines(),
         "",
         f"Up to {LARGEST_FACTORISED[2]} unknowns ({LARGEST_FACTORISED[3]} in three dimensions) the flow is factorised as a whole",
-        "(MUMPS); beyond that GMRES is preconditioned by the factors of [u, p], and by incomplete ones of k and epsilon",
-        "(`split`). Memory is the peak of all ranks together.",
+        "(MUMPS); beyond that GMRES is preconditioned by the factors of [u, p], in three dimensions by incomplete ones of u and",
+        "those of the pressure's Schur complement, and by incomplete ones of k and epsilon (`split`). Memory is the peak of all",
+        "ranks together.",
     )
+    before = sections(arguments.out) if arguments.renew else {}
     for dimensions, ranks, strategy, sizes in TABLES:
-        page.add("", f"## {dimensions} dimensions, {ranks} rank{'s' * (ranks > 1)}, {strategy}")
+        title = f"{dimensions} dimensions, {ranks} rank{'s' * (ranks > 1)}, {strategy}"
+        page.add("", f"## {title}")
+        if arguments.renew and not (title.startswith(arguments.renew[0]) and title.endswith(arguments.renew[1])):
+            page.add("", *before[title])
+            continue
         page.head(*HEAD)
         rows = []
         for size in sizes:
