@@ -240,7 +240,8 @@ def _run(options: argparse.Namespace) -> Any:
     try:
         from .mpi import MPI
 
-        if MPI.COMM_WORLD.rank == 0 and scene.output.pictures:
+        rank = MPI.COMM_WORLD.rank
+        if rank == 0 and scene.output.pictures:
             drawing = PictureProcess()  # as early as it can be: it imports matplotlib beside all that follows
         from .simulation.running import RunInterrupted, run
     except ImportError:
@@ -248,7 +249,6 @@ def _run(options: argparse.Namespace) -> Any:
             raise KeyboardInterrupt from None
         raise
     signals.listen()
-    rank = MPI.COMM_WORLD.rank
     log_to_console(options.verbose, first_rank=rank == 0, file=options.log)
     bar = Bar(quiet=options.quiet or bool(rank) or options.verbose > 0)
     progress = MarchProgress(bar, scene.operation.heating_margin, scene.operation.end_time)

@@ -31,6 +31,12 @@ MOST_CPU = 20.0
 DOCS = Path(__file__).parent.parent / "docs"
 
 
+def refinements_of(scene: Scene) -> Refinements:
+    """Those that a scene is marched with."""
+    across, axial, steps = (getattr(scene.solver, f"{name}_refinement") for name in ("mesh", "axial", "step"))
+    return Refinements(across * axial, across, steps)
+
+
 @dataclass
 class Runs:
     """Marches of a scene: refinements, heating time and seconds of CPU of each."""
@@ -41,9 +47,7 @@ class Runs:
 
     def __call__(self, scene: Scene) -> float | None:
         start = time.process_time()
-        solver = scene.solver
-        along = solver.mesh_refinement * solver.axial_refinement
-        self.refinements.append(Refinements(along, solver.mesh_refinement, solver.step_refinement))
+        self.refinements.append(refinements_of(scene))
         try:
             self.times.append(None)
             simulation = Simulation(specs_of(scene), MPI.COMM_SELF)

@@ -15,7 +15,12 @@ from porousmold.scene.identity import identity_of
 from .support import ALUMINIUM, COARSE
 
 PAGE = (Path(__file__).parents[1] / "docs" / "extending.md").read_text(encoding="utf-8")
-SMALL = COARSE | {"operation.end_time": 400.0, "output.pictures": False, "output.fields": False}
+SMALL = COARSE | {
+    "operation.end_time": 400.0,
+    "solver.first_step": 1.0,
+    "output.pictures": False,
+    "output.fields": False,
+}
 
 
 def examples():
@@ -42,7 +47,7 @@ def test_every_example_runs_in_its_scene(title, code, settings, tmp_path):
     theirs = run(Scene.load(ALUMINIUM, SMALL | plain)).summary
     assert abs(ours["energy_imbalance"]) < 1e-3
     assert [ours[name] for name in ("sources", "materials")] != [theirs[name] for name in ("sources", "materials")]
-    assert ours["heat_by_fluid"] != pytest.approx(theirs["heat_by_fluid"], rel=1e-6)
+    assert ours["heat_by_fluid"] != pytest.approx(theirs["heat_by_fluid"], rel=1e-4)
 
 
 def test_the_script_of_the_page_runs(capsys):

@@ -278,10 +278,8 @@ class NewtonSystem:
             failed = True
         if failed:
             self._jacobian_due = True
-            if (
-                snes := self.__dict__.pop("_snes", None)
-            ) is not None:  # else the factorisation's failure sticks to later solves
-                snes.destroy()
+            if "_snes" in self.__dict__:  # else the factorisation's failure sticks to later solves
+                self.__dict__.pop("_snes").destroy()
         self._store(self._iterate)
         size = self._iterate.norm()
         if failed or not np.isfinite(size):

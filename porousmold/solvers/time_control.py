@@ -39,7 +39,7 @@ class TimeControl:
         self.step = self.first_step
 
     def after_jump(self, time: float) -> bool:
-        """Whether a step from `time` is among the first few after a jump, of the fluid too."""
+        """Whether a step from `time` is among the first few after a jump, where the fluid may jump, too."""
         ends = (end for begin, end in pairwise(self.breakpoints) if end - begin < self.first_step)
         last = max(instant for instant in (0.0, *ends) if instant <= time * (1 + 1e-9))
         return time - last < self.first_step * JUMP_STEPS

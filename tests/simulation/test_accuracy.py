@@ -20,7 +20,7 @@ from porousmold.simulation.accuracy import (
     needed_factor,
     run_to_accuracy,
 )
-from studies.accuracy import outcome_of
+from studies.accuracy import outcome_of, refinements_of
 
 from ..support import ALUMINIUM
 
@@ -43,8 +43,7 @@ class March:
         return sum(error / refinement**order for error, refinement, order in parts)
 
     def __call__(self, scene):
-        across, axial, steps = (getattr(scene.solver, f"{name}_refinement") for name in ("mesh", "axial", "step"))
-        self.asked.append(Refinements(across * axial, across, steps))
+        self.asked.append(refinements_of(scene))
         return 1000.0 * (1.0 + self.error(self.asked[-1]))
 
 
@@ -65,8 +64,8 @@ def test_each_direction_and_the_steps_are_refined_as_each_needs_it(errors, wante
     error = run_to_accuracy(Scene.load(ALUMINIUM, {"solver.accuracy": wanted}), march)
     settled, true = march.asked[-1], march.error(march.asked[-1])
     assert error is not None and (error <= wanted or max(settled) == FINEST)
-    # at order 2 itself (2^2 - 1) / (2^3.5 - 1) of the error by cells along is seen
-    assert abs(true) < 3.5 * error
+    # at order 2 itself (2^2 - 1) / (2^3.5 - 1) of the error by cells along is seen at first; a finer run shows more of it
+    assert abs(true) < 2.5 * error
     for one, other in itertools.permutations(range(3), 2):
         if abs(errors[one]) > 5.0 * abs(errors[other]) and 1.0 < settled[one] < FINEST:
             assert settled[one] > settled[other]
