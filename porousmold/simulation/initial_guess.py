@@ -21,6 +21,9 @@ from .specs import Specs
 
 Fields = dict[str, fem.Function]
 
+NEAR = 0.02
+"""Update at which the developed flow is near enough: less than what is between it and the full one."""
+
 
 class InitialGuess:
     """Gives a `FullFlow` its initial guess: the developed profiles where the bed is straight, in three dimensions the flow over
@@ -48,7 +51,7 @@ class InitialGuess:
         with contextlib.suppress(SolveError):  # then the uniform one has to do
             if self.developed is not None:
                 self.developed.observe_with(self.observe)
-                self.developed.start()
+                self.developed.start(near=NEAR)
                 flow.guess(self.developed.fields())
                 return True
             if domain.straight:

@@ -4,6 +4,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import ufl
 from numpy.typing import NDArray
 
 from ..equations.flow import FlowEquations
@@ -32,7 +33,7 @@ def local_equilibrium(
     """
     bed, scale = equations.bed, float(equations.scales.speed.value)
     diameter = float(bed.bead_diameter.value)
-    porosity, distance = (fenicsx.nodal_values(expression, space) for expression in (bed.porosity, bed.wall_distance))
+    porosity, distance = fenicsx.nodal_values(ufl.as_vector([bed.porosity, bed.wall_distance]), space)
     porosity, distance = np.clip(porosity, 0.0, 0.95), np.maximum(distance, 0.0)
     viscosity = fluid.viscosity(temperature)
     density = fluid.density(gauge_pressure + float(equations.fluid.reference_pressure.value), temperature)

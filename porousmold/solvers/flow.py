@@ -74,14 +74,15 @@ class NonlinearFlow(ABC):
         """Largest part of the largest k by which k was below 0."""
         return self.solver.largest_undershoot
 
-    def start(self, time: float = 0.0) -> None:
-        """Find the steady flow from the initial guess; raises `SolveError` like `solve`.
+    def start(self, time: float = 0.0, near: float = 0.0) -> None:
+        """Find the steady flow from the initial guess, or come as `near` as `SteadySolver.find` says; raises `SolveError` like
+        `solve`.
 
         Where there are a laminar and a turbulent flow, the false transient, which starts from the beads' undamped
         turbulence, ends at the turbulent one.
         """
         self.solves += 1
-        if not self._find_from_guess(time) and not self._find_by_continuation(time):
+        if not self._find_from_guess(time, near) and not self._find_by_continuation(time):
             self._fail(time)
         self.found()
 
@@ -127,13 +128,13 @@ class NonlinearFlow(ABC):
         self.solver.put_back(present)
         return found
 
-    def _find_from_guess(self, time: float) -> bool:
-        near = self.initial_guess()
+    def _find_from_guess(self, time: float, near: float = 0.0) -> bool:
+        starts_near = self.initial_guess()
         guess = self.solver.copies()
-        if near and self.solver.find(np.inf, time):
+        if starts_near and self.solver.find(np.inf, time, near):
             return True
         self.solver.put_back(guess)
-        return self.solver.find(FIRST_PSEUDO_STEP, time)
+        return self.solver.find(FIRST_PSEUDO_STEP, time, near)
 
     def _find_by_continuation(self, time: float) -> bool:
         """Find the flow with an easy value of the turbulence model's parameter, and follow it to the wanted one."""

@@ -234,7 +234,7 @@ class TransientHeat:
             part.begin_step(step, gamma)
         self._transport.renew()
         self._system.renew_jacobian()
-        flows = self._no_flows()
+        flows, crossing = self._no_flows(), np.zeros(len(self.scalars))
         fenicsx.assemble_vector(self._stored_start, self._stored_form.form)
         for stage, row in enumerate(stages):
             self._set_time(time + sum(row) * step)
@@ -257,9 +257,11 @@ class TransientHeat:
             self._stored_now.copy(self._outflows[stage])
             self._outflows[stage].scale(-self._inverse_stage.value)
             self._outflows[stage].axpy(-1.0, self._addend)
-            rates = {name: self._sum(fem.assemble_scalar(form.form)) for name, form in self.scalars.items()}
-            for name, rate in (rates | (self.supply.rates if self.supply else {})).items():
-                flows[name] += step * stages[-1][stage] * rate
+            weight = step * stages[-1][stage]
+            crossing += [weight * fem.assemble_scalar(form.form) for form in self.scalars.values()]
+            for name, rate in (self.supply.rates if self.supply else {}).items():
+                flows[name] += weight * rate
+        flows |= zip(self.scalars, self.domain.communicator.allreduce(crossing), strict=True)
         return flows, self._stored_now.sum() - self._stored_start.sum()
 
     @property
@@ -279,9 +281,6 @@ class TransientHeat:
         values = self.unknown.x.array.copy()
         values[self._system.constrained] = np.nan
         return values
-
-    def _sum(self, value: float) -> Any:
-        return self.domain.communicator.allreduce(float(value))
 
     def estimated_error(self) -> Any:
         """Largest difference (K) between the step's end and the continuation of its first stage's slope, over all ranks.

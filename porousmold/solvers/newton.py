@@ -38,7 +38,7 @@ _OPTIONS = {
 }
 
 
-LEAST_RATIO = 1e-4
+LEAST_RATIO = 1e-5
 
 
 @dataclass

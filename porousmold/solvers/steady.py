@@ -31,13 +31,14 @@ STAGNATED_PARTS = 0.05
 KEPT_UPDATE, KEPT_CONTRACTION = 1e-2, 0.1
 """Update of the steady equations, and ratio to the one before, below which the next iteration is taken on the same factors."""
 
-FIRST_PSEUDO_STEP = 0.3
-ENDLESS_PSEUDO_STEP = 1e7
+FIRST_PSEUDO_STEP = 0.05
+LONG_PSEUDO_STEP, ENDLESS_PSEUDO_STEP = 10.0, 1e7
 LEAST_PSEUDO_STEP = 1e-9
-"""Pseudo-time steps, in transit times of one bead at the reference speed: the first one, that beyond which the steady
-equations themselves are solved, and that below which no solution is expected."""
+"""Pseudo-time steps, in transit times of one bead at the reference speed: the first one, that beyond which small updates tell
+that the solution is near, that beyond which the steady equations themselves are solved, and that below which no solution is
+expected."""
 
-STEP_FACTORS = ((1e-3, 1e4), (1e-2, 40.0), (0.1, 4.0), (0.3, 2.0), (0.7, 1.2), (1.5, 0.7))
+STEP_FACTORS = ((1e-3, 1e4), (1e-2, 40.0), (0.1, 4.0), (0.3, 2.0), (0.7, 1.5), (1.5, 0.7))
 """Factors of the next pseudo-time step, each up to a relative update of the part that changes most."""
 FAILED_STEP_FACTOR = 0.125
 """Factor of a pseudo-time step after which the state is not taken."""
@@ -48,7 +49,7 @@ MOST_PSEUDO_STEPS = 150
 LEAST_REMAINDER = 0.1
 """Part of the turbulence that a pseudo-time step leaves at least."""
 
-KEPT_TOLERANCE = 0.005
+KEPT_TOLERANCE = 0.05
 """Part of the tolerance that the error left by kept factors may be: their contraction is an estimate."""
 SLOWEST_CONTRACTION = 0.7
 """Ratio of successive updates beyond which kept factors are given up."""
@@ -131,17 +132,18 @@ class SteadySolver:
         self.update = np.inf
         self.observe: Observer = silent
 
-    def find(self, step: float, time: float) -> bool:
+    def find(self, step: float, time: float, near: float = 0.0) -> bool:
         """Iterate from the present state until the steady equations are solved; tells whether they are.
 
-        `step` is the first of the false transient in bead transits; inf is Newton's method alone.
+        `step` is the first of the false transient in bead transits; inf is Newton's method alone. An update of every part below
+        `near` is enough, too: for what only another flow starts from.
         """
         try:
-            return self._find(step, time, newton=np.isinf(step))
+            return self._find(step, time, near, newton=np.isinf(step))
         finally:
             self._inverse_step.value = 0.0
 
-    def _find(self, step: float, time: float, *, newton: bool) -> bool:
+    def _find(self, step: float, time: float, near: float, *, newton: bool) -> bool:
         update = last_update = np.inf
         for iteration in range(1, (MOST_NEWTON_ITERATIONS if newton else MOST_PSEUDO_STEPS) + 1):
             before, last = self.copies(), self.update
@@ -156,6 +158,8 @@ class SteadySolver:
                 )
             self.observe(f"flow: iteration {iteration}, update {self.update:.0e}")
             if endless and self._converged(update, last):
+                return True
+            if step > LONG_PSEUDO_STEP and update < near and self.is_physical():
                 return True
             factor = next((factor for limit, factor in STEP_FACTORS if update < limit), FAILED_STEP_FACTOR)
             if newton:
