@@ -26,9 +26,9 @@ INLET_INTENSITY = 1e-5
 """k of the inflow over |u|^2 where no bead source acts: 0.26 % intensity. Changes no heating time by > 0.01 %."""
 
 NO_TURBULENCE = 5e-7
-"""Width of the smooth positive part of k over the bed's speed squared: its eddies are 0.04 times as viscous as the fluid. With
-1e-7 or less, k of either sign in a laminar core makes Jacobians that hold for no neighbouring flow; heating times are the same to
-1e-6 from 1e-9 to 1e-5."""
+"""Width of the smooth positive part of k over the bed's speed squared, and the least k of epsilon/k: its eddies are 0.04 times as
+viscous as the fluid. With less, k of either sign in a laminar core makes Jacobians that hold for no neighbouring flow; heating
+times are the same to 1e-6 from 1e-9 to 1e-5."""
 
 
 @dataclass(frozen=True)
@@ -162,7 +162,7 @@ class TwoLayerState:
         self.reynolds_wall = reynolds
         self.outer = closure.outer_fraction(reynolds, half_width)
         self.turnover_inner = closure.inner_dissipation_rate(1.0, reynolds, wall_distance, self.kinematic_viscosity)
-        self.turnover_outer = self.dissipation_positive / k
+        self.turnover_outer = self.dissipation_positive / (k + NO_TURBULENCE * scale)  # no faster where k is none
         self.eddy_viscosity = self.outer * closure.outer_eddy_viscosity(density, k, self.dissipation_positive) + (
             1.0 - self.outer
         ) * closure.inner_eddy_viscosity(density, k, reynolds, wall_distance)
