@@ -127,7 +127,7 @@ class Simulation:
         """Take one step; gives its length (s), None where it is to be repeated with another one."""
         problem, control = self.problem, self.control
         step = control.propose(self.time)
-        balance = replace(problem.heat.balance)
+        balance, factored_at = replace(problem.heat.balance), problem.flow.factored_at
         before = [function.x.array.copy() for function in problem.memory]
         self._supply_before = problem.air_loop.save() if problem.air_loop is not None else None
         try:
@@ -143,6 +143,7 @@ class Simulation:
             self._check_direction()
         except KeyboardInterrupt:
             self._put_back(before, balance)
+            problem.flow.factored_at = factored_at  # this step begins with those factors when it is taken again
             raise
         except SolveError as failure:
             self._put_back(before, balance)

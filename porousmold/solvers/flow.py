@@ -60,6 +60,15 @@ class NonlinearFlow(ABC):
         return self.solver.system.active_unknowns
 
     @property
+    def factored_at(self) -> Any:
+        """What the present factors were made with."""
+        return self.solver.system.factored_at
+
+    @factored_at.setter
+    def factored_at(self, made_with: Any) -> None:
+        self.solver.system.factored_at = made_with
+
+    @property
     def newton_iterations(self) -> int:
         """Newton iterations so far."""
         return self.solver.newton_iterations
@@ -170,7 +179,7 @@ class NonlinearFlow(ABC):
 
     def save(self) -> Saved:
         """The state, what the kept factors were made of, and the counters."""
-        solver, factors = self.solver, self.solver.system.factored_at
+        solver, factors = self.solver, self.factored_at
         arrays = saved_functions(self.functions, "flow")
         numbers = {
             "solves": self.solves,

@@ -58,6 +58,7 @@ class PlugFlow:
         self._section = np.pi * across**2 if domain.axisymmetric else across
         self._in_bed = np.flatnonzero(nodes[:owned, 1] <= self.columns.across[-1] * (1 + 1e-9))
         self._inlet_pressure = 0.0
+        self.factored_at = None
         self.solves = 0
 
     def start(self, time: float = 0.0) -> None:

@@ -69,7 +69,12 @@ class StageUpdate(Protocol):
 
 
 class Flow(Stateful, Protocol):
-    """A steady flow for a given temperature field, and how it follows another one."""
+    """A steady flow for a given temperature field, and how it follows another one.
+
+    `factored_at` tells what the present factors were made with, None where there are none; a checkpoint keeps it.
+    """
+
+    factored_at: Any
 
     @property
     def state(self) -> FlowState:
