@@ -52,9 +52,9 @@ class Simulation:
         self._previous: list[NDArray[Any]] = []
         self._steps: list[float] = []
         self._supply_before: dict[str, Any] | None = None
-        self._bounds = temperature_bounds(specs.heat)
-        if specs.flow.rev_terms == "as-published":  # its pressure term drives flow across the openings
-            self._bounds = -math.inf, math.inf
+        # the published pressure term drives flow across the openings
+        free = not specs.time.keeps_bounds or specs.flow.rev_terms == "as-published"
+        self._bounds = (-math.inf, math.inf) if free else temperature_bounds(specs.heat)
 
     def free(self) -> None:
         """Free what PETSc holds of it; what was recorded stays (collective)."""

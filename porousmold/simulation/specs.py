@@ -126,15 +126,16 @@ class HeatSpec:
 
 @dataclass(frozen=True, kw_only=True)
 class TimeSpec:
-    """The march: steps before `refinement`, `breakpoints` at which steps end, and when the wall counts as heated: all of it
-    within `margin` (K) of the inlet's temperature. With `targets` the march goes on until these are met; `until_steady` ends it
-    where the temperatures are steady before that."""
+    """The march: steps before `refinement`, `breakpoints` at which steps end, whether it `keeps_bounds` of the temperatures, and
+    when the wall counts as heated: all of it within `margin` (K) of the inlet's temperature. With `targets` the march goes on until
+    these are met; `until_steady` ends it where the temperatures are steady before that."""
 
     first_step: float | None
     step_growth: float
     largest_step: float | None
     refinement: float
     tolerance: float
+    keeps_bounds: bool
     end_time: float
     until_steady: bool
     margin: float
@@ -313,6 +314,7 @@ def _time(scene: Scene) -> TimeSpec:
         largest_step=solver.largest_step,
         refinement=solver.step_refinement,
         tolerance=solver.step_tolerance,
+        keeps_bounds=solver.keep_bounds,
         end_time=operation.end_time,
         until_steady=not scene.is_given("operation.end_time"),
         margin=operation.heating_margin,

@@ -195,8 +195,7 @@ class CoupledTransient:
             self._iterate,
             most=MOST_ITERATIONS,
             converged=lambda update: update < CONVERGED_UPDATE,
-            renew_jacobian=self._system.renew_jacobian,
-            renews=lambda update, last: not update < 1e-2 or update > 0.3 * last,
+            prepare=self._renew_where_slow,
         )
         if not solved:
             raise SolveError(
@@ -205,6 +204,10 @@ class CoupledTransient:
                 f"step of {step:.3g} s, residual {self._system.residual_norm:.3e}",
                 "a smaller solver.largest_step, or where turbulence dies out model.turbulence = 'decaying-nakayama-kuwahara'",
             )
+
+    def _renew_where_slow(self, update: float, last: float) -> None:
+        if not update < 1e-2 or update > 0.3 * last:
+            self._system.renew_jacobian()
 
     def _iterate(self) -> float:
         self.observe("")

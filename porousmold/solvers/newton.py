@@ -64,24 +64,22 @@ def modified_newton(
     *,
     most: int,
     converged: Callable[[float], bool],
-    renew_jacobian: Callable[[], None] | None = None,
-    renews: Callable[[float, float], bool] = lambda update, last: True,
+    prepare: Callable[[float, float], None] = lambda update, last: None,
     gives_up: Callable[[float, float], bool] = lambda update, last: False,
     contraction: Contraction | None = None,
 ) -> bool:
     """Newton's method on factors that may be kept: iterate until `converged(error)`; tells whether it is.
 
     `iterate()` takes one iteration with the present factors and gives its relative update, infinite where it fails; the error is
-    what `contraction`, which is kept from system to system, says that it leaves, and without that the update. With
-    `renew_jacobian` the Jacobian is renewed before an iteration where `renews(update, last)` of the two updates before (inf
-    where there was none) says so. `gives_up(update, last)` ends it, as do `most` iterations and a failed one.
+    what `contraction`, which is kept from system to system, says that it leaves, and without that the update. Before an iteration
+    `prepare(update, last)` is called with the two updates before (inf where there was none), and may renew the Jacobian;
+    `gives_up(update, last)` ends it, as do `most` iterations and a failed one.
     """
     update = last = float("inf")
     if contraction is not None:
         contraction.age()
     for _ in range(most):
-        if renew_jacobian is not None and renews(update, last):
-            renew_jacobian()
+        prepare(update, last)
         last, update = update, iterate()
         if contraction is not None and 0.0 < last < float("inf"):
             contraction.ratio = update / last
@@ -201,7 +199,7 @@ class NewtonSystem:
 
     def _split_fields(self, ksp: Any) -> None:
         """Have the blocks solved for one after the other."""
-        self._assemble_jacobian(None, None, None, None)
+        self._renew_matrix()
         ksp.setOperators(self.matrix, self.matrix)
         offset = self.space.dofmap.index_map.local_range[0] * self.space.dofmap.index_map_bs
         fields = [[offset + part[part < self.owned_size] for part in parts] for parts in self._blocks]
@@ -237,8 +235,11 @@ class NewtonSystem:
         residual.array[self._owned_constrained] = 0.0
 
     def _assemble_jacobian(self, snes: Any, x: PETSc.Vec, matrix: PETSc.Mat, preconditioner: PETSc.Mat) -> None:
-        if self._keep_jacobian and not self._jacobian_due:
-            return
+        if not self._keep_jacobian or self._jacobian_due:
+            self._renew_matrix()
+
+    def _renew_matrix(self) -> None:
+        """Assemble the Jacobian at the present unknown."""
         fenicsx.assemble_matrix(self.matrix, self._jacobian.form, self._conditions)
         self._jacobian_due = False
         if self._keep_jacobian:
@@ -254,8 +255,7 @@ class NewtonSystem:
         for number, function in enumerate(self._coefficients):
             function.x.array[:] = array_of(number, function.function_space)
         self._set_constants(constants)
-        self._jacobian_due = True
-        self._assemble_jacobian(None, None, None, None)
+        self._renew_matrix()
         for function, array in zip(self._coefficients, now, strict=True):
             function.x.array[:] = array
         self._set_constants(values_now)
@@ -292,7 +292,7 @@ class NewtonSystem:
     def apply_inverse(self, vector: PETSc.Vec, result: PETSc.Vec) -> None:
         """Solve the linear system with the present Jacobian and its factors, of one right-hand side, for `result`."""
         if self._jacobian_due:  # there was nothing to solve, as in a fluid at rest
-            self._assemble_jacobian(None, None, None, None)
+            self._renew_matrix()
             self._snes.getKSP().setOperators(self.matrix, self.matrix)
         vector.array[self._owned_constrained] = 0.0
         self._snes.getKSP().solve(vector, result)
