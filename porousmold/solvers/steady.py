@@ -49,12 +49,15 @@ MOST_PSEUDO_STEPS = 150
 LEAST_REMAINDER = 0.1
 """Part of the turbulence that a pseudo-time step leaves at least."""
 
-KEPT_TOLERANCE = 0.05
+KEPT_TOLERANCE = 0.005
 """Part of the tolerance that the error left by kept factors may be: their contraction is an estimate."""
 SLOWEST_CONTRACTION = 0.7
 """Ratio of successive updates beyond which kept factors are given up."""
 LARGEST_KEPT_UPDATE = 0.1
 """Update by a new Jacobian after which its factors are tried again."""
+LOOSER_TURBULENCE = 20.0
+"""Times that error that the turbulence may have after it: heat feels it through its eddies alone, while a mass flow in error is
+heat in error."""
 LOOSER_PARTS = 5.0
 """Times the tolerance that the update of every part (k, epsilon, ...) may have on its own."""
 FRESH_ITERATIONS = 8
@@ -209,12 +212,21 @@ class SteadySolver:
             return True
 
         return modified_newton(
-            self.counted_iteration,
+            self._kept_iteration,
             most=most,
             converged=lambda error: error < KEPT_TOLERANCE * tolerance and self.is_physical(),
             gives_up=gives_up,
             contraction=Contraction(),
         )
+
+    def _kept_iteration(self) -> float:
+        """One iteration; gives the update of velocity and pressure, or what counts of all if that is more."""
+        before = self._unknown.x.array.copy()
+        update = self.counted_iteration()
+        if not self.unknowns.turbulence or not np.isfinite(update):
+            return update
+        motion = self.unknowns.sizes[: len(self.unknowns.motion)]
+        return max(self._updates(before, motion)[0], update / LOOSER_TURBULENCE)
 
     def counted_iteration(self) -> float:
         """One iteration with the present factors, counted and observed; gives its relative update."""
