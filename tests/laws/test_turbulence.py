@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from porousmold.laws import turbulence as t
-from porousmold.laws.turbulence_models import TwoLayerState
+from porousmold.laws.turbulence_models import NO_TURBULENCE, TwoLayerState
 
 
 @given(porosity=st.floats(0.3, 0.95), speed=st.floats(0.01, 20.0), diameter=st.floats(5e-4, 1e-2))
@@ -87,3 +87,15 @@ def test_outer_fraction_and_its_ufl_derivative_stay_finite_far_from_the_wall():
         reynolds = ufl.variable(ufl.as_ufl(value))
         slope = expand_derivatives(ufl.diff(t.outer_fraction(reynolds, 20.0), reynolds))
         assert np.isfinite(float(slope(())))
+
+
+def test_dissipation_turns_over_no_faster_where_there_is_no_turbulence():
+    """epsilon/k of either sign of a vanishing k, as nodes of a laminar core have: alike, and that of the least k."""
+    scale, epsilon = 12.0, 0.3
+    rates = [
+        TwoLayerState(k * scale, epsilon, 1.0, 2e-5, 0.02, scale, 20.0, 1e3).turnover_outer
+        for k in (-1e-3, -1e-8, 0.0, 1e-8)
+    ]
+    assert max(rates) < 1.01 * epsilon / (NO_TURBULENCE * scale) and min(rates) > 0.5 * max(rates)
+    turbulent = TwoLayerState(0.1 * scale, 50.0, 1.0, 2e-5, 0.02, scale, 20.0, 1e3)
+    assert turbulent.turnover_outer == pytest.approx(50.0 / (0.1 * scale), rel=1e-4)

@@ -38,3 +38,10 @@ def test_compiled_forms_leave_denormal_numbers_alone():
     domain = fenicsx.box_mesh(MPI.COMM_SELF, (1, 1))
     fenicsx.compiled_form(ufl.sqrt(ufl.SpatialCoordinate(domain)[0]) * ufl.dx)
     assert (np.array([1e-300]) * 1e-15)[0] > 0.0
+
+
+def test_nodal_values_of_a_vector_are_those_of_its_entries():
+    domain = fenicsx.box_mesh(MPI.COMM_SELF, (3, 2))
+    space, (x, y) = fenicsx.lagrange_space(domain), ufl.SpatialCoordinate(domain)
+    together = fenicsx.nodal_values(ufl.as_vector([x + y, 3.0 * y]), space)
+    assert np.array_equal(together, [fenicsx.nodal_values(x + y, space), fenicsx.nodal_values(3.0 * y, space)])

@@ -6,6 +6,7 @@ from mpi4py import MPI
 
 from porousmold import InputError, SolveError, run
 from porousmold.simulation import march
+from porousmold.simulation.initial_guess import NEAR
 from porousmold.solvers import steady
 
 from ..support import ALUMINIUM, PIPE, coarse_scene, problem_of
@@ -158,3 +159,12 @@ def test_a_mesh_beyond_the_memory_is_refused_before_it_is_built():
     scene = coarse_scene(CELLS | {"solver.axial_cells": 100000, "solver.cell_growth": 1.01})
     with pytest.raises(InputError, match="GiB of memory"):
         problem_of(scene, MPI.COMM_SELF)
+
+
+def test_a_guess_of_another_flow_is_near_it_in_fewer_iterations():
+    flows = [problem_of(coarse_scene(CELLS, {"model.flow": "developed"})).flow for _ in range(2)]
+    flows[0].start()
+    flows[1].start(near=NEAR)
+    speeds = [flow.fields()["velocity"].x.array for flow in flows]
+    assert flows[1].newton_iterations < flows[0].newton_iterations
+    assert 0.0 < np.linalg.norm(speeds[1] - speeds[0]) < NEAR * np.linalg.norm(speeds[0])
