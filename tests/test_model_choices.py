@@ -270,8 +270,3 @@ def test_monotone_cells_keep_the_bounds(hard):
     assert simulation.problem.heat.repetitions > 0
     assert min(simulation.recorder.history["lowest_temperature"]) > 298.15 - 0.1
     assert max(simulation.recorder.history["highest_temperature"]) < 363.15 + 0.1
-
-
-def test_without_bounds_no_step_is_repeated_and_a_warning_tells_what_passed_them():
-    coarse = {"solver.axial_cells": 9, "solver.cell_growth": 1.3, "operation.end_time": 400.0, "solver.keep_bounds": False}
-    summary = heated(scene(coarse)).summary if False else None

@@ -201,8 +201,8 @@ KEYS: dict[str, dict[str, Key]] = {
                             low=0.0, high=1e7),
         "step_tolerance": Key("delta_degC", "estimated error above which a step is repeated with a smaller step size", 5.0,
                               low=0.0, high=1e3),
-        "keep_bounds": Key("flag", "keep temperatures within those given: first order in the cells of a sharp front; else they may "
-                           "pass them by a few kelvin there", True),
+        "keep_bounds": Key("flag", "keep temperatures within those given: first order in the cells of a sharp front; else they "
+                           "may pass them by a few kelvin there", True),
         "flow_tolerance": Key("", "convergence tolerance of the flow in a time step (relative update)", 0.01,
                               low=0.0, high=1.0),
     },

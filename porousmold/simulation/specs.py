@@ -127,8 +127,8 @@ class HeatSpec:
 @dataclass(frozen=True, kw_only=True)
 class TimeSpec:
     """The march: steps before `refinement`, `breakpoints` at which steps end, whether it `keeps_bounds` of the temperatures, and
-    when the wall counts as heated: all of it within `margin` (K) of the inlet's temperature. With `targets` the march goes on until
-    these are met; `until_steady` ends it where the temperatures are steady before that."""
+    when the wall counts as heated: all of it within `margin` (K) of the inlet's temperature. With `targets` the march goes on
+    until these are met; `until_steady` ends it where the temperatures are steady before that."""
 
     first_step: float | None
     step_growth: float

@@ -57,6 +57,13 @@ def test_folder_holds_what_is_promised(folder):
     assert len(rows) == summary["time_steps"] + 1
 
 
+def test_without_bounds_temperatures_pass_them_and_a_warning_says_so():
+    summary = heated(coarse_scene(ALUMINIUM, {"solver.axial_cells": 9, "solver.keep_bounds": False}))
+    low, high = summary["temperature_bounds"]
+    assert low < 298.05 or high > 363.25
+    assert [text for text in summary["warnings"] if "beyond those given" in text]
+
+
 def test_scene_as_run_gives_the_same_answer_again(folder):
     again = heated(Scene.load(folder / "scene.toml"))
     assert again["heating_time"] == pytest.approx(
