@@ -4,6 +4,7 @@ Run: make speed-against-error (about 25 minutes on one core).
 """
 
 import argparse
+import os
 import statistics
 import subprocess
 import sys
@@ -168,8 +169,9 @@ def repeated():
             command = [sys.executable, "-m", "porousmold", "run", str(SCENES["aluminium mold"]), "--quiet"]
             command += ["--out", "runs/speed-against-error", "--force"]
             for name, value in settings.items():
-                command += ["--set", f"{name}={value}"]
-            subprocess.run(command, check=True, capture_output=True)
+                command += ["--set", f"{name}={value}".replace("False", "false")]
+            # MPI puts into this process's environment what makes another one take itself for launched by mpirun
+            subprocess.run(command, check=True, capture_output=True, env=dict(os.environ))
             whole.append((time.perf_counter() - start) / unit)
             result = marched(Scene.load(SCENES["aluminium mold"], settings))
             solver.append(result[1] / unit)
