@@ -244,6 +244,8 @@ def main():
         "LU factorisation (5-point Laplacian, 300 x 300 nodes) on the same core in the same minute. Solver time is that of flow",
         "and energy. To reproduce a row, pass its options with `--set`: `model.flow`, `model.turbulence`, `model.wall`,",
         "`model.energy`, `model.flow_update`, `solver.mesh_refinement`, `solver.step_refinement`, `solver.keep_bounds`.",
+        "Errors by cells along the flow, by cells across it and by steps have signs: a point far left of its neighbours owes that to",
+        "errors that cancel.",
         "",
         "![solver time against error](speed-against-error.png)",
     ]
