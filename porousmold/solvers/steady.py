@@ -56,8 +56,8 @@ SLOWEST_CONTRACTION = 0.7
 LARGEST_KEPT_UPDATE = 0.1
 """Update by a new Jacobian after which its factors are tried again."""
 LOOSER_TURBULENCE = 20.0
-"""Times that error that the turbulence may have after it: heat feels it through its eddies alone, while a mass flow in error is
-heat in error."""
+"""Factor on that error for the turbulence: the heat feels it through the eddies alone, while an error of the mass flow is one of
+the heat."""
 LOOSER_PARTS = 5.0
 """Times the tolerance that the update of every part (k, epsilon, ...) may have on its own."""
 FRESH_ITERATIONS = 8
