@@ -104,7 +104,7 @@ def slope(rows, key, unknowns):
     return math.log(b[key] / a[key]) / math.log(b[unknowns] / a[unknowns])
 
 
-def sections(page):
+def sections(page: Path) -> dict[str, list[str]]:
     """Lines of each section of the page, by its title."""
     titled = (part.split("\n", 1) for part in page.read_text(encoding="utf-8").split("\n## ")[1:])
     return {title: text.strip("\n").split("\n") for title, text in titled}

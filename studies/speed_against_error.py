@@ -44,7 +44,7 @@ LADDER = {
     "plug": {"model.flow": "plug", "model.turbulence": "none"},
 }
 CHEAP = {"solver.mesh_refinement": 0.5, "solver.step_refinement": 0.35}
-UNBOUNDED = {"solver.keep_bounds": False}
+UNBOUNDED = {"solver.keep_bounds": "false"}
 CHEAPEST = {"solver.mesh_refinement": 0.4, "solver.step_refinement": 0.35} | UNBOUNDED
 REPEATED = {"full": {}, "full, steps x 0.7": {"solver.step_refinement": 0.7}, "full, mesh x 0.5, steps x 0.35": CHEAP,
             "developed": LADDER["developed"], "developed, mesh x 0.5, steps x 0.35": LADDER["developed"] | CHEAP,
@@ -52,6 +52,8 @@ REPEATED = {"full": {}, "full, steps x 0.7": {"solver.step_refinement": 0.7}, "f
 LAST_SECTION = "## Five times the same, whole process"
 MESHES, STEPS = (0.4, 0.5, 0.7, 1.0, 1.5), (0.35, 0.7, 1.0)
 MESHES_WITHOUT_BOUNDS = (0.4, 0.5, 0.7)
+LINES = {(1.0, True): "-", (0.7, True): "--", (0.35, True): ":", (0.35, False): "-."}
+"""Dashes of a line of meshes, by its steps and whether temperatures keep their bounds."""
 REPETITIONS = 5
 ACCURACIES = (0.01, 0.003, 0.001, 0.0003)
 LEAST_SHOWN = 1e-5
@@ -61,8 +63,8 @@ PEERS = {"aluminium mold": [(0.0069, 32.6), (0.0057, 9.1), (0.0007, 5.0)]}
 
 @dataclass
 class Point:
-    """A run in the picture: error of its heating time and solver time in Y; of the grids with its refinements (steps 0 where
-    temperatures need not keep their bounds)."""
+    """A run in the picture: error of its heating time and solver time in Y; of the grids with its refinements, and whether
+    temperatures keep their bounds."""
 
     scene: str
     choice: str
@@ -70,13 +72,14 @@ class Point:
     time: float
     mesh: float = 0.0
     steps: float = 0.0
+    bounded: bool = True
     estimate: float = 0.0
 
     def __post_init__(self):
         self.error = max(self.error, LEAST_SHOWN)
 
 
-def marched(scene):
+def marched(scene: Scene) -> tuple[float, float, int, float] | None:
     """(heating time, solver seconds, unknowns, energy imbalance) of a `Scene`; None where it failed."""
     try:
         simulation = Simulation(specs_of(scene), MPI.COMM_SELF).march()
@@ -137,7 +140,7 @@ def scene_tables(name, path, points):
             print(lines[-1], flush=True)
             if result:
                 error = abs(result[0] / base - 1)
-                points.append(Point(name, choice, error, result[1] / unit, mesh, 0.0 if bounds else steps))
+                points.append(Point(name, choice, error, result[1] / unit, mesh, steps, not bounds))
     lines += ["", "### Accuracy on request", ""]
     lines += ["| solver.accuracy | heating time, s | error | its estimate | all runs, Y |", "|---|---|---|---|---|"]
     for accuracy in ACCURACIES:
@@ -169,7 +172,7 @@ def repeated():
             command = [sys.executable, "-m", "porousmold", "run", str(SCENES["aluminium mold"]), "--quiet"]
             command += ["--out", "runs/speed-against-error", "--force"]
             for name, value in settings.items():
-                command += ["--set", f"{name}={value}".replace("False", "false")]
+                command += ["--set", f"{name}={value}"]
             # MPI puts into this process's environment what makes another one take itself for launched by mpirun
             subprocess.run(command, check=True, capture_output=True, env=dict(os.environ))
             whole.append((time.perf_counter() - start) / unit)
@@ -193,16 +196,16 @@ def front(points):
 
 def picture(points, path):
     """Work against precision, a panel a scene: the grids of both flows, their front, runs to an accuracy, and OpenFOAM."""
-    dashes = dict(zip((*STEPS[::-1], 0.0), ("-", "--", ":", "-."), strict=True))
     with plt.rc_context(STYLE):
         figure, all_axes = plt.subplots(1, len(SCENES), figsize=(13.5, 5.4), sharey=True, sharex=True)
     figure.subplots_adjust(left=0.05, right=0.99, top=0.94, bottom=0.27, wspace=0.06)
     for axes, name in zip(all_axes, SCENES, strict=True):
         own = [point for point in points if point.scene == name and point.mesh]
         for choice, colour in (("full", "tab:blue"), ("developed", "tab:orange")):
-            for steps, dash in dashes.items():
-                line = sorted((p for p in own if p.choice == choice and p.steps == steps), key=lambda p: p.mesh)
-                label = f"{choice} flow, steps x {steps or STEPS[0]:g}" + ("" if steps else ", without bounds")
+            for (steps, bounded), dash in LINES.items():
+                line = [p for p in own if (p.choice, p.steps, p.bounded) == (choice, steps, bounded)]
+                line.sort(key=lambda point: point.mesh)
+                label = f"{choice} flow, steps x {steps:g}" + ("" if bounded else ", without bounds")
                 axes.loglog([p.error for p in line], [p.time for p in line], dash, marker="o", ms=3.5, lw=1.1, color=colour,
                             label=label)  # fmt: skip
         best = front(own)
@@ -244,8 +247,8 @@ def main():
         "LU factorisation (5-point Laplacian, 300 x 300 nodes) on the same core in the same minute. Solver time is that of flow",
         "and energy. To reproduce a row, pass its options with `--set`: `model.flow`, `model.turbulence`, `model.wall`,",
         "`model.energy`, `model.flow_update`, `solver.mesh_refinement`, `solver.step_refinement`, `solver.keep_bounds`.",
-        "Errors by cells along the flow, by cells across it and by steps have signs: a point far left of its neighbours owes that to",
-        "errors that cancel.",
+        "Errors by cells along the flow, by cells across it and by steps have signs: a point far left of its neighbours owes",
+        "that to errors that cancel.",
         "",
         "![solver time against error](speed-against-error.png)",
     ]

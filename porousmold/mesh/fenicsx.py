@@ -178,11 +178,13 @@ def cell_name(domain: Any) -> str:
 
 
 def nodal_values(expression: Expression, space: Any) -> Any:
-    """The expression's values at the nodes of a scalar Lagrange space; of a vector's entries, a row each."""
-    entries = sum(expression.ufl_shape)
-    function = fem.Function(lagrange_space(space.mesh, 1, entries) if entries else space)
-    function.interpolate(compiled_expression(expression, function.function_space))
-    return function.x.array.reshape(-1, entries).T.copy() if entries else function.x.array.copy()
+    """The expression's values at the nodes of a scalar Lagrange space of degree 1; of a vector's entries, a row each."""
+    shape = expression.ufl_shape
+    target = lagrange_space(space.mesh, 1, *shape) if shape else space
+    function = fem.Function(target)
+    function.interpolate(compiled_expression(expression, target))
+    values = function.x.array.copy()
+    return values.reshape(-1, *shape).T if shape else values
 
 
 class PointValues:

@@ -169,7 +169,7 @@ class CoupledTransient:
         start = self._coupled.x.array.copy()
         self._inverse_step.value = 1.0 / (gamma * step)
         rates: list[NDArray[Any]] = []
-        flows = dict.fromkeys(self.heat.scalars, 0.0)
+        crossed = np.zeros(len(self.heat.scalars))
         for stage, row in enumerate(stages):
             self._set_time(time + sum(row) * step)
             reference = start + step * sum(weight * rate for weight, rate in zip(row, rates, strict=False))
@@ -179,11 +179,10 @@ class CoupledTransient:
             self._scatter()
             if stage == 0:
                 self.heat.note_first_stage()
-            for name, form in self.heat.scalars.items():
-                flows[name] += step * stages[-1][stage] * self._sum(form)
+            crossed += step * stages[-1][stage] * self.heat.rates_here()
         # heat that comes in is counted from the inlet's temperature: so is that of the fluid that the bed no longer holds
         inlet = float(self.heat.equations.inlet_temperature.value)
-        self.heat.finish(flows, inlet * (capacity - self._sum(self._fluid_capacity)))
+        self.heat.finish(crossed, inlet * (capacity - self._sum(self._fluid_capacity)))
         return 0.0 if after_jump else self.heat.estimated_error()
 
     def _sum(self, form: Any) -> float:

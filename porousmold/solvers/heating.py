@@ -209,11 +209,20 @@ class TransientHeat:
         """Note the present unknown as the first stage of such a step."""
         self._first.x.array[:] = self.unknown.x.array
 
-    def finish(self, flows: Mapping[str, float], expelled: float = 0.0) -> None:
-        """Bring the balance forward by the heat (J) that flowed during such a step, and by what the fluid counts for that its
-        change of density has `expelled`."""
+    def finish(self, crossed: NDArray[Any], expelled: float = 0.0) -> None:
+        """Bring the balance forward by the heat (J) that `crossed` during such a step, the sum of `rates_here` times their
+        weights, and by what the fluid counts for that its change of density has `expelled`."""
         fenicsx.assemble_vector(self._stored_now, self._stored_form.form)
+        flows = self._of_all_ranks(crossed)
         self.balance.add(flows, self._stored_now.sum() - self._stored_start.sum() + expelled)
+
+    def rates_here(self) -> NDArray[Any]:
+        """What this rank's cells make of each of `scalars`, W."""
+        return np.array([fem.assemble_scalar(form.form) for form in self.scalars.values()])
+
+    def _of_all_ranks(self, crossed: NDArray[Any]) -> dict[str, float]:
+        """Heat (J) of each of `scalars`, from what crossed on every rank."""
+        return dict(zip(self.scalars, self.domain.communicator.allreduce(crossed), strict=True))
 
     def _take_all(self, time: float, parts: Sequence[Any]) -> tuple[Any, ...]:
         """Successive (step, stages) from `time`; gives the heat (J) of each flow and the heat stored."""
@@ -234,7 +243,7 @@ class TransientHeat:
             part.begin_step(step, gamma)
         self._transport.renew()
         self._system.renew_jacobian()
-        flows, crossing = self._no_flows(), np.zeros(len(self.scalars))
+        flows, crossed = self._no_flows(), np.zeros(len(self.scalars))
         fenicsx.assemble_vector(self._stored_start, self._stored_form.form)
         for stage, row in enumerate(stages):
             self._set_time(time + sum(row) * step)
@@ -258,10 +267,10 @@ class TransientHeat:
             self._outflows[stage].scale(-self._inverse_stage.value)
             self._outflows[stage].axpy(-1.0, self._addend)
             weight = step * stages[-1][stage]
-            crossing += [weight * fem.assemble_scalar(form.form) for form in self.scalars.values()]
+            crossed += weight * self.rates_here()
             for name, rate in (self.supply.rates if self.supply else {}).items():
                 flows[name] += weight * rate
-        flows |= zip(self.scalars, self.domain.communicator.allreduce(crossing), strict=True)
+        flows |= self._of_all_ranks(crossed)
         return flows, self._stored_now.sum() - self._stored_start.sum()
 
     @property

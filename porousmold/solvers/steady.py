@@ -51,13 +51,13 @@ LEAST_REMAINDER = 0.1
 
 KEPT_TOLERANCE = 0.005
 """Part of the tolerance that the error left by kept factors may be: their contraction is an estimate."""
+LOOSER_TURBULENCE = 20.0
+"""Factor on that error for the turbulence: the heat feels it through the eddies alone, while an error of the mass flow is one of
+the heat."""
 SLOWEST_CONTRACTION = 0.7
 """Ratio of successive updates beyond which kept factors are given up."""
 LARGEST_KEPT_UPDATE = 0.1
 """Update by a new Jacobian after which its factors are tried again."""
-LOOSER_TURBULENCE = 20.0
-"""Factor on that error for the turbulence: the heat feels it through the eddies alone, while an error of the mass flow is one of
-the heat."""
 LOOSER_PARTS = 5.0
 """Times the tolerance that the update of every part (k, epsilon, ...) may have on its own."""
 FRESH_ITERATIONS = 8
@@ -94,15 +94,24 @@ class Unknowns(NamedTuple):
         return self.turbulence[0] if self.turbulence else np.empty(0, int)
 
     @property
+    def sizes_of_motion(self) -> list[tuple[NDArray[Any], float]]:
+        """Its parts, with the scaled size below which each counts as 0."""
+        return [(part, LEAST_VALUE) for part in self.motion]
+
+    @property
+    def sizes_of_turbulence(self) -> list[tuple[NDArray[Any], float]]:
+        """The same of the turbulence."""
+        return [(part, TRACE_OF_TURBULENCE) for part in self.turbulence]
+
+    @property
     def sizes(self) -> list[tuple[NDArray[Any], float]]:
-        """Every part, with the scaled size below which it counts as 0."""
-        motion = [(part, LEAST_VALUE) for part in self.motion]
-        return motion + [(part, TRACE_OF_TURBULENCE) for part in self.turbulence]
+        """The same of every part."""
+        return self.sizes_of_motion + self.sizes_of_turbulence
 
     @property
     def evolving(self) -> list[tuple[NDArray[Any], float]]:
         """`sizes` of what evolves in a false transient."""
-        return self.sizes[:1] + self.sizes[len(self.motion) :]
+        return self.sizes_of_motion[:1] + self.sizes_of_turbulence
 
 
 class SteadySolver:
@@ -225,8 +234,7 @@ class SteadySolver:
         update = self.counted_iteration()
         if not self.unknowns.turbulence or not np.isfinite(update):
             return update
-        motion = self.unknowns.sizes[: len(self.unknowns.motion)]
-        return max(self._updates(before, motion)[0], update / LOOSER_TURBULENCE)
+        return max(self._updates(before, self.unknowns.sizes_of_motion)[0], update / LOOSER_TURBULENCE)
 
     def counted_iteration(self) -> float:
         """One iteration with the present factors, counted and observed; gives its relative update."""
