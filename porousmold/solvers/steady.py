@@ -83,6 +83,10 @@ class Unknowns(NamedTuple):
     motion: Sequence[NDArray[Any]]
     turbulence: Sequence[NDArray[Any]]
 
+    def owned(self, size: int) -> "Unknowns":
+        """Those below `size`, which this rank owns: ghosts left out, that other ranks count."""
+        return Unknowns(*([part[part < size] for part in parts] for parts in self))
+
     @property
     def of_turbulence(self) -> NDArray[Any]:
         """All of the turbulence."""
@@ -137,7 +141,7 @@ class SteadySolver:
         self._previous, self._inverse_step, self._transit = previous, inverse_step, transit
         self._iterate = iterate or system.iterate
         self._unknown = system.unknown
-        self._of_turbulence = unknowns.of_turbulence
+        self._of_turbulence, self._owned = unknowns.of_turbulence, unknowns.owned(system.owned_size)
         self._communicator = self._unknown.function_space.mesh.comm
         self.newton_iterations = self.continuation_steps = 0
         self.largest_undershoot = 0.0
@@ -234,7 +238,7 @@ class SteadySolver:
         update = self.counted_iteration()
         if not self.unknowns.turbulence or not np.isfinite(update):
             return update
-        return max(self._updates(before, self.unknowns.sizes_of_motion)[0], update / LOOSER_TURBULENCE)
+        return max(self._updates(before, self._owned.sizes_of_motion)[0], update / LOOSER_TURBULENCE)
 
     def counted_iteration(self) -> float:
         """One iteration with the present factors, counted and observed; gives its relative update."""
@@ -263,14 +267,13 @@ class SteadySolver:
             numbers = self._of_turbulence
             old, now = before[numbers], self._unknown.x.array[numbers]
             self._unknown.x.array[numbers] = np.where(old > 0.0, np.maximum(now, LEAST_REMAINDER * old), now)
-        return self._updates(before, self.unknowns.evolving)[1]
+        return self._updates(before, self._owned.evolving)[1]
 
     def _residuals(self) -> list[float]:
         """Residual norms of the parts after the last iteration (collective)."""
         residual = fem.Function(self._unknown.function_space)
         self.system.vector.copy(fenicsx.petsc_vector(residual))
-        size = self.system.owned_size
-        parts = (residual.x.array[part[part < size]] for part, _ in self.unknowns.sizes)
+        parts = (residual.x.array[part] for part, _ in self._owned.sizes)
         return [float(np.sqrt(self._communicator.allreduce(values @ values))) for values in parts]
 
     def _converged(self, update: float, last: float) -> bool:
@@ -284,9 +287,9 @@ class SteadySolver:
     ) -> tuple[float, float]:
         """Update since the array `before`, relative to the geometric mean of then and now, so that growth shows like decay.
 
-        Of all unknowns of the parts (default: all), and the largest of a part, as k and epsilon hardly count in that of all.
+        Of all unknowns of the parts (owned ones, default: all), and the largest of a part, as k and epsilon hardly count in that of all.
         """
-        parts = parts or self.unknowns.sizes
+        parts = parts or self._owned.sizes
         with np.errstate(
             over="ignore", invalid="ignore"
         ):  # of an iterate that runs away: its update is infinite or no number
