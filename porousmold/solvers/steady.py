@@ -287,8 +287,8 @@ class SteadySolver:
     ) -> tuple[float, float]:
         """Update since the array `before`, relative to the geometric mean of then and now, so that growth shows like decay.
 
-        Of all unknowns of the parts (default: all owned ones), and the largest of a part, as k and epsilon hardly count in that of
-        all.
+        Of all unknowns of the parts (default: all owned ones), and the largest of a part, as k and epsilon hardly count in that
+        of all.
         """
         parts = parts or self._owned.sizes
         with np.errstate(
