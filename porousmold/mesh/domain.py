@@ -21,7 +21,7 @@ from dolfinx import fem, mesh
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from . import fenicsx
+from . import fenicsx, ranks
 from .aliases import Communicator, Constant
 
 BED, WALL = 1, 2
@@ -55,7 +55,7 @@ class Domain:
     @property
     def has_wall(self) -> bool:
         """Whether any cell of any rank lies in the wall."""
-        return self.communicator.allreduce(len(self.wall_cells) > 0, op=max)
+        return ranks.anywhere(self.communicator, len(self.wall_cells) > 0)
 
     @property
     def wall_tags(self) -> range:
@@ -75,7 +75,7 @@ class Domain:
     @property
     def has_outer_wall(self) -> bool:
         """Whether any facet of any rank lies on the outer wall."""
-        return self.communicator.allreduce(len(self.facets(OUTER)) > 0, op=max)
+        return ranks.anywhere(self.communicator, len(self.facets(OUTER)) > 0)
 
     def constant(self, value: float) -> Constant:
         """A number as UFL constant, so that another value needs no new compilation."""

@@ -8,7 +8,7 @@ import numpy as np
 from dolfinx import fem
 from numpy.typing import NDArray
 
-from . import fenicsx
+from . import fenicsx, ranks
 
 TOLERANCE = 1e-6
 """How far, in the cell's own coordinates from 0 to 1, a point may lie outside a cell that is taken to hold it."""
@@ -45,7 +45,7 @@ class PointProbe:
         result = np.zeros((self._count, components))
         for number, cell, weights in self._mine:
             result[number] = weights @ values[table[cell]]
-        return self._communicator.allreduce(result)
+        return ranks.total(self._communicator, result)
 
     @functools.cached_property
     def _gradients_at_points(self) -> list[Any]:
@@ -58,7 +58,7 @@ class PointProbe:
         result = np.zeros(self._count)
         for number, cell, slopes in self._gradients_at_points:
             result[number] = max(result[number], float(np.linalg.norm(values[table[cell]] @ slopes)))
-        return self._communicator.allreduce(result, op=np.maximum)  # mpi4py's MAX is Python's max: not by elements
+        return ranks.maximum(self._communicator, result)
 
 
 def _gradients(point: NDArray[Any], corners: NDArray[Any]) -> Any:

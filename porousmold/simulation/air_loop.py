@@ -9,13 +9,11 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from dolfinx import fem
-
 from ..equations.energy import EnergyEquations
 from ..errors import SolveError
 from ..laws.air_supply import Supplied, temperature_of
 from ..laws.materials import Fluid
-from ..mesh import fenicsx
+from ..mesh import fenicsx, ranks
 from ..mesh.aliases import Communicator
 from .air_loop_spec import AirLoopSpec
 from .boundary_values import BoundaryValues
@@ -52,9 +50,6 @@ class AirLoop:
         self._flow = self.blower_power = 0.0
         self.now = Supplied(0.0, 0.0, 0.0, 0.0)
 
-    def _value(self, form: Any) -> float:
-        return float(self._communicator.allreduce(float(fem.assemble_scalar(form.form))))
-
     def set_time(self, time: float) -> None:
         """Take set-point and returned part of a time (s)."""
         self._set_point = self._boundary.set_point(time)
@@ -67,14 +62,14 @@ class AirLoop:
 
     def begin_step(self, step: float, gamma: float) -> None:
         """Take the mass flow of the step."""
-        self._flow = self._value(self._mass)
+        self._flow = ranks.integral(self._communicator, self._mass.form)
 
     def begin_stage(self, weights: Sequence[float]) -> None:
         """Nothing is kept from stage to stage."""
 
     def update(self) -> None:
         """Give the inlet the temperature that belongs to the present outlet's (collective)."""
-        leaving = self._value(self._leaving) if self._flow > 0.0 else 0.0
+        leaving = ranks.integral(self._communicator, self._leaving.form) if self._flow > 0.0 else 0.0
         share, supply = self.spec.share, self.spec.supply
         whole = supply.supplied(
             self._fluid, share * self._flow, share * leaving, self._set_point, self._returned, share * self.blower_power

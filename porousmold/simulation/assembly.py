@@ -10,7 +10,6 @@ from dataclasses import replace
 from functools import partial
 from typing import Any, cast
 
-import numpy as np
 import ufl
 from dolfinx import fem
 
@@ -28,7 +27,7 @@ from ..laws import bead_interior
 from ..laws.functions import Value
 from ..laws.materials import Solid
 from ..mesh import domain as geometry
-from ..mesh import fenicsx
+from ..mesh import fenicsx, ranks
 from ..mesh.aliases import Communicator
 from ..mesh.domain import Domain
 from ..mesh.from_gmsh import from_file
@@ -365,8 +364,7 @@ def _size_of(domain: Domain) -> BedSize:
     if domain.mesh.topology.dim == 2:
         return BedSize(length=domain.length, half_height=area)
     at_inlet = fem.locate_dofs_topological(domain.wall_distance.function_space, 2, domain.facets(geometry.INLET))
-    heights = domain.wall_distance.x.array[at_inlet]
-    height = float(domain.communicator.allreduce(float(np.max(heights, initial=0.0)), op=max))
+    height = ranks.largest_magnitude(domain.communicator, domain.wall_distance.x.array[at_inlet])
     return BedSize(length=domain.length, half_height=height, half_width=area / height)
 
 
@@ -382,7 +380,7 @@ def _bed_volume(domain: Domain) -> float:
 
 def _integral(domain: Domain, form: Any) -> float:
     """Over all ranks (collective)."""
-    return float(domain.communicator.allreduce(float(fem.assemble_scalar(fenicsx.compiled_form(form)))))
+    return ranks.integral(domain.communicator, fenicsx.compiled_form(form))
 
 
 def _at_nodes(domain: Domain, function: Any) -> fem.Function:

@@ -9,7 +9,7 @@ import numpy as np
 from dolfinx import fem
 
 from ..mesh import domain as geometry
-from ..mesh import fenicsx
+from ..mesh import fenicsx, ranks
 from ..mesh.aliases import Communicator
 from ..mesh.domain import Domain
 from ..output.console import outer_wall_text
@@ -77,7 +77,7 @@ def _nodes(domain: Domain) -> dict[str, int]:
     owned = space.dofmap.index_map.size_local
     dofs = fem.locate_dofs_topological(space, domain.mesh.topology.dim, domain.cells(geometry.BED))
     counts = {"all": owned, "bed": int(np.sum(np.asarray(dofs) < owned))}
-    return {name: int(domain.communicator.allreduce(count)) for name, count in counts.items()}
+    return {name: int(ranks.total(domain.communicator, count)) for name, count in counts.items()}
 
 
 def first_cell(domain: Domain) -> float:
@@ -85,7 +85,7 @@ def first_cell(domain: Domain) -> float:
     space = fenicsx.lagrange_space(domain.mesh)
     distance = fenicsx.nodal_values(domain.wall_distance, space)
     of_cells = distance[fenicsx.dof_table(space)[domain.cells(geometry.BED)]]
-    scale = float(domain.communicator.allreduce(float(np.max(of_cells, initial=0.0)), op=max))
+    scale = ranks.largest_magnitude(domain.communicator, of_cells)
     touching = np.sum(of_cells <= 1e-9 * scale, axis=1) >= domain.mesh.topology.dim
     heights = of_cells[touching].max(axis=1)
     return float(np.median(np.concatenate(domain.communicator.allgather(heights)) if scale else [0.0]))

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import SolveError
+from ..mesh import ranks
 from ..mesh.aliases import Communicator
 from ..solvers.newton import free_systems
 from ..solvers.protocols import ArrayOf, HeatBalance, Observer, Saved, silent
@@ -86,7 +87,7 @@ class Simulation:
 
         def observe(text: str) -> None:
             self._observe(text)
-            if self.problem.communicator.allreduce(bool(stop()), op=max):
+            if ranks.anywhere(self.problem.communicator, stop()):
                 raise KeyboardInterrupt
 
         self.problem.flow.observe_with(observe)

@@ -13,7 +13,7 @@ from ..equations.energy import EnergyEquations
 from ..equations.flow import FlowEquations
 from ..errors import InputError
 from ..mesh import domain as geometry
-from ..mesh import fenicsx
+from ..mesh import fenicsx, ranks
 from ..mesh.aliases import Communicator
 from ..mesh.domain import Domain
 from ..mesh.probe import PointProbe
@@ -61,7 +61,7 @@ class Balances:
 
     def _value(self, form: Any) -> float:
         """Value of a compiled scalar form, the sum over all ranks."""
-        return float(self._communicator.allreduce(float(fem.assemble_scalar(form.form))))
+        return ranks.integral(self._communicator, form.form)
 
     @property
     def mass_flow(self) -> float:
@@ -180,10 +180,7 @@ class Problem:
         parts = ufl.split(self.heat.unknown) if two else (self.heat.unknown,) * 2
         initial = self.domain.constant(self.specs.heat.initial_temperature)
         forms = self.energy_equations.heat_kept(parts[0], parts[1], initial)
-        return {
-            name: float(self.communicator.allreduce(float(fem.assemble_scalar(fenicsx.compiled_form(form)))))
-            for name, form in forms.items()
-        }
+        return {name: ranks.integral(self.communicator, fenicsx.compiled_form(form)) for name, form in forms.items()}
 
     def degrees_of_cure(self) -> dict[str, tuple[float, float]]:
         """Least and largest degree of cure of the layers that cure (collective)."""
@@ -277,11 +274,7 @@ class Problem:
 
     def extremes(self, place: str) -> tuple[float, float]:
         """Smallest and largest temperature (K) at 'wall', 'bed_side' or 'bed'."""
-        values = self.heat.unknown.x.array[self._places[place]]
-        return (
-            self.communicator.allreduce(float(np.min(values, initial=np.inf)), op=min),
-            self.communicator.allreduce(float(np.max(values, initial=-np.inf)), op=max),
-        )
+        return ranks.extremes(self.communicator, self.heat.unknown.x.array[self._places[place]])
 
     def extreme_places(self, place: str) -> tuple[float, float]:
         """x[0] (m) of the coldest and of the hottest point of a place (collective)."""
@@ -298,8 +291,8 @@ class Problem:
         equations, temperature = self.medium.equations, self.medium.flow_temperature
         m = equations.momentum(self.flow.state, temperature)
         reynolds = equations.bed.reynolds_number(m.density, m.speed, m.viscosity)
-        highest = np.nanmax(fenicsx.nodal_values(reynolds, temperature.function_space), initial=0.0)
-        return float(self.communicator.allreduce(float(highest), op=max))
+        values = fenicsx.nodal_values(reynolds, temperature.function_space)
+        return ranks.largest_magnitude(self.communicator, np.nan_to_num(values))
 
     def is_also_laminar(self) -> bool:
         """Whether beside the present turbulent flow there is a laminar one: sought where no bead source acts (collective).
@@ -318,7 +311,7 @@ class Problem:
         if not density.compressible:
             return 0.0
         velocity = self.flow.fields()["velocity"].x.array.reshape(-1, self.domain.mesh.geometry.dim)
-        fastest = self.communicator.allreduce(float(np.max(np.linalg.norm(velocity, axis=1), initial=0.0)), op=max)
+        fastest = ranks.largest_magnitude(self.communicator, np.linalg.norm(velocity, axis=1))
         temperature = float(self.medium.boundary.inlet_temperature.value)
         heat_capacity = fluid.heat_capacity(temperature)
         gas_constant = density.gas_constant  # type: ignore[union-attr]

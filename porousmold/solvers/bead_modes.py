@@ -3,13 +3,12 @@
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
 from dolfinx import fem
 from numpy.typing import NDArray
 
 from ..equations.energy import EnergyEquations
 from ..laws.bead_interior import remaining_resistance
-from ..mesh import fenicsx
+from ..mesh import fenicsx, ranks
 from ..mesh.domain import BED, Domain
 
 
@@ -84,4 +83,4 @@ class BeadModes:
         rest = remaining_resistance(self._interior.eigenvalues)
         difference = rest * self._values(self._unit_resistance) * self._values(self._flux)
         difference += sum(mode.x.array[self._in_bed] for mode in self.functions)
-        return self._communicator.allreduce(float(np.max(np.abs(difference), initial=0.0)), op=max)
+        return ranks.largest_magnitude(self._communicator, difference)

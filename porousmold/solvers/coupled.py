@@ -18,7 +18,7 @@ from ..equations.energy import EnergyEquations
 from ..equations.flow import FlowState
 from ..errors import SolveError
 from ..laws.functions import Value
-from ..mesh import fenicsx
+from ..mesh import fenicsx, ranks
 from ..mesh.domain import BED, Domain
 from .flow import FullFlow, constrained_unknowns, unknowns_outside
 from .heating import BACKWARD_EULER, STAGES, TransientHeat
@@ -165,7 +165,7 @@ class CoupledTransient:
         self._gather()
         self.flow.renew_inlet()
         self.heat.begin(step)
-        capacity = self._sum(self._fluid_capacity)
+        capacity = ranks.integral(self.domain.communicator, self._fluid_capacity.form)
         start = self._coupled.x.array.copy()
         self._inverse_step.value = 1.0 / (gamma * step)
         rates: list[NDArray[Any]] = []
@@ -182,12 +182,9 @@ class CoupledTransient:
             crossed += step * stages[-1][stage] * self.heat.rates_here()
         # heat that comes in is counted from the inlet's temperature: so is that of the fluid that the bed no longer holds
         inlet = float(self.heat.equations.inlet_temperature.value)
-        self.heat.finish(crossed, inlet * (capacity - self._sum(self._fluid_capacity)))
+        left = ranks.integral(self.domain.communicator, self._fluid_capacity.form)
+        self.heat.finish(crossed, inlet * (capacity - left))
         return 0.0 if after_jump else self.heat.estimated_error()
-
-    def _sum(self, form: Any) -> float:
-        """Value of a deferred scalar form, over all ranks."""
-        return float(self.domain.communicator.allreduce(float(fem.assemble_scalar(form.form))))
 
     def _solve(self, time: float, step: float) -> None:
         solved = modified_newton(

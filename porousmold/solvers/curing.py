@@ -3,13 +3,12 @@
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
 from dolfinx import fem
 from numpy.typing import NDArray
 
 from ..laws.cure import Cure
 from ..laws.functions import Value
-from ..mesh import fenicsx
+from ..mesh import fenicsx, ranks
 from ..mesh.domain import Domain
 
 
@@ -52,12 +51,8 @@ class Curing:
     def estimated_error(self) -> float:
         """Largest difference between the step's end and the continuation of its first rate, over all ranks."""
         ahead = self.degree.x.array[self._places] - self._start - self._step * self._rates[0]
-        return float(self._communicator.allreduce(float(np.max(np.abs(ahead), initial=0.0)), op=max))
+        return ranks.largest_magnitude(self._communicator, ahead)
 
     def extremes(self) -> tuple[float, float]:
         """Smallest and largest degree of cure in the layer (collective)."""
-        values = self.degree.x.array[self._places]
-        return (
-            float(self._communicator.allreduce(float(np.min(values, initial=np.inf)), op=min)),
-            float(self._communicator.allreduce(float(np.max(values, initial=-np.inf)), op=max)),
-        )
+        return ranks.extremes(self._communicator, self.degree.x.array[self._places])

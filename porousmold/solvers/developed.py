@@ -5,6 +5,7 @@ passes all of them follow by elimination: with s = du/d(dp/dx) from one more sol
 of a station is linear in its dp/dx, and the pressure drop (or the mass flow) that the scene imposes closes the system.
 """
 
+import functools
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -12,6 +13,7 @@ import numpy as np
 import ufl
 from dolfinx import fem
 from numpy.typing import NDArray
+from petsc4py import PETSc
 
 from ..equations.developed import developed_residual, developed_state
 from ..equations.flow import FlowEquations
@@ -59,19 +61,19 @@ class DevelopedFlow(NonlinearFlow):
             if turbulence
             else [(self.space, np.arange(len(fem.Function(self.space).x.array)))]
         )
-        self.unknown, previous, self._carried = (fem.Function(self.space) for _ in range(3))
+        self.unknown, previous = fem.Function(self.space), fem.Function(self.space)
         inverse_step = fem.Constant(domain.mesh, 0.0)
         self.pressure, self.gradient = fem.Function(scalars), fem.Function(scalars)
         dx = domain.column_measure(GAUSS_DEGREE)
         arguments = (self.unknown, previous, inverse_step, self.pressure, self.gradient, temperature)
         residual = developed_residual(equations, *arguments, dx(BED), domain.nodal_measure()(BED))
         push = ufl.derivative(residual, self.gradient, fem.Constant(domain.mesh, 1.0) * unit(scalars))
-        self._push = fenicsx.DeferredForm(push)
+        self._push_form = fenicsx.DeferredForm(push)
         nothing = fem.Constant(domain.mesh, 0.0)
         residual += nothing * ufl.inner(self.unknown, ufl.TestFunction(self.space)) * domain.wall_measure(1)
         constrained = np.unique(self._constrained(turbulence))
         system = NewtonSystem(residual, self.unknown, constrained, keep_jacobian=True, pivoting=False)
-        self._pushed, self._gain = system.new_vector(), fem.Function(self.space)
+        self._gain, self._weights = fem.Function(self.space), system.new_vector()
         self._prepare_columns(equations, dx)
         motion, *others = (numbers for _, numbers in self._parts)
         functions = [self.unknown, self.pressure, self.gradient, self._streamfunction.function]
@@ -93,9 +95,8 @@ class DevelopedFlow(NonlinearFlow):
         density = equations.fluid.density(self.pressure, self.temperature)
         weighted = equations.coordinates.weight * equations.bed.porosity * density * equations.scales.speed
         mixed = len(self._parts) > 1
-        carried, present = (ufl.split(f)[0] if mixed else f for f in (self._carried, self.unknown))
-        self._through = fenicsx.DeferredForm(weighted * carried * ufl.TestFunction(scalars) * dx(BED))
-        self._sums = fenicsx.petsc_vector(self.pressure).duplicate()
+        test, present = (ufl.split(f)[0] if mixed else f for f in (ufl.TestFunction(self.space), self.unknown))
+        self._through = fenicsx.DeferredForm(weighted * test * dx(BED))
         self._owned = scalars.dofmap.index_map.size_local
         self._column = self.columns.of(scalars.tabulate_dof_coordinates())
         points = np.zeros((len(self.unknown.x.array), 3))
@@ -153,11 +154,26 @@ class DevelopedFlow(NonlinearFlow):
         self.gradient.x.array[:] = gradients[self._column]
         self.pressure.x.array[:] = self.columns.pressure(gradients)[self._column]
 
-    def _through_stations(self, values: NDArray[Any]) -> NDArray[Any]:
-        """Mass flow (kg/s) through every station for a scaled velocity in an array like the unknown's."""
-        self._carried.x.array[:] = values
-        fenicsx.assemble_vector(self._sums, self._through.form)
-        return self.columns.total(self._column[: self._owned], self._sums.array[: self._owned]) / self.columns.widths
+    @functools.cached_property
+    def _push(self) -> PETSc.Vec:
+        """Residual's fall by 1 Pa/m of dp/dx: the same for every flow."""
+        push = self.solver.system.new_vector()
+        fenicsx.assemble_vector(push, self._push_form.form)
+        push.scale(-1.0)
+        return push
+
+    def _through_stations(self, *scaled: fem.Function) -> list[NDArray[Any]]:
+        """Mass flow (kg/s) through every station for each of some functions like the unknown.
+
+        The quadrature is at the nodes along the flow, so that a node counts at its own station alone.
+        """
+        fenicsx.assemble_vector(self._weights, self._through.form)
+        weights = self._weights.array
+        column = self._column_of_unknown[: len(weights)]
+        return [
+            self.columns.total(column, weights * function.x.array[: len(weights)]) / self.columns.widths
+            for function in scaled
+        ]
 
     def _iterate(self) -> float:
         """One Newton iteration of profiles, pressure gradients and mass flow together; its relative update."""
@@ -165,12 +181,10 @@ class DevelopedFlow(NonlinearFlow):
         update = self.solver.system.iterate()
         if not np.isfinite(update):
             return np.inf
-        fenicsx.assemble_vector(self._pushed, self._push.form)
-        self._pushed.scale(-1.0)
         gain = self._gain
-        self.solver.system.apply_inverse(self._pushed, fenicsx.petsc_vector(gain))
+        self.solver.system.apply_inverse(self._push, fenicsx.petsc_vector(gain))
         gain.x.scatter_forward()
-        flow, slope = self._through_stations(self.unknown.x.array), self._through_stations(gain.x.array)
+        flow, slope = self._through_stations(self.unknown, gain)
         gradients, scale = self._gradients, float(self.equations.scales.pressure.value) / self.columns.along[-1]
         change = (self._imposed_mass_flow(gradients, flow, slope) - flow) / slope
         largest = LARGEST_CHANGE * max(np.max(np.abs(gradients)), scale)

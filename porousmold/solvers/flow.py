@@ -14,7 +14,7 @@ from ..equations.openings import Opening, entering
 from ..errors import SolveError
 from ..laws.functions import Value
 from ..laws.turbulence_models import TurbulentUnknown
-from ..mesh import fenicsx
+from ..mesh import fenicsx, ranks
 from ..mesh.domain import BED, INTERFACE, SIDE, SYMMETRY, Domain
 from .newton import NewtonSystem
 from .protocols import ArrayOf, Observer, Saved, restore_functions, saved_functions
@@ -271,9 +271,7 @@ class FullFlow(NonlinearFlow):
     def renew_inlet(self) -> None:
         """Take the mean square of the present entering velocity for the inlet's total pressure (collective)."""
         for mean_square, *forms in self._entering:
-            flow, moment = (
-                self.domain.communicator.allreduce(float(fem.assemble_scalar(later.form))) for later in forms
-            )
+            flow, moment = (ranks.integral(self.domain.communicator, later.form) for later in forms)
             mean_square.value = moment / flow if flow > 0.0 else 0.0
 
     def initial_guess(self) -> bool:

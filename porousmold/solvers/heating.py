@@ -19,7 +19,7 @@ from dolfinx import fem
 from numpy.typing import NDArray
 
 from ..equations.energy import EnergyEquations
-from ..mesh import fenicsx
+from ..mesh import fenicsx, ranks
 from ..mesh.domain import Domain
 from .bead_modes import BeadModes
 from .curing import Curing
@@ -222,7 +222,7 @@ class TransientHeat:
 
     def _of_all_ranks(self, crossed: NDArray[Any]) -> dict[str, float]:
         """Heat (J) of each of `scalars`, from what crossed on every rank."""
-        return dict(zip(self.scalars, self.domain.communicator.allreduce(crossed), strict=True))
+        return dict(zip(self.scalars, ranks.total(self.domain.communicator, crossed), strict=True))
 
     def _take_all(self, time: float, parts: Sequence[Any]) -> tuple[Any, ...]:
         """Successive (step, stages) from `time`; gives the heat (J) of each flow and the heat stored."""
@@ -299,7 +299,5 @@ class TransientHeat:
         """
         start, first = (function.x.array[self._storing] for function in (self._start, self._first))
         straight = start + (first - start) / GAMMA
-        error = self.domain.communicator.allreduce(
-            float(np.max(np.abs(self.unknown.x.array[self._storing] - straight), initial=0.0)), op=max
-        )
+        error = ranks.largest_magnitude(self.domain.communicator, self.unknown.x.array[self._storing] - straight)
         return max([error, *(part.estimated_error() * FULL_CURE_ERROR for part in self.curing)])

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from ..laws.functions import Value
-from ..mesh import fenicsx
+from ..mesh import fenicsx, ranks
 from .field_splits import split_fields
 
 _PREFIX = "porousmold_"
@@ -135,7 +135,7 @@ class NewtonSystem:
         self._conditions = [fem.dirichletbc(zero, np.asarray(constrained, dtype=np.int32))]
         self.constrained = np.asarray(constrained)
         self._owned_constrained = np.asarray(constrained)[np.asarray(constrained) < self.owned_size]
-        self.active_unknowns = self.space.mesh.comm.allreduce(self.owned_size - len(self._owned_constrained))
+        self.active_unknowns = int(ranks.total(self.space.mesh.comm, self.owned_size - len(self._owned_constrained)))
         trial = ufl.TrialFunction(self.space)
         self._residual = fenicsx.DeferredForm(residual)
         self._jacobian = fenicsx.DeferredForm(ufl.derivative(residual, unknown, trial))

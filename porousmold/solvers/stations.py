@@ -7,7 +7,7 @@ from dolfinx import fem
 from numpy.typing import NDArray
 
 from ..laws.functions import Value
-from ..mesh import fenicsx
+from ..mesh import fenicsx, ranks
 from ..mesh.domain import Domain
 
 GAUSS_DEGREE = 3
@@ -35,7 +35,7 @@ class Columns:
     def total(self, columns: NDArray[Any], values: NDArray[Any]) -> NDArray[Any]:
         """Sum of owned values by their column, over all ranks."""
         sums = np.bincount(columns, weights=values, minlength=len(self.along))
-        return self.domain.communicator.allreduce(sums)
+        return ranks.total(self.domain.communicator, sums)
 
     def pressure(self, gradient: NDArray[Any]) -> NDArray[Any]:
         """Gauge pressure (Pa) at the stations for dp/dx (Pa/m), 0 at the last: the trapezoidal rule."""
@@ -78,7 +78,7 @@ class Streamfunction:
         heights = np.diff(across)[self._place[1]]
         for end in (0, 1):
             through[self._place[0] + end, self._place[1], end] = values[:, end] * heights
-        through = self._domain.communicator.allreduce(through).max(axis=2, initial=0.0)
+        through = ranks.total(self._domain.communicator, through).max(axis=2, initial=0.0)
         table = np.hstack([np.zeros((len(along), 1)), np.cumsum(through, axis=1)])
         through = table[:, -1]
         total = through.mean() if total is None else total

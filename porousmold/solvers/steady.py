@@ -12,7 +12,7 @@ import numpy as np
 from dolfinx import fem
 from numpy.typing import NDArray
 
-from ..mesh import fenicsx
+from ..mesh import fenicsx, ranks
 from .newton import Contraction, NewtonSystem, modified_newton
 from .protocols import Observer, silent
 
@@ -83,9 +83,20 @@ class Unknowns(NamedTuple):
     motion: Sequence[NDArray[Any]]
     turbulence: Sequence[NDArray[Any]]
 
-    def owned(self, size: int) -> "Unknowns":
-        """Those below `size`, which this rank owns: ghosts left out, that other ranks count."""
-        return Unknowns(*([part[part < size] for part in parts] for parts in self))
+    @property
+    def parts(self) -> list[NDArray[Any]]:
+        """Those of each part."""
+        return [*self.motion, *self.turbulence]
+
+    @property
+    def traces(self) -> NDArray[Any]:
+        """Scaled size below which each part counts as 0."""
+        return np.array([LEAST_VALUE] * len(self.motion) + [TRACE_OF_TURBULENCE] * len(self.turbulence))
+
+    @property
+    def evolving(self) -> list[int]:
+        """Numbers of the parts that evolve in a false transient."""
+        return [0, *range(len(self.motion), len(self.parts))]
 
     @property
     def of_turbulence(self) -> NDArray[Any]:
@@ -96,26 +107,6 @@ class Unknowns(NamedTuple):
     def kinetic_energy(self) -> NDArray[Any]:
         """Those of k, the first of the turbulence."""
         return self.turbulence[0] if self.turbulence else np.empty(0, int)
-
-    @property
-    def sizes_of_motion(self) -> list[tuple[NDArray[Any], float]]:
-        """Its parts, with the scaled size below which each counts as 0."""
-        return [(part, LEAST_VALUE) for part in self.motion]
-
-    @property
-    def sizes_of_turbulence(self) -> list[tuple[NDArray[Any], float]]:
-        """The same of the turbulence."""
-        return [(part, TRACE_OF_TURBULENCE) for part in self.turbulence]
-
-    @property
-    def sizes(self) -> list[tuple[NDArray[Any], float]]:
-        """The same of every part."""
-        return self.sizes_of_motion + self.sizes_of_turbulence
-
-    @property
-    def evolving(self) -> list[tuple[NDArray[Any], float]]:
-        """`sizes` of what evolves in a false transient."""
-        return self.sizes_of_motion[:1] + self.sizes_of_turbulence
 
 
 class SteadySolver:
@@ -141,8 +132,13 @@ class SteadySolver:
         self._previous, self._inverse_step, self._transit = previous, inverse_step, transit
         self._iterate = iterate or system.iterate
         self._unknown = system.unknown
-        self._of_turbulence, self._owned = unknowns.of_turbulence, unknowns.owned(system.owned_size)
+        self._of_turbulence, self._evolving = unknowns.of_turbulence, unknowns.evolving
         self._communicator = self._unknown.function_space.mesh.comm
+        # ghosts are left out, as other ranks count them
+        owned = [part[part < system.owned_size] for part in unknowns.parts]
+        self._owned, self._lengths = np.concatenate(owned), [len(part) for part in owned]
+        self._part_of_owned = np.repeat(np.arange(len(owned)), self._lengths)
+        self._least = unknowns.traces**2 * np.maximum(ranks.total(self._communicator, self._lengths), 1.0)
         self.newton_iterations = self.continuation_steps = 0
         self.largest_undershoot = 0.0
         self.update = np.inf
@@ -238,7 +234,8 @@ class SteadySolver:
         update = self.counted_iteration()
         if not self.unknowns.turbulence or not np.isfinite(update):
             return update
-        return max(self._updates(before, self._owned.sizes_of_motion)[0], update / LOOSER_TURBULENCE)
+        motion = range(len(self.unknowns.motion))
+        return max(self._updates(before, motion)[0], update / LOOSER_TURBULENCE)
 
     def counted_iteration(self) -> float:
         """One iteration with the present factors, counted and observed; gives its relative update."""
@@ -267,14 +264,17 @@ class SteadySolver:
             numbers = self._of_turbulence
             old, now = before[numbers], self._unknown.x.array[numbers]
             self._unknown.x.array[numbers] = np.where(old > 0.0, np.maximum(now, LEAST_REMAINDER * old), now)
-        return self._updates(before, self._owned.evolving)[1]
+        return self._updates(before, self._evolving)[1]
 
     def _residuals(self) -> list[float]:
         """Residual norms of the parts after the last iteration (collective)."""
         residual = fem.Function(self._unknown.function_space)
         self.system.vector.copy(fenicsx.petsc_vector(residual))
-        parts = (residual.x.array[part] for part, _ in self._owned.sizes)
-        return [float(np.sqrt(self._communicator.allreduce(values @ values))) for values in parts]
+        return np.sqrt(ranks.total(self._communicator, self._squares(residual.x.array[self._owned]))).tolist()
+
+    def _squares(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Sum of squares of each part of this rank's values, which are those of `_owned`."""
+        return np.bincount(self._part_of_owned, weights=values * values, minlength=len(self._lengths))
 
     def _converged(self, update: float, last: float) -> bool:
         """Whether the steady equations are solved; `last` is the update before the present one."""
@@ -282,26 +282,18 @@ class SteadySolver:
         stagnated = max(self.update, last) < STAGNATED_UPDATE and update < STAGNATED_PARTS
         return (small or stagnated) and self.is_physical()
 
-    def _updates(
-        self, before: NDArray[Any], parts: list[tuple[NDArray[Any], float]] | None = None
-    ) -> tuple[float, float]:
+    def _updates(self, before: NDArray[Any], parts: Sequence[int] = ()) -> tuple[float, float]:
         """Update since the array `before`, relative to the geometric mean of then and now, so that growth shows like decay.
 
-        Of all unknowns of the parts (default: all owned ones), and the largest of a part, as k and epsilon hardly count in that
-        of all.
+        Of all unknowns of the parts (numbers; default: all), and the largest of a part, as k and epsilon hardly count in that of
+        all.
         """
-        parts = parts or self._owned.sizes
+        now, old = self._unknown.x.array[self._owned], before[self._owned]
         with np.errstate(
             over="ignore", invalid="ignore"
         ):  # of an iterate that runs away: its update is infinite or no number
-            squares = [
-                [change @ change, now @ now, old @ old, len(now)]
-                for numbers, _ in parts
-                for now, old in [(self._unknown.x.array[numbers], before[numbers])]
-                for change in [now - old]
-            ]
-            changes, values, old_values, counts = self._communicator.allreduce(np.array(squares)).T
-            least = np.array([trace for _, trace in parts]) ** 2 * np.maximum(counts, 1)
+            squares = ranks.total(self._communicator, [self._squares(values) for values in (now - old, now, old)])
+            changes, values, old_values, least = np.vstack([squares, self._least])[:, parts or slice(None)]
             of_all = np.sqrt(max(values.sum(), least.sum())) * np.sqrt(max(old_values.sum(), least.sum()))
             of_parts = np.sqrt(np.maximum(values, least)) * np.sqrt(np.maximum(old_values, least))
             return float(np.sqrt(changes.sum() / of_all)), float(np.sqrt(np.max(changes / of_parts)))
@@ -333,21 +325,19 @@ class SteadySolver:
 
     def is_turbulent(self) -> bool:
         """Whether k is more than a trace anywhere (collective)."""
-        return self._extremes_of_kinetic_energy()[1] > TRACE_OF_TURBULENCE
+        return ranks.extremes(self._communicator, self._kinetic_energy())[1] > TRACE_OF_TURBULENCE
 
     def is_physical(self) -> bool:
         """No NaN, and k no further below zero than a part of its largest value, or a trace of the speed squared where there is
         no turbulence. `largest_undershoot` notes the largest part that has passed."""
         if not self._of_turbulence.size:
             return True
-        low, high = self._extremes_of_kinetic_energy()
+        low, high = ranks.extremes(self._communicator, self._kinetic_energy())
         if low < -max(LARGEST_UNDERSHOOT * high, TRACE_OF_TURBULENCE):
             return False
         if high > TRACE_OF_TURBULENCE:
             self.largest_undershoot = max(self.largest_undershoot, -low / high)
         return bool(np.isfinite(low))
 
-    def _extremes_of_kinetic_energy(self) -> tuple[float, float]:
-        values = self._unknown.x.array[self.unknowns.kinetic_energy]
-        low = self._communicator.allreduce(float(np.min(values, initial=0.0)), op=min)
-        return low, self._communicator.allreduce(float(np.max(values, initial=0.0)), op=max)
+    def _kinetic_energy(self) -> NDArray[Any]:
+        return self._unknown.x.array[self.unknowns.kinetic_energy]

@@ -7,7 +7,7 @@ from dolfinx import fem
 from numpy.typing import NDArray
 
 from ..equations.energy import EnergyEquations, Transport
-from ..mesh import fenicsx
+from ..mesh import fenicsx, ranks
 from ..mesh.domain import Domain
 
 OVERSHOOT = 0.07
@@ -65,15 +65,11 @@ class MonotoneCells:
         new = out & (marks[self._cells] == 0.0)
         marks[self._cells[new]] = 1.0
         self.steps.x.array[self._cells[out]] = MONOTONE_STEPS
-        return self._communicator.allreduce((bool(out.any()), bool(new.any())), op=either)
+        any_out, any_new = ranks.maximum(self._communicator, [out.any(), new.any()])
+        return bool(any_out), bool(any_new)
 
     def release(self) -> None:
         """Give the cells second order again that have been monotone for a while: by then the front has spread."""
         left = self.steps.x.array
         left[:] = np.maximum(left - 1.0, 0.0)
         self._marks.x.array[:] = left > 0.0
-
-
-def either(a: tuple[bool, ...], b: tuple[bool, ...]) -> tuple[bool, ...]:
-    """Reduction of tuples of flags for `allreduce`."""
-    return tuple(x or y for x, y in zip(a, b, strict=True))
