@@ -1,8 +1,8 @@
-"""Seconds and memory against unknowns, from 4k to 1M, on 1 and 2 ranks: writes docs/growth.md. Run: make growth (25 minutes).
+"""Seconds and memory against unknowns, from 4k to 1M, on 1 and 2 ranks: writes docs/growth.md. Run: make growth (20 minutes).
 
 Every size is a process of its own (`--size`, under mpirun): the aluminium mold, or the one of 150 mm width in three
 dimensions (`mold/narrow.toml`), with every cell cut, undamped bead sources, started from developed profiles; one Newton
-iteration of flow and k-epsilon and one time step of the energy are timed.
+iteration of flow and k-epsilon and one time step of the energy are timed. The last table is of whole runs of that mold.
 """
 
 import argparse
@@ -25,6 +25,10 @@ from studies.page import Page
 HEAD = (
     *("flow unknowns", "flow iteration, s", "Krylov iterations", "energy unknowns", "energy step, s", "memory, GiB"),
 )
+TO_THE_HEATING_TIME = "3 dimensions, 2 ranks, heating time"
+"""Title of the whole runs' table."""
+WHOLE_RUNS = (0.4, 0.6, 1.0)
+"""Their factors on the number of cells in each direction."""
 HERE = Path(__file__).parent
 SCENES = {2: "aluminium.toml", 3: "narrow.toml"}
 TABLES = (
@@ -76,26 +80,36 @@ def measure(dimensions, size, strategy):
 
 def child(dimensions, size, ranks, strategy):
     """Figures of one size, measured by another process, or why there are none."""
-    command = ["mpirun", "--oversubscribe", "-n", str(ranks)]
-    command += ["--allow-run-as-root"] if os.geteuid() == 0 else []
-    command += [
-        sys.executable,
-        "-m",
-        "studies.growth",
-        "--size",
-        str(size),
-        "--strategy",
-        strategy,
-        "--dimensions",
-        str(dimensions),
-    ]
-    environment = {n: v for n, v in os.environ.items() if not n.startswith(("OMPI_", "PMIX_"))}
-    try:
-        done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=LONGEST)
-    except subprocess.TimeoutExpired:
-        return f"not in {LONGEST} s"
+    options = ["--size", str(size), "--strategy", strategy, "--dimensions", str(dimensions)]
+    done = launched(ranks, "studies.growth", *options)
+    if isinstance(done, str):
+        return done
     lines = [line for line in done.stdout.splitlines() if line.startswith("{")]
     return json.loads(lines[-1]) if lines else next(reversed(done.stderr.split("\n")[:-1]), "nothing")
+
+
+def whole_run(size, ranks):
+    """Result of the narrow mold with that many times the cells, heated in processes of their own, or why there is none."""
+    out = Path("runs/growth")
+    options = ["run", str(HERE / "mold" / SCENES[3]), "--quiet", "--force", "--out", str(out)]
+    done = launched(ranks, "porousmold", *options, "--set", f"solver.mesh_refinement={size}")
+    if isinstance(done, str):
+        return done
+    if done.returncode:
+        return done.stderr.strip()
+    return json.loads((out / "result.json").read_text(encoding="utf-8"))
+
+
+def launched(ranks, module, *options):
+    """A module's finished processes under mpirun, or that they took too long."""
+    command = ["mpirun", "--oversubscribe", "-n", str(ranks)]
+    command += ["--allow-run-as-root"] if os.geteuid() == 0 else []
+    environment = {n: v for n, v in os.environ.items() if not n.startswith(("OMPI_", "PMIX_"))}
+    command += [sys.executable, "-m", module, *options]
+    try:
+        return subprocess.run(command, capture_output=True, text=True, env=environment, timeout=LONGEST)
+    except subprocess.TimeoutExpired:
+        return f"not in {LONGEST} s"
 
 
 def slope(rows, key, unknowns):
@@ -116,7 +130,9 @@ def main():
     parser.add_argument("--size", type=float)
     parser.add_argument("--dimensions", type=int, choices=SCENES, default=2)
     parser.add_argument("--strategy", choices=STRATEGIES, default="factorised")
-    parser.add_argument("--renew", nargs=2, metavar=("DIMENSIONS", "STRATEGY"), help="measure only these tables anew")
+    parser.add_argument(
+        "--renew", nargs=2, metavar=("DIMENSIONS", "STRATEGY"), help="only these tables (last: 3 time)"
+    )
     parser.add_argument("--out", type=Path, default=HERE.parent / "docs" / "growth.md")
     arguments = parser.parse_args()
     if arguments.size:
@@ -137,10 +153,14 @@ def main():
         "ranks together.",
     )
     before = sections(arguments.out) if arguments.renew else {}
+
+    def renewed(title):
+        return title.startswith(arguments.renew[0]) and title.endswith(arguments.renew[1])
+
     for dimensions, ranks, strategy, sizes in TABLES:
         title = f"{dimensions} dimensions, {ranks} rank{'s' * (ranks > 1)}, {strategy}"
         page.add("", f"## {title}")
-        if arguments.renew and not (title.startswith(arguments.renew[0]) and title.endswith(arguments.renew[1])):
+        if arguments.renew and not renewed(title):
             page.add("", *before[title])
             continue
         page.head(*HEAD)
@@ -158,6 +178,23 @@ def main():
                       f"energy {slope(rows, 'energy', 'energy_unknowns'):.2f}, "
                       f"memory {slope(rows, 'memory', 'flow_unknowns'):.2f}.")  # fmt: skip
         page.write(arguments.out)
+    page.add("", f"## {TO_THE_HEATING_TIME}")
+    if arguments.renew and not renewed(TO_THE_HEATING_TIME):
+        page.add("", *before[TO_THE_HEATING_TIME])
+    else:
+        page.head(
+            "flow unknowns", "heating time, s", "steps", "Newton iterations", "flow, s", "energy, s", "whole run, s"
+        )
+        for size in WHOLE_RUNS:
+            result = whole_run(size, 2)
+            if isinstance(result, str):
+                page.row(f"mesh x {size:g}: {result}", *[""] * 6)
+                continue
+            seconds = [f"{result['wall_seconds'][name]:.0f}" for name in ("flow", "energy", "total")]
+            iterations = result["newton_iterations"]["flow"]
+            heating = f"{result['heating_time']:.1f}"
+            page.row(result["unknowns"]["flow"], heating, result["time_steps"], iterations, *seconds)
+    page.write(arguments.out)
 
 
 if __name__ == "__main__":

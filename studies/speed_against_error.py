@@ -162,7 +162,7 @@ def scene_tables(name, path, points):
 
 
 def repeated():
-    """Five runs of the whole process, pictures included: lines with medians and spread, solver times as the process gives them."""
+    """Five runs of the whole process, pictures included, each with its own solver time: lines with medians and spread."""
     folder, lines = Path("runs/speed-against-error"), ["", LAST_SECTION, ""]
     lines += ["| aluminium mold | solver, Y | whole process, Y |", "|---|---|---|"]
     for choice, settings in REPEATED.items():

@@ -81,7 +81,8 @@ def test_growth():
     rows = [{"n": n, "s": 3.0 * n**1.5} for n in (10, 20, 40)]
     assert growth.slope(rows, "s", "n") == pytest.approx(1.5)
     assert [title.split(",")[0] for title in growth.sections(growth.HERE.parent / "docs" / "growth.md")] == [
-        f"{dimensions} dimensions" for dimensions, *_ in growth.TABLES
+        *(f"{dimensions} dimensions" for dimensions, *_ in growth.TABLES),
+        growth.TO_THE_HEATING_TIME.split(",")[0],
     ]
     found = growth.measure(2, 0.3, "factorised")
     assert found["flow_unknowns"] > found["energy_unknowns"] > 100 and found["krylov_iterations"] == 1

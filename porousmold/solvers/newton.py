@@ -19,7 +19,7 @@ from .field_splits import split_fields
 _PREFIX = "porousmold_"
 """One prefix for all systems: PETSc holds 512 options at most."""
 
-LARGEST_FACTORISED = {2: 400_000, 3: 40_000}
+LARGEST_FACTORISED = {2: 400_000, 3: 10_000}
 """Unknowns, by dimensions of space, beyond which a system with blocks is not factorised as a whole: there the blocks need
 less time and memory."""
 
