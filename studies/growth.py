@@ -130,9 +130,7 @@ def main():
     parser.add_argument("--size", type=float)
     parser.add_argument("--dimensions", type=int, choices=SCENES, default=2)
     parser.add_argument("--strategy", choices=STRATEGIES, default="factorised")
-    parser.add_argument(
-        "--renew", nargs=2, metavar=("DIMENSIONS", "STRATEGY"), help="only these tables (last: 3 time)"
-    )
+    parser.add_argument("--renew", nargs=2, metavar=("DIMENSIONS", "STRATEGY"), help="only these tables (last: 3 time)")
     parser.add_argument("--out", type=Path, default=HERE.parent / "docs" / "growth.md")
     arguments = parser.parse_args()
     if arguments.size:

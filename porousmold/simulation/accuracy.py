@@ -8,10 +8,10 @@ a run come from three cheaper ones (Richardson):
     e_l = [t(l/2, 0.7 c, s) - t(l, c, s) - t(l/2, 0.7 c, s/2) + t(l/2, c, s/2)] / (2^p_l - 1),
 
 all with their signs, as they may cancel; the estimate is |e_l + e_c + e_s|, and half of the root of the sum of their squares at
-least. The three do without the bounds of the temperatures, which spread a front over coarse cells and hide their order. Across,
-cells have their order p_c = 2; p_l = 3 and p_s = 3.5 are what random scenes show from such coarse runs (those of seed 18 in
-`studies.random_scenes`; docs/accuracy.md has others): along, cells converge faster there than with their order 2, as the front is
-only beginning to be resolved.
+least. The three do without the bounds of the temperatures, which spread a front over coarse cells and hide their order. The
+orders are what random scenes show from such coarse runs (seeds 17 to 19 of `studies.random_scenes`; docs/accuracy.md has others):
+p_c = 2.5, p_s = 3.5, and p_l = 2.25, near the cells' own order 2. Where fewer cells along heat sooner, the front is sharper than they
+resolve, and the error falls faster: p_l = 4 there.
 
 If the estimate exceeds the target, finer runs follow, with cells along, cells across and steps each refined as needed at order 2,
 the first of them by a factor of 1.7 at most. Its error estimate is e_l, e_c and e_s scaled at that order, all of them times what
@@ -67,8 +67,10 @@ class Refinements(NamedTuple):
 
 COARSER = Refinements(along=0.5, across=0.7, steps=0.5)
 """What the runs have less that the errors are estimated from."""
-OBSERVED_ORDERS = Refinements(along=3.0, across=2.0, steps=3.5)
+OBSERVED_ORDERS = Refinements(along=2.25, across=2.5, steps=3.5)
 """Of convergence from such runs."""
+ORDER_OF_SHARP_FRONTS = 4.0
+"""The same by cells along the flow where fewer of them heat sooner."""
 
 
 class Errors(NamedTuple):
@@ -134,7 +136,8 @@ def estimated_errors(coarse: float, coarse_but_across: float, coarse_but_steps: 
     the last one's cells across and with its steps."""
     by_across, by_steps = coarse - coarse_but_across, coarse - coarse_but_steps
     by_along = coarse_but_steps - now - by_across
-    parts = zip((by_along, by_across, by_steps), COARSER, OBSERVED_ORDERS, strict=True)
+    orders = OBSERVED_ORDERS if by_along > 0.0 else OBSERVED_ORDERS._replace(along=ORDER_OF_SHARP_FRONTS)
+    parts = zip((by_along, by_across, by_steps), COARSER, orders, strict=True)
     return Errors(*(difference / now / (part**-order - 1.0) for difference, part, order in parts))
 
 
