@@ -10,8 +10,8 @@ a run come from three cheaper ones (Richardson):
 all with their signs, as they may cancel; the estimate is |e_l + e_c + e_s|, and half of the root of the sum of their squares at
 least. The three do without the bounds of the temperatures, which spread a front over coarse cells and hide their order. The
 orders are what random scenes show from such coarse runs (seeds 17 to 19 of `studies.random_scenes`; docs/accuracy.md has others):
-p_c = 2.5, p_s = 3.5, and p_l = 2.25, near the cells' own order 2. Where fewer cells along heat sooner, the front is sharper than they
-resolve, and the error falls faster: p_l = 4 there.
+p_c = 2.5, p_s = 3.5, and p_l = 2.25, near the order 2 of the cells. Where fewer cells along heat sooner, the front is sharper
+than they resolve, and the error falls faster: p_l = 4 there.
 
 If the estimate exceeds the target, finer runs follow, with cells along, cells across and steps each refined as needed at order 2,
 the first of them by a factor of 1.7 at most. Its error estimate is e_l, e_c and e_s scaled at that order, all of them times what
