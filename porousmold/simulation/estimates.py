@@ -24,6 +24,8 @@ STEADY_BEADS = 0.1
 """Part of the slowest time in which beads that move cross the bed fast enough to count as steady."""
 LARGEST_CELL, LARGEST_STEP = 0.42, 0.25
 """Of the front's width at the outlet, and of the time in which the wall's temperature changes there."""
+WIDEST_FRONT = 0.35
+"""Of the bed's length, in that time: what is wider passes no faster, as the bed is heated as a whole then."""
 AXIAL_GRADING = 1.25
 """Axial nodes at L (i/n)^1.25: the thermal front that starts sharp at the inlet meets small cells, and widens as they do."""
 CELLS_A_DEPTH = 10.0
@@ -77,7 +79,7 @@ class Estimates:
     def largest_step(self) -> float:
         """Default cap of the time steps, s: a part of the time in which the front passes and the wall follows it; of moving beads
         that in which they cross the bed, where that is not far shorter, as they are steady then."""
-        passing = self.front_width / self.length * self.heating_duration
+        passing = min(self.front_width / self.length, WIDEST_FRONT) * self.heating_duration
         slowest = math.hypot(passing, self.wall_time_constant, self.inlet_time)
         return LARGEST_STEP * min(slowest, max(self.bead_residence_time, STEADY_BEADS * slowest))
 

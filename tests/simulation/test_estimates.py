@@ -1,9 +1,11 @@
 """Estimates before a run: the force of gravity, properties without a value, steps of moving beads."""
 
 import pytest
+from mpi4py import MPI
 
 from porousmold import InputError
 from porousmold.simulation.estimates import estimate
+from porousmold.simulation.march import Simulation
 from porousmold.simulation.specs import specs_of
 
 from ..support import STUDIES, coarse_scene
@@ -36,3 +38,18 @@ def test_fast_beads_do_not_hold_the_steps_back():
     slow, fast = (estimates_of(coarse_scene(path, {"operation.bead_velocity": v})) for v in (5e-3, 0.5))
     assert slow.largest_step == pytest.approx(0.25 * slow.bead_residence_time)
     assert 10.0 * 0.25 * fast.bead_residence_time < fast.largest_step < slow.largest_step
+
+
+def test_a_front_wider_than_the_bed_does_not_lengthen_the_steps():
+    """Beads that conduct well spread it over the whole bed, which is then heated as one: its steps have to follow that."""
+    conducting = {"bed.bead_conductivity": 80.0, "operation.pressure_drop": 50.0, "model.turbulence": "none"}
+    estimates = estimates_of(coarse_scene(conducting))
+    assert estimates.front_width > estimates.length
+    assert estimates.heating_duration > 10.0 * estimates.largest_step
+
+    def heating_time(steps):
+        settings = {"model.flow": "developed", "solver.mesh_refinement": 0.4, "solver.step_refinement": steps}
+        simulation = Simulation(specs_of(coarse_scene(conducting | settings)), MPI.COMM_SELF)
+        return simulation.march().recorder.heating_time
+
+    assert heating_time(1.0) == pytest.approx(heating_time(4.0), rel=2e-3)
