@@ -14,6 +14,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 from mpi4py import MPI
 
@@ -78,7 +79,7 @@ def measure(dimensions, size, strategy):
     }
 
 
-def child(dimensions, size, ranks, strategy):
+def child(dimensions: int, size: float, ranks: int, strategy: str) -> dict[str, float] | str:
     """Figures of one size, measured by another process, or why there are none."""
     options = ["--size", str(size), "--strategy", strategy, "--dimensions", str(dimensions)]
     done = launched(ranks, "studies.growth", *options)
@@ -88,7 +89,7 @@ def child(dimensions, size, ranks, strategy):
     return json.loads(lines[-1]) if lines else next(reversed(done.stderr.split("\n")[:-1]), "nothing")
 
 
-def whole_run(size, ranks):
+def whole_run(size: float, ranks: int) -> dict[str, Any] | str:
     """Result of the narrow mold with that many times the cells, heated in processes of their own, or why there is none."""
     out = Path("runs/growth")
     options = ["run", str(HERE / "mold" / SCENES[3]), "--quiet", "--force", "--out", str(out)]
@@ -100,7 +101,7 @@ def whole_run(size, ranks):
     return json.loads((out / "result.json").read_text(encoding="utf-8"))
 
 
-def launched(ranks, module, *options):
+def launched(ranks: int, module: str, *options: str) -> subprocess.CompletedProcess[str] | str:
     """A module's finished processes under mpirun, or that they took too long."""
     command = ["mpirun", "--oversubscribe", "-n", str(ranks)]
     command += ["--allow-run-as-root"] if os.geteuid() == 0 else []
@@ -152,7 +153,7 @@ def main():
     )
     before = sections(arguments.out) if arguments.renew else {}
 
-    def renewed(title):
+    def renewed(title: str) -> bool:
         return title.startswith(arguments.renew[0]) and title.endswith(arguments.renew[1])
 
     for dimensions, ranks, strategy, sizes in TABLES:
