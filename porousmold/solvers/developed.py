@@ -1,12 +1,18 @@
 """Developed flow at all stations of a straight bed at once.
 
-The stations' profiles are one nonlinear system, solved as the full flow is; dp/dx at each station and the mass flow that
-passes all of them follow by elimination: with s = du/d(dp/dx) from one more solve with the same factors, the mass flow
-of a station is linear in its dp/dx, and the pressure drop (or the mass flow) that the scene imposes closes the system.
+The stations' profiles are one nonlinear system, solved as the full flow is; g = dp/dx at each station and the mass flow M that
+passes all of them follow by elimination. With du/dg and du/dp of each station from two more solves with the same factors, its
+mass flow is linear in its g and in its p, which is that of the stations downstream, p = P g (trapezoidal rule):
+
+    M_i + (dM/dg)_i delta g_i + (dM/dp)_i (P delta g)_i = M,
+
+and the pressure drop (or the mass flow) that the scene imposes closes this small system. Without its second term, the density of
+a gas would lag behind its pressure, and the iteration would converge linearly, by 2/3 where p doubles along the bed.
 """
 
+import contextlib
 import functools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -28,6 +34,12 @@ from .protocols import Drive
 from .stations import GAUSS_DEGREE, Columns, Streamfunction
 from .steady import LEAST_VALUE, SteadySolver, Unknowns
 
+PRESSURE_DIFFERENCE = 1e-4
+"""Part of the reference pressure by which residual and mass flow are differentiated: a gas's density is linear in it."""
+NOTICEABLE_RISE = 0.2
+"""Rise of the pressure against the flow, over the reference pressure, from which the lagging density slows the iteration."""
+NEAR = 0.1
+"""Relative changes of profiles and dp/dx below which the density follows the pressure: far off, that leads astray."""
 LARGEST_CHANGE = 0.3
 """Largest change of dp/dx in one iteration, as a part of the largest of all stations or of the scale."""
 
@@ -73,7 +85,8 @@ class DevelopedFlow(NonlinearFlow):
         residual += nothing * ufl.inner(self.unknown, ufl.TestFunction(self.space)) * domain.wall_measure(1)
         constrained = np.unique(self._constrained(turbulence))
         system = NewtonSystem(residual, self.unknown, constrained, keep_jacobian=True, pivoting=False)
-        self._gain, self._weights = fem.Function(self.space), system.new_vector()
+        self._gains = fem.Function(self.space), fem.Function(self.space)
+        self._weights, self._push_of_pressure = system.new_vector(), system.new_vector()
         self._prepare_columns(equations, dx)
         motion, *others = (numbers for _, numbers in self._parts)
         functions = [self.unknown, self.pressure, self.gradient, self._streamfunction.function]
@@ -177,45 +190,99 @@ class DevelopedFlow(NonlinearFlow):
 
     def _iterate(self) -> float:
         """One Newton iteration of profiles, pressure gradients and mass flow together; its relative update."""
-        before = self.unknown.x.array.copy()
-        update = self.solver.system.iterate()
+        system, before = self.solver.system, self.unknown.x.array.copy()
+        gradients, scale = self._gradients, float(self.equations.scales.pressure.value) / self.columns.along[-1]
+        expands = self._fluid.density.compressible and self._inlet_pressure > NOTICEABLE_RISE * self._reference_pressure
+        if expands:
+            with self._denser() as difference:
+                system.assemble_residual_into(self._push_of_pressure)
+        update = system.iterate()
         if not np.isfinite(update):
             return np.inf
-        gain = self._gain
-        self.solver.system.apply_inverse(self._push, fenicsx.petsc_vector(gain))
-        gain.x.scatter_forward()
-        flow, slope = self._through_stations(self.unknown, gain)
-        gradients, scale = self._gradients, float(self.equations.scales.pressure.value) / self.columns.along[-1]
-        change = (self._imposed_mass_flow(gradients, flow, slope) - flow) / slope
-        largest = LARGEST_CHANGE * max(np.max(np.abs(gradients)), scale)
-        change = np.clip(change, -largest, largest)
-        self.unknown.x.array[:] += gain.x.array * change[self._column_of_unknown]
+        by_gradient, by_pressure = self._gains
+        self._solve_for(by_gradient, self._push)
+        flow, slope = self._through_stations(self.unknown, by_gradient)
+        change = self._changes(gradients, flow, slope)
+        largest = max(np.max(np.abs(gradients)), scale)
+        follows = expands and max(update, np.max(np.abs(change)) / largest) < NEAR
+        if follows:
+            self._push_of_pressure.axpy(-1.0, system.vector)
+            self._push_of_pressure.scale(-1.0 / difference)
+            self._solve_for(by_pressure, self._push_of_pressure)
+            with self._denser():
+                (denser,) = self._through_stations(self.unknown)
+            slope_in_pressure = self._through_stations(by_pressure)[0] + (denser - flow) / difference
+            change = self._changes(gradients, flow, slope, slope_in_pressure)
+        change = np.clip(change, -LARGEST_CHANGE * largest, LARGEST_CHANGE * largest)
+        self.unknown.x.array[:] += by_gradient.x.array * change[self._column_of_unknown]
+        if follows:
+            self.unknown.x.array[:] += by_pressure.x.array * self.columns.pressure(change)[self._column_of_unknown]
         gradients += change
         relative = np.max(np.abs(change)) / max(np.max(np.abs(gradients)), LEAST_VALUE * scale)
         self._set_gradients(gradients)
         return max(self.solver.update_of_all(before), float(relative))
 
-    def _given_mass_flow(self, gradients: NDArray[Any]) -> float | None:
-        """Mass flow (kg/s) that the drive gives; None where it gives the pressure drop."""
+    @contextlib.contextmanager
+    def _denser(self) -> Iterator[float]:
+        """The pressure raised everywhere for a while; gives by how much (Pa)."""
+        present = self.pressure.x.array.copy()
+        difference = PRESSURE_DIFFERENCE * self._reference_pressure
+        self.pressure.x.array[:] += difference
+        yield difference
+        self.pressure.x.array[:] = present
+
+    def _solve_for(self, gain: fem.Function, push: PETSc.Vec) -> None:
+        """Have `gain` be what the unknown changes by, as the residual falls by `push`."""
+        self.solver.system.apply_inverse(push, fenicsx.petsc_vector(gain))
+        gain.x.scatter_forward()
+
+    @property
+    def _inlet_pressure(self) -> float:
+        """Gauge pressure (Pa) at the first station."""
+        return float(self.columns.pressure(self._gradients)[0])
+
+    @property
+    def _reference_pressure(self) -> float:
+        return float(self.equations.fluid.reference_pressure.value)
+
+    def _given_mass_flow(self, inlet_pressure: float) -> float | None:
+        """Mass flow (kg/s) that the drive gives at a gauge pressure (Pa) at the inlet; None where it gives the pressure drop."""
         drive = self._drive()
         if drive.kind == "mass_flow":
             return drive.value
         if drive.kind == "inlet_velocity":
-            inlet = self.columns.pressure(gradients)[0]
-            absolute = inlet + float(self.equations.fluid.reference_pressure.value)
+            absolute = inlet_pressure + self._reference_pressure
             return float(drive.value * self._area * self._fluid.density(absolute, drive.temperature))
         return None
 
-    def _imposed_mass_flow(self, gradients: NDArray[Any], flow: NDArray[Any], slope: NDArray[Any]) -> float:
-        given = self._given_mass_flow(gradients)
+    def _changes(
+        self,
+        gradients: NDArray[Any],
+        flow: NDArray[Any],
+        slope: NDArray[Any],
+        slope_in_pressure: NDArray[Any] | None = None,
+    ) -> NDArray[Any]:
+        """Changes of dp/dx (Pa/m) with which the same mass flow passes all stations.
+
+        `slope` is that of the mass flows in dp/dx, `slope_in_pressure` that in the pressure; without it
+        all densities stay as they are.
+        """
+        pressure, inlet = self.columns.pressure_matrix, float(self.columns.pressure(gradients)[0])
+        matrix = np.diag(slope)
+        if slope_in_pressure is not None:
+            matrix += slope_in_pressure[:, None] * pressure
+        given = self._given_mass_flow(inlet)
         if given is not None:
-            return given
-        widths = self.columns.widths
-        return float((-self._drive().value - np.sum(widths * (gradients - flow / slope))) / np.sum(widths / slope))
+            if slope_in_pressure is not None:
+                matrix -= (float(self._given_mass_flow(inlet + 1.0) or 0.0) - given) * pressure[0]
+            return np.linalg.solve(matrix, given - flow)
+        # P g at the inlet is the pressure drop
+        bordered = np.block([[matrix, -np.ones((len(flow), 1))], [pressure[:1], np.zeros((1, 1))]])
+        return np.linalg.solve(bordered, [*-flow, self._drive().value - inlet])[:-1]
 
     def found(self) -> None:
         """Have the stream function carry the mass flow that is imposed."""
-        self._streamfunction.renew(self._given_mass_flow(self._gradients))
+        self._streamfunction.renew(self._given_mass_flow(self._inlet_pressure))
 
     def fields(self) -> dict[str, fem.Function]:
         (speeds, numbers), *turbulence = self._parts

@@ -1,5 +1,6 @@
 """The stations of a straight bed, which are its columns of nodes: sums over them, and the stream function of their flow."""
 
+import functools
 from typing import Any
 
 import numpy as np
@@ -41,6 +42,11 @@ class Columns:
         """Gauge pressure (Pa) at the stations for dp/dx (Pa/m), 0 at the last: the trapezoidal rule."""
         steps = 0.5 * np.diff(self.along) * (gradient[1:] + gradient[:-1])
         return np.append(-np.cumsum(steps[::-1])[::-1], 0.0)
+
+    @functools.cached_property
+    def pressure_matrix(self) -> NDArray[Any]:
+        """The same as a matrix."""
+        return np.column_stack([self.pressure(gradient) for gradient in np.eye(len(self.along))])
 
 
 def nearest(grid: NDArray[Any], values: NDArray[Any]) -> NDArray[Any]:
