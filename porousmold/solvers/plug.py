@@ -20,6 +20,9 @@ from .protocols import ArrayOf, Drive, Observer, Saved, restore_functions, saved
 from .stations import Columns
 
 LARGEST_MASS_FLUX = 1e9
+"""kg/m2/s beyond which none is sought."""
+CONVERGED_DENSITY, MOST_DENSITIES = 1e-12, 60
+"""Part of the reference pressure by which a further density would change the pressure; each halves that change at least."""
 
 
 class PlugFlow:
@@ -57,7 +60,6 @@ class PlugFlow:
         across = np.minimum(nodes[:, 1], self.columns.across[-1])
         self._section = np.pi * across**2 if domain.axisymmetric else across
         self._in_bed = np.flatnonzero(nodes[:owned, 1] <= self.columns.across[-1] * (1 + 1e-9))
-        self._inlet_pressure = 0.0
         self.factored_at = None
         self.solves = 0
 
@@ -67,15 +69,11 @@ class PlugFlow:
         counts = self.columns.total(columns, np.ones(len(columns)))
         temperature = self.columns.total(columns, self._temperature.x.array[self._in_bed]) / counts
         drive = self._drive()
-        if drive.kind == "pressure_drop":
-            mass_flux = self._flux_of(drive.value, temperature, time)
-        elif drive.kind == "mass_flow":
+        if drive.kind == "mass_flow":
             mass_flux = drive.value / self._area
         else:
-            absolute = self._inlet_pressure + self._reference_pressure
-            mass_flux = float(drive.value * self._fluid.density(absolute, drive.temperature))
+            mass_flux = self._flux_of(drive, temperature, time)
         pressures = self._pressures(mass_flux, temperature)
-        self._inlet_pressure = float(pressures[0])
         self._mass_flux.x.array[:] = mass_flux
         self.pressure.x.array[:] = pressures[self._column]
         self.streamfunction.x.array[:] = mass_flux * self._section
@@ -84,22 +82,29 @@ class PlugFlow:
     def _pressures(self, mass_flux: float, temperature: NDArray[Any]) -> NDArray[Any]:
         """Gauge pressures (Pa) at the stations, whose temperatures (K) are given."""
         gauge = np.zeros(len(temperature))
-        for _ in range(8):  # the density hardly depends on it
+        for _ in range(MOST_DENSITIES):
             density = self._fluid.density(gauge + self._reference_pressure, temperature) + 0.0 * temperature
             gradient = self._resistance(mass_flux, density, self._fluid.viscosity(temperature))
-            gauge = self.columns.pressure(-gradient)
+            before, gauge = gauge, self.columns.pressure(-gradient)
+            if np.max(np.abs(gauge - before)) < CONVERGED_DENSITY * self._reference_pressure:
+                break
         return gauge
 
-    def _flux_of(self, pressure_drop: float, temperature: NDArray[Any], time: float) -> float:
-        """Mass flux (kg/m2/s) that a pressure drop (Pa) drives."""
+    def _flux_of(self, drive: Drive, temperature: NDArray[Any], time: float) -> float:
+        """Mass flux (kg/m2/s) that a pressure drop (Pa) drives, or that enters at a velocity (m/s), dense as it is at the inlet."""
+
+        def beyond(flux: float) -> float:
+            inlet = float(self._pressures(flux, temperature)[0])
+            if drive.kind == "pressure_drop":
+                return inlet - drive.value
+            return flux - float(drive.value * self._fluid.density(inlet + self._reference_pressure, drive.temperature))
+
         largest = 1.0
-        while self._pressures(largest, temperature)[0] < pressure_drop:
+        while beyond(largest) < 0.0:
             largest *= 4.0
             if largest > LARGEST_MASS_FLUX:
-                raise SolveError("plug flow", time, "no mass flux has this pressure drop", "a smaller one")
-        return float(
-            brentq(lambda flux: self._pressures(flux, temperature)[0] - pressure_drop, 0.0, largest, rtol=1e-12)
-        )
+                raise SolveError("plug flow", time, f"no mass flux has this {drive.kind}", "a smaller one")
+        return float(brentq(beyond, 0.0, largest, rtol=1e-12))
 
     def renew(self, time: float, tolerance: float) -> None:
         """Follow a changed temperature."""
@@ -121,12 +126,11 @@ class PlugFlow:
 
     def save(self) -> Saved:
         """The fields, and the number of solves."""
-        numbers = {"solves": self.solves, "inlet_pressure": self._inlet_pressure}
-        return Saved(numbers, saved_functions(self.functions, "flow"))
+        return Saved({"solves": self.solves}, saved_functions(self.functions, "flow"))
 
     def restore(self, numbers: Mapping[str, Any], array_of: ArrayOf) -> None:
         """Go on from what `save()` gave."""
-        self.solves, self._inlet_pressure = numbers["solves"], numbers["inlet_pressure"]
+        self.solves = numbers["solves"]
         restore_functions(self.functions, "flow", array_of)
 
     def fields(self) -> dict[str, fem.Function]:
