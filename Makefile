@@ -5,7 +5,7 @@ export OMP_NUM_THREADS := 1
 MPIRUN := mpirun --oversubscribe $(if $(filter 0,$(shell id -u)),--allow-run-as-root)
 PARTS := 3
 
-.PHONY: heat deb test-container docs docs-test test test-quick test-fast test-heavy test-mpi check install tables packing speed-against-error hard-cases random-scenes accuracy model-choice lattices bubbling-bed sheared-bed regression regression-store sweep growth figures chapter-6 bead-interior permeability workshop fluid-properties validation kill-test fuzz-test test-debian13 test-debian-sid clean
+.PHONY: heat deb test-container docs docs-test test test-quick test-fast test-heavy test-mpi check install tables packing speed-against-error adjoint hard-cases random-scenes accuracy model-choice lattices bubbling-bed sheared-bed regression regression-store sweep growth figures chapter-6 bead-interior permeability workshop fluid-properties validation kill-test fuzz-test test-debian13 test-debian-sid clean
 
 heat: .venv/installed  ## heat the aluminium mold: summary and pictures in runs/aluminium
 	$(PYTHON) -m porousmold run studies/mold/aluminium.toml --out runs/aluminium --force
@@ -37,6 +37,9 @@ packing: .venv/installed  ## packings against the thesis and LIGGGHTS, profiles 
 
 speed-against-error: .venv/installed  ## model ladder, meshes and steps: docs/speed-against-error.md
 	$(PYTHON) -m studies.speed_against_error
+
+adjoint: .venv/installed  ## all sensitivities by one adjoint sweep, beside differences of runs: docs/adjoint.md
+	$(PYTHON) -m studies.adjoint
 
 hard-cases: .venv/installed  ## every hard case and what happened: docs/hard-cases.md
 	$(PYTHON) -m studies.hard_cases

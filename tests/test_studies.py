@@ -141,3 +141,18 @@ def test_fuzz(tmp_path):
     draw = random.Random(3)
     assert any(fuzz.mutated(fuzz.SCENE, draw) != fuzz.SCENE for _ in range(5))
     assert fuzz.wrong(0, "", tmp_path) == "" and fuzz.wrong(1, "Traceback", tmp_path)
+
+
+@pytest.mark.heavy
+def test_adjoint():
+    """Elasticities by the adjoint are those of two runs; the inlet temperature's goal moves with it."""
+    adjoint = study("adjoint")
+    cells = {"solver.mesh_refinement": 0.4, "solver.step_refinement": 0.7}
+    scene = Scene.load(ALUMINIUM, cells)
+    course = adjoint.Course(scene)
+    sweep, own = adjoint.Sweep(course), adjoint.residuals(course, course.forms)
+    parameters = adjoint.parameters_of(scene)
+    for name in ("wall.density", "operation.pressure_drop", "operation.inlet_temperature"):
+        found = adjoint.elasticity(scene, course, sweep, own, name, parameters[name])
+        assert found == pytest.approx(adjoint.difference(scene, name, parameters[name]), abs=0.02)
+        assert abs(found) > 0.1

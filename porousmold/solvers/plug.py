@@ -69,10 +69,8 @@ class PlugFlow:
         counts = self.columns.total(columns, np.ones(len(columns)))
         temperature = self.columns.total(columns, self._temperature.x.array[self._in_bed]) / counts
         drive = self._drive()
-        if drive.kind == "mass_flow":
-            mass_flux = drive.value / self._area
-        else:
-            mass_flux = self._flux_of(drive, temperature, time)
+        is_given = drive.kind == "mass_flow"
+        mass_flux = drive.value / self._area if is_given else self._flux_of(drive, temperature, time)
         pressures = self._pressures(mass_flux, temperature)
         self._mass_flux.x.array[:] = mass_flux
         self.pressure.x.array[:] = pressures[self._column]
@@ -91,7 +89,7 @@ class PlugFlow:
         return gauge
 
     def _flux_of(self, drive: Drive, temperature: NDArray[Any], time: float) -> float:
-        """Mass flux (kg/m2/s) that a pressure drop (Pa) drives, or that enters at a velocity (m/s), dense as it is at the inlet."""
+        """Mass flux (kg/m2/s) that a pressure drop (Pa) drives, or that enters at a velocity (m/s) as dense as at the inlet."""
 
         def beyond(flux: float) -> float:
             inlet = float(self._pressures(flux, temperature)[0])
