@@ -7,7 +7,8 @@ mass flow is linear in its g and in its p, which is that of the stations downstr
     M_i + (dM/dg)_i delta g_i + (dM/dp)_i (P delta g)_i = M,
 
 and the pressure drop (or the mass flow) that the scene imposes closes this small system. Without its second term, the density of
-a gas would lag behind its pressure, and the iteration would converge linearly, by 2/3 where p doubles along the bed.
+a gas would lag behind its pressure, and the iteration would converge linearly, by 0.67 where p is 2.9 times the outlet's at the
+inlet and the velocity there is given.
 """
 
 import contextlib
