@@ -3,8 +3,8 @@
 Every size is a process of its own (`--size`, under mpirun): the aluminium mold, or the one of 150 mm width in three
 dimensions (`mold/narrow.toml`), with every cell cut, undamped bead sources, started from developed profiles. The second Newton
 iteration of flow and k-epsilon and the second time step of the energy are timed; the first ones analyse the matrices as well,
-once in a run and on one rank alone. With pages of 2 MiB (`GLIBC_TUNABLES=glibc.malloc.hugetlb=1` in the environment), which large
-factors are written into a tenth to a fifth faster. The last table is of whole runs of that mold.
+once in a run and on one rank alone. Memory is in pages of 2 MiB (`GLIBC_TUNABLES=glibc.malloc.hugetlb=1` in the environment),
+which large factors are written into a tenth to a fifth faster. The last table is of whole runs of that mold.
 """
 
 import argparse

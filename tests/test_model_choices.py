@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from porousmold import InputError, run
+from porousmold import InputError, SolveError, run
 from porousmold.mesh import fenicsx
 from porousmold.scene.scene import Scene
 from porousmold.solvers import transport
@@ -222,6 +222,20 @@ def test_simpler_flows_meet_what_drives_them(flow, drive, value, bead_diameter):
     inlet = float(simulation.problem.flow.pressure.x.array.max()) + 101325.0
     expected = {"mass_flow": value, "inlet_velocity": value * 0.025 * inlet / (287.055 * 363.15)}[drive]
     assert simulation.problem.balances.mass_flow == pytest.approx(expected, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("changes", "reason"),
+    [
+        ({"operation.pressure_drop": 1.0, "operation.gravity": -9.81}, "runs backwards"),
+        ({"operation.pressure_drop": None, "operation.inlet_velocity": 20.0}, "no mass flow"),
+    ],
+    ids=["against gravity", "faster than any mass flow enters"],
+)
+def test_a_plug_flow_that_there_is_none_of_is_told(changes, reason):
+    given = {"model.flow": "plug", "model.turbulence": "none", "operation.end_time": 5.0, **changes}
+    with pytest.raises(SolveError, match=reason):
+        simulation_of(coarse_scene(given), MPI.COMM_SELF).march()
 
 
 def test_wall_of_fixed_temperature_stays_there_and_takes_the_heat():

@@ -203,9 +203,8 @@ KEYS: dict[str, dict[str, Key]] = {
                               low=0.0, high=1e3),
         "keep_bounds": Key("flag", "keep temperatures within those given: first order in the cells of a sharp front; else they "
                            "may pass them by a few kelvin there", True),
-        "flow_tolerance": Key("", "convergence tolerance of the flow in a time step (relative update), "
-                              "over step_refinement", 0.01,
-                              low=0.0, high=1.0),
+        "flow_tolerance": Key("", "convergence tolerance of the flow in a time step (relative update); over step_refinement, "
+                              "to 0.05 at most where that is below 1", 0.01, low=0.0, high=1.0),
     },
     "target": {
         "list": Key("list", "targets of the run, [[target]]; it continues until all are met, or to operation.end_time", entries={

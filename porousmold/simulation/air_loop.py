@@ -19,7 +19,7 @@ from .air_loop_spec import AirLoopSpec
 from .boundary_values import BoundaryValues
 
 POINT_TOLERANCE = 0.3
-"""Of `solver.flow_tolerance`: the part of the pressure drop by which it may be off the operating point."""
+"""Of the flow's tolerance: the part of the pressure drop by which it may be off the operating point."""
 FARTHEST_AHEAD = 2.0
 """Steps that the operating point is foreseen for, at most."""
 MOST_POINTS = 12

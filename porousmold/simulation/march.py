@@ -136,7 +136,7 @@ class Simulation:
                 self._foresee(step)
                 if self.specs.flow.update == "quasi-steady":
                     self._foresee_flow(step)
-                    tolerance = self.specs.flow.tolerance / self.specs.time.refinement
+                    tolerance = self.specs.flow.tolerance
                     problem.find_flow(lambda: problem.flow.renew(self.time, tolerance), self.time + 0.5 * step)
             with problem.stopwatch("energy"):
                 jump = control.after_jump(self.time)

@@ -22,6 +22,8 @@ from .targets import Target
 
 CONTACT_THICKNESS = 1e-6
 """Of the layer (m) that stands for a contact resistance."""
+LARGEST_FLOW_TOLERANCE = 0.05
+"""To which fewer steps raise the flow's tolerance at most."""
 FlowKind = Literal["full", "developed", "plug"]
 FlowUpdate = Literal["quasi-steady", "frozen", "transient"]
 WallKind = Literal["conjugate", "thin", "fixed-temperature", "insulated"]
@@ -232,8 +234,13 @@ def _flow(scene: Scene, laws: Laws, blower: Blower | None) -> FlowSpec:
         gravity=operation.gravity,
         rev_terms=model.rev_terms,
         largest_averaging_diameter=bed.averaging_diameter_ratio * bed.bead_diameter,
-        tolerance=scene.solver.flow_tolerance,
+        tolerance=_flow_tolerance(scene.solver.flow_tolerance, scene.solver.step_refinement),
     )
+
+
+def _flow_tolerance(tolerance: float, step_refinement: float) -> float:
+    """That of a run's own steps."""
+    return min(tolerance / step_refinement, max(tolerance, LARGEST_FLOW_TOLERANCE))
 
 
 def _layers(scene: Scene, laws: Laws) -> tuple[LayerSpec, ...]:

@@ -6,9 +6,9 @@ mass flow is linear in its g and in its p, which is that of the stations downstr
 
     M_i + (dM/dg)_i delta g_i + (dM/dp)_i (P delta g)_i = M,
 
-and the pressure drop (or the mass flow) that the scene imposes closes this small system. Without its second term, the density of
-a gas would lag behind its pressure, and the iteration would converge linearly, by 0.67 where p is 2.9 times the outlet's at the
-inlet and the velocity there is given.
+and the pressure drop (or the mass flow) that the scene imposes closes this small system. Without the last term on the left, the
+density of a gas would lag behind its pressure, and the iteration would converge linearly: by 0.67 where the velocity is given at
+an inlet with 2.9 times the outlet's pressure.
 """
 
 import contextlib
@@ -37,8 +37,8 @@ from .steady import LEAST_VALUE, SteadySolver, Unknowns
 
 PRESSURE_DIFFERENCE = 1e-4
 """Part of the reference pressure by which residual and mass flow are differentiated: a gas's density is linear in it."""
-NOTICEABLE_RISE = 0.2
-"""Rise of the pressure against the flow, over the reference pressure, from which the lagging density slows the iteration."""
+NOTICEABLE_CHANGE = 0.2
+"""Change of the pressure along the bed, over the reference pressure, from which the lagging density slows the iteration."""
 NEAR = 0.1
 """Relative changes of profiles and dp/dx below which the density follows the pressure: far off, that leads astray."""
 LARGEST_CHANGE = 0.3
@@ -193,7 +193,8 @@ class DevelopedFlow(NonlinearFlow):
         """One Newton iteration of profiles, pressure gradients and mass flow together; its relative update."""
         system, before = self.solver.system, self.unknown.x.array.copy()
         gradients, scale = self._gradients, float(self.equations.scales.pressure.value) / self.columns.along[-1]
-        expands = self._fluid.density.compressible and self._inlet_pressure > NOTICEABLE_RISE * self._reference_pressure
+        change_along = abs(self.columns.pressure(gradients)[0])
+        expands = self._fluid.density.compressible and change_along > NOTICEABLE_CHANGE * self._reference_pressure
         if expands:
             with self._denser() as difference:
                 system.assemble_residual_into(self._push_of_pressure)
@@ -205,7 +206,7 @@ class DevelopedFlow(NonlinearFlow):
         flow, slope = self._through_stations(self.unknown, by_gradient)
         change = self._changes(gradients, flow, slope)
         largest = max(np.max(np.abs(gradients)), scale)
-        follows = expands and max(update, np.max(np.abs(change)) / largest) < NEAR
+        follows = expands and update < NEAR and np.max(np.abs(change)) < NEAR * largest
         if follows:
             self._push_of_pressure.axpy(-1.0, system.vector)
             self._push_of_pressure.scale(-1.0 / difference)
@@ -214,6 +215,8 @@ class DevelopedFlow(NonlinearFlow):
                 (denser,) = self._through_stations(self.unknown)
             slope_in_pressure = self._through_stations(by_pressure)[0] + (denser - flow) / difference
             change = self._changes(gradients, flow, slope, slope_in_pressure)
+        if not np.isfinite(change).all():
+            return np.inf
         change = np.clip(change, -LARGEST_CHANGE * largest, LARGEST_CHANGE * largest)
         self.unknown.x.array[:] += by_gradient.x.array * change[self._column_of_unknown]
         if follows:
@@ -229,8 +232,10 @@ class DevelopedFlow(NonlinearFlow):
         present = self.pressure.x.array.copy()
         difference = PRESSURE_DIFFERENCE * self._reference_pressure
         self.pressure.x.array[:] += difference
-        yield difference
-        self.pressure.x.array[:] = present
+        try:
+            yield difference
+        finally:
+            self.pressure.x.array[:] = present
 
     def _solve_for(self, gain: fem.Function, push: PETSc.Vec) -> None:
         """Have `gain` be what the unknown changes by, as the residual falls by `push`."""
@@ -239,7 +244,7 @@ class DevelopedFlow(NonlinearFlow):
 
     @property
     def _inlet_pressure(self) -> float:
-        """Gauge pressure (Pa) at the first station."""
+        """Gauge pressure (Pa) at the first station (collective)."""
         return float(self.columns.pressure(self._gradients)[0])
 
     @property
@@ -263,23 +268,30 @@ class DevelopedFlow(NonlinearFlow):
         slope: NDArray[Any],
         slope_in_pressure: NDArray[Any] | None = None,
     ) -> NDArray[Any]:
-        """Changes of dp/dx (Pa/m) with which the same mass flow passes all stations.
+        """Changes of dp/dx (Pa/m) with which the same mass flow passes all stations; NaN where there are none.
 
         `slope` is that of the mass flows in dp/dx, `slope_in_pressure` that in the pressure; without it
         all densities stay as they are.
         """
         pressure, inlet = self.columns.pressure_matrix, float(self.columns.pressure(gradients)[0])
-        matrix = np.diag(slope)
-        if slope_in_pressure is not None:
-            matrix += slope_in_pressure[:, None] * pressure
-        given = self._given_mass_flow(inlet)
+        drop, given = self._drive().value - inlet, self._given_mass_flow(inlet)
+        if slope_in_pressure is None:  # each station by itself; P g at the inlet is the pressure drop
+            if given is None:
+                given = (drop + pressure[0] @ (flow / slope)) / (pressure[0] @ (1.0 / slope))
+            return (given - flow) / slope
+        matrix = np.diag(slope) + slope_in_pressure[:, None] * pressure
+        right = -flow
         if given is not None:
-            if slope_in_pressure is not None:
-                matrix -= (float(self._given_mass_flow(inlet + 1.0) or 0.0) - given) * pressure[0]
-            return np.linalg.solve(matrix, given - flow)
-        # P g at the inlet is the pressure drop
-        bordered = np.block([[matrix, -np.ones((len(flow), 1))], [pressure[:1], np.zeros((1, 1))]])
-        return np.linalg.solve(bordered, [*-flow, self._drive().value - inlet])[:-1]
+            more = self._given_mass_flow(inlet + 1.0)
+            assert more is not None, "the drive is the same"
+            matrix, right = matrix - (more - given) * pressure[0], right + given
+        else:
+            matrix = np.block([[matrix, -np.ones((len(flow), 1))], [pressure[:1], np.zeros((1, 1))]])
+            right = np.append(right, drop)
+        try:
+            return np.linalg.solve(matrix, right)[: len(flow)]
+        except np.linalg.LinAlgError:
+            return np.full_like(flow, np.nan)
 
     def found(self) -> None:
         """Have the stream function carry the mass flow that is imposed."""
