@@ -51,6 +51,17 @@ def test_a_rank_may_have_no_part_of_the_bed():
     )
 
 
+def test_a_gas_that_expands_along_the_bed_on_any_number_of_ranks():
+    """The developed flow's elimination follows the pressure, from sums over all ranks."""
+    beads = {"bed.bead_diameter": 1e-3, "geometry.cavity_height": 0.02, "model.flow": "developed"}
+    changes = {"operation.pressure_drop": None, "operation.inlet_velocity": 1.6, "operation.end_time": 20.0}
+    scene = coarse_scene({"model.turbulence": "none", **beads, **changes})
+    alone, together = (simulation_of(scene, communicator).march() for communicator in (MPI.COMM_SELF, MPI.COMM_WORLD))
+    assert max(alone.recorder.history["pressure_drop"]) > 1e5
+    assert together.recorder.history["mass_flow"] == pytest.approx(alone.recorder.history["mass_flow"], rel=1e-9)
+    assert together.problem.flow.newton_iterations == alone.problem.flow.newton_iterations
+
+
 def test_the_walls_contact_on_any_number_of_ranks():
     """Beads at rest against a wall with cells of its own: the facets between two ranks count once."""
     changes = {
