@@ -1,6 +1,6 @@
 r"""All sensitivities of a heating time by one adjoint sweep, beside central differences. Writes docs/adjoint.md.
 
-Run: make adjoint (about 5 minutes, one core). With the heat stored S(T; p), the heat leaving A(T, U; p) and the flow's residual
+Run: make adjoint (two and a half minutes, one core). With the heat stored S(T; p), the heat leaving A(T, U; p) and the flow's residual
 F(U, T; p), where T are the temperatures, U the flow and p a parameter,
 
     dS/dt + A = 0,     F = 0,
@@ -173,7 +173,8 @@ class Course:
     def __init__(self, scene: Scene) -> None:
         specs = specs_of(scene)
         series = specs.heat.inlet_temperature, specs.flow.driven_by
-        assert specs.flow.kind == "full" and not any(one.breakpoints for one in series), "see above"
+        if specs.flow.kind != "full" or any(one.breakpoints for one in series):
+            raise ValueError("the adjoint is that of full flow, with an inlet and a drive that do not change in time")
         self.simulation = Simulation(specs, MPI.COMM_SELF)
         self.problem = self.simulation.problem
         heat, flow = self.problem.heat.unknown, self.problem.flow.unknown

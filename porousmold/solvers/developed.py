@@ -193,8 +193,8 @@ class DevelopedFlow(NonlinearFlow):
         """One Newton iteration of profiles, pressure gradients and mass flow together; its relative update."""
         system, before = self.solver.system, self.unknown.x.array.copy()
         gradients, scale = self._gradients, float(self.equations.scales.pressure.value) / self.columns.along[-1]
-        change_along = abs(self.columns.pressure(gradients)[0])
-        expands = self._fluid.density.compressible and change_along > NOTICEABLE_CHANGE * self._reference_pressure
+        along_the_bed = abs(self.columns.pressure(gradients)[0])
+        expands = self._fluid.density.compressible and along_the_bed > NOTICEABLE_CHANGE * self._reference_pressure
         if expands:
             with self._denser() as difference:
                 system.assemble_residual_into(self._push_of_pressure)
@@ -270,8 +270,8 @@ class DevelopedFlow(NonlinearFlow):
     ) -> NDArray[Any]:
         """Changes of dp/dx (Pa/m) with which the same mass flow passes all stations; NaN where there are none.
 
-        `slope` is that of the mass flows in dp/dx, `slope_in_pressure` that in the pressure; without it
-        all densities stay as they are.
+        `slope` is that of the mass flows in dp/dx, `slope_in_pressure` that in the pressure; without it all densities stay as
+        they are.
         """
         pressure, inlet = self.columns.pressure_matrix, float(self.columns.pressure(gradients)[0])
         drop, given = self._drive().value - inlet, self._given_mass_flow(inlet)
