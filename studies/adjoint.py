@@ -1,6 +1,6 @@
 r"""All sensitivities of a heating time by one adjoint sweep, beside central differences. Writes docs/adjoint.md.
 
-Run: make adjoint (two and a half minutes, one core). With the heat stored S(T; p), the heat leaving A(T, U; p) and the flow's residual
+Run: make adjoint (3 minutes, one core). With the heat stored S(T; p), the heat leaving A(T, U; p) and the flow's residual
 F(U, T; p), where T are the temperatures, U the flow and p a parameter,
 
     dS/dt + A = 0,     F = 0,
