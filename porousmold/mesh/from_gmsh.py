@@ -36,6 +36,7 @@ def from_file(
     dimension: int = 2,
     axisymmetric: bool = False,
     cells_at_wall: Callable[[float], NDArray[Any]] | None = None,
+    trusted: bool = False,
 ) -> Any:
     """Domain of a gmsh file (.geo or .msh) whose physical groups are named bed, as the wall's `layers`, and by `BOUNDARY_NAMES`
     (collective).
@@ -43,15 +44,16 @@ def from_file(
     Bed and layers are physical surfaces, in three dimensions volumes; the boundary's parts are curves, or surfaces. Symmetry,
     if any, lies along x[1] = constant, side along x[2] = constant, and in two dimensions the interface is a curve over x[0]. The
     distance to the wall is that to the nearest facet of the interface, at the nodes. `cells_at_wall` gives the depths (m, from 0
-    on) of the nodes of cells that fill a gap of given width between wall and bed. Raises `InputError` where the file cannot be
-    read, lacks a group, or has no place for such cells.
+    on) of the nodes of cells that fill a gap of given width between wall and bed. The commands of a .geo file that start
+    processes or open files are run only if it is `trusted`. Raises `InputError` where the file cannot be read, holds such a
+    command, lacks a group, or has no place for such cells.
     """
     regions = {"bed": BED, **{name: WALL + number for number, name in enumerate(layers)}}
     required = ["bed", *(layers if tuple(layers) != PLAIN_WALL else ())]
     problem, model, facets = None, None, None  # type: tuple[str | None, Any, Any]
     if communicator.rank == 0:
         try:
-            model = gmsh_model.open_model(path, dimension, required, REQUIRED)
+            model = gmsh_model.open_model(path, dimension, required, REQUIRED, trusted=trusted)
             facets = _prepared(model, dimension, regions, cells_at_wall)
         except Exception as error:  # gmsh raises plain Exception for everything
             problem = str(error)

@@ -1,12 +1,15 @@
 """A mesh between gmsh and arrays: files opened and meshed, physical groups by their names, cells and facets as plain arrays."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from ..files.gmsh_files import without_companions
 
 KINDS = {1: "physical curve", 2: "physical surface", 3: "physical volume"}
 """Of gmsh's groups, by their dimension."""
@@ -23,18 +26,22 @@ class PlainMesh:
     facets: dict[int, NDArray[Any]]
 
 
-def open_model(path: Path, dimension: int, regions: Sequence[str], boundaries: Sequence[str]) -> Any:
+def open_model(
+    path: Path, dimension: int, regions: Sequence[str], boundaries: Sequence[str], *, trusted: bool = False
+) -> Any:
     """gmsh's model of a file, meshed if it was not, with physical groups of these names; until `close_model`.
 
-    `dimension` is that of the `regions`. Raises `ValueError` that names a missing group, and gmsh's plain `Exception`.
+    `dimension` is that of the `regions`. A file that is not `trusted` may hold no command that starts a process or opens a file
+    (`files.gmsh_files`). Raises `ValueError` that names a missing group or such a command, and gmsh's plain `Exception`.
     """
     import gmsh
 
-    gmsh.initialize()
+    gmsh.initialize(readConfigFiles=False)
     gmsh.option.setNumber("General.Terminal", 0)
-    gmsh.open(str(path))
-    if len(gmsh.model.mesh.getNodes()[0]) == 0:
-        gmsh.model.mesh.generate(dimension)
+    with nullcontext(path) if trusted else without_companions(path) as file:
+        gmsh.open(str(file))
+        if len(gmsh.model.mesh.getNodes()[0]) == 0:
+            gmsh.model.mesh.generate(dimension)
     _require_groups(gmsh.model, {dimension: regions, dimension - 1: boundaries})
     return gmsh.model
 

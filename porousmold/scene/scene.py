@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
+from ..files.gmsh_files import merged_files, refusal
 from ..files.tables import read_toml
 from ..laws import registry
 from ..laws.conductivity_profile import ConductivityProfile
@@ -32,7 +33,7 @@ class Scene:
     numbers may also be texts with a unit, and series keys take a CSV file, a function of the time (s), or (times, values).
 
     Raises `InputError` for a key that is unknown or a value that is impossible, and where `extensions.python` names a file
-    without `allow_extensions`: that file's code is run.
+    without `allow_extensions`: that file's code is run; and where a mesh's script has commands that start processes or open files.
     """
 
     geometry: Table
@@ -50,7 +51,7 @@ class Scene:
     def __init__(
         self, tables: Mapping[str, Any], source: str | Path | None = None, *, allow_extensions: bool = False
     ) -> None:
-        found: dict[str, Any] = {"source": str(source) if source else None, "_allow_extensions": allow_extensions}
+        found: dict[str, Any] = {"source": str(source) if source else None, "allow_extensions": allow_extensions}
         base = Path(source).parent if source else Path()
         if not tables:
             allowed = "is empty: it needs at least [geometry], [bed] and [operation]"
@@ -81,6 +82,8 @@ class Scene:
             for name, value in content.items()
             if isinstance(value, Path)
         }
+        if (mesh := values["geometry"]["mesh"]) is not None:
+            found["file_digests"]["geometry.mesh"] += _checked_mesh(mesh, found["source"], trusted=allow_extensions)
         if (programme := values["operation"]["programme"]) and (start := values["operation"]["initial_temperature"]):
             series = series_of(programme, start, found["source"])
             found["operation"] = Table("operation", {**values["operation"], "inlet_temperature": series})
@@ -95,7 +98,7 @@ class Scene:
     materials: Mapping[str, Solid | Fluid]
     file_digests: Mapping[str, str]
     _given: Mapping[str, Any]
-    _allow_extensions: bool
+    allow_extensions: bool
     _profile: PorosityProfile | None
     conductivity_profile: ConductivityProfile | None
 
@@ -118,7 +121,7 @@ class Scene:
     def changed(self, settings: Mapping[str, Any]) -> "Scene":
         """A copy with other values {"table.key": value}; None takes a value away."""
         tables = _with(copy.deepcopy(dict(self._given)), settings)
-        return Scene(tables, self.source, allow_extensions=self._allow_extensions)
+        return Scene(tables, self.source, allow_extensions=self.allow_extensions)
 
     def __repr__(self) -> str:
         given = ", ".join(
@@ -208,6 +211,13 @@ def _with_absolute_files(given: Mapping[str, Any], base: Path) -> dict[str, Any]
         else:
             result[name] = str((base / value).resolve()) if name in ("file", "table") else value
     return result
+
+
+def _checked_mesh(path: Path, source: str | None, *, trusted: bool) -> str:
+    """What the mesh depends on besides its own file; `InputError` where gmsh is not to open that."""
+    if not trusted and (reason := refusal(path)) is not None:
+        raise InputError("geometry.mesh", str(path), reason, source)
+    return "".join(hashlib.sha256(file.read_bytes()).hexdigest() for file in merged_files(path))
 
 
 def _with_lists_in_tables(tables: Mapping[str, Any]) -> Mapping[str, Any]:

@@ -83,7 +83,8 @@ def build_domain(
         return straight_domain(mesh, estimates, communicator, observe), mesh.size, estimates
     assert mesh.file is not None
     names = [layer.name for layer in specs.heat.layers] or ["wall"]
-    read = partial(from_file, communicator, mesh.file, names, dimension=mesh.dimension, axisymmetric=mesh.axisymmetric)
+    shape = {"dimension": mesh.dimension, "axisymmetric": mesh.axisymmetric}
+    read = partial(from_file, communicator, mesh.file, names, **shape, trusted=mesh.trusted)
     domain = read()
     size = _size_of(domain)
     estimates = estimate(specs, size)

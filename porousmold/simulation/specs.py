@@ -32,7 +32,8 @@ RevTerms = Literal["off", "consistent", "as-published"]
 
 @dataclass(frozen=True, kw_only=True)
 class MeshSpec:
-    """The mesh: `size` of a straight bed, or the `file` of a mesh. `layers` are those of a wall with cells of its own.
+    """The mesh: `size` of a straight bed, or the `file` of a mesh, whose commands are run if it is `trusted`. `layers` are those of
+    a wall with cells of its own.
 
     Cells are those of the scene before `refinement`, which counts `axial_refinement` times along the flow. `sensors` is the file
     of recorded places, `scene_file` is named in errors.
@@ -40,6 +41,7 @@ class MeshSpec:
 
     size: BedSize | None
     file: Path | None
+    trusted: bool
     dimension: int
     axisymmetric: bool
     refine_wall: bool
@@ -199,6 +201,7 @@ def _mesh(scene: Scene, laws: Laws) -> MeshSpec:
     return MeshSpec(
         size=size,
         file=geometry.mesh,
+        trusted=scene.allow_extensions,
         dimension=dimension,
         refine_wall=geometry.refine_wall,
         axisymmetric=geometry.symmetry == "axisymmetric" if size is None else size.axisymmetric,
