@@ -33,7 +33,7 @@ class Scene:
     numbers may also be texts with a unit, and series keys take a CSV file, a function of the time (s), or (times, values).
 
     Raises `InputError` for a key that is unknown or a value that is impossible, and where `extensions.python` names a file
-    without `allow_extensions`: that file's code is run; and where a mesh's script has commands that start processes or open files.
+    without `allow_extensions`, as that file's code is run, or a mesh's script that starts processes or opens files.
     """
 
     geometry: Table

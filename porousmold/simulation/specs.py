@@ -32,8 +32,8 @@ RevTerms = Literal["off", "consistent", "as-published"]
 
 @dataclass(frozen=True, kw_only=True)
 class MeshSpec:
-    """The mesh: `size` of a straight bed, or the `file` of a mesh, whose commands are run if it is `trusted`. `layers` are those of
-    a wall with cells of its own.
+    """The mesh: `size` of a straight bed, or the `file` of a mesh, whose commands are run if it is `trusted`. `layers` are those
+    of a wall with cells of its own.
 
     Cells are those of the scene before `refinement`, which counts `axial_refinement` times along the flow. `sensors` is the file
     of recorded places, `scene_file` is named in errors.
