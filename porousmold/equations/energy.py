@@ -173,6 +173,16 @@ class EnergyEquations:
         form += weight * (1.0 - self.bed.porosity) * capacity * rates[1] * bead_test * self.dx_bed
         return form + self.wall.heating_rate(temperature, rates[0], test)
 
+    @property
+    def _is_upwinded(self) -> bool:
+        """Whether the heat that the flow carries is upwinded in ordinary cells.
+
+        The upwinded balance is that of advection and exchange. Linear elements have no residual of conduction across the flow:
+        where that is what advection balances, upwinding conducts along the flow instead, an error of first order in the cells
+        (2 % of the heating time with one temperature).
+        """
+        return self.two_temperatures and not self.bed.bead_conduction.whole_bed
+
     def transport(self, temperature: Value, monotone: Value) -> Value:
         """`Transport` at a temperature (K), with cells that are to be monotone marked by 1 (`Streamline`)."""
         capacity = self._laws.heat_capacity(temperature)
@@ -187,7 +197,8 @@ class EnergyEquations:
             exchange,
             self._touching(temperature),
             Streamline.of(
-                *(self.coordinates, capacity * mass_flux, conduction, exchange, self.entrance, monotone, self.straight)
+                *(self.coordinates, capacity * mass_flux, conduction, exchange, self.entrance, monotone, self.straight),
+                upwinded=self._is_upwinded,
             ),
         )
 

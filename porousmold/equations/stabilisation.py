@@ -104,11 +104,14 @@ class Streamline:
         entrance: Value,
         monotone: Value,
         straight: bool,
+        *,
+        upwinded: bool = True,
     ) -> Value:
         """For heat carried along `advection` (W/m2/K), conducted by `diffusion` (W/m/K), exchanged by `exchange` (W/m3/K
         or None).
 
-        `entrance` is 1 in the cells at the inlet, where conduction across flat cells must not weaken the upwinding.
+        `entrance` is 1 in the cells at the inlet, where conduction across flat cells must not weaken the upwinding. What is not
+        `upwinded` is upwinded in monotone cells alone.
         """
         metric_tensor = metric(coordinates.mesh)
         speed = ufl.sqrt(ufl.dot(advection, advection) + 1e-30)
@@ -128,7 +131,7 @@ class Streamline:
         spread = ufl.conditional(ufl.gt(entrance, 0.5), along, all_round)
         reaction = (1.0 - monotone) * exchange
         upwind = carried / ufl.sqrt(carried**2 + (3.0 * spread) ** 2 + reaction**2 + 1e-60)
-        upwind = monotone + (1.0 - monotone) * upwind
+        upwind = monotone + (1.0 - monotone) * upwind if upwinded else monotone + 0.0 * carried
         fitting = 1.0 - carried / (exchange + 1e-30)
         fitting = ufl.conditional(ufl.gt(fitting, 0.0), fitting, 0.0)
         parts = direction / inverse, upwind, fitting, exchange, monotone, coordinates.from_middle, across

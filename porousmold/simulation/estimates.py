@@ -30,6 +30,11 @@ AXIAL_GRADING = 1.25
 """Axial nodes at L (i/n)^1.25: the thermal front that starts sharp at the inlet meets small cells, and widens as they do."""
 CELLS_A_DEPTH = 10.0
 """In a layer behind another one, for the depth sqrt(a t) that heat goes into it while the bed is heated."""
+SLOWEST_MODE = {False: math.pi**2 / 4.0, True: 5.783}
+"""Decay rate of the slowest mode of a plane wall and of a cylinder (`axisymmetric`), times depth squared over diffusivity (Carslaw,
+Jaeger, Conduction of Heat in Solids, sections 3.3 and 7.6)."""
+NO_FLOW = 1e-9
+"""Of the speed at which Re = 1: below, nothing flows."""
 LEAST_END_LENGTH = 1e-3
 """Of the bed's length: shorter ends of the wall move the heating time by less than 0.05 %."""
 
@@ -43,12 +48,20 @@ class Estimates:
     `transfer_units` are those of the exchange between fluid and beads over the bed's length, `wall_biot_number` the largest of
     the wall's layers.
 
+    `speed` (m/s), `mass_flux` and `mass_flow` are those of Re = 1 at least: they are the scale of a flow that may be none, which
+    `flows` tells.
+
+    `flow_duration` (s) is the least time in which the fluid brings the heat that bed and wall take up, `conduction_time` (s) the
+    slowest time constant of bed and wall that are heated from their outside, infinite where they are not: `heating_duration` is
+    that of both together.
+
     `front_width` is the standard deviation (m) of the thermal front at the outlet, `wall_time_constant` (s) that with which
     the wall follows the bed, `end_length` that over which the wall's insulated end at the outlet is felt along it,
     `inlet_time` (s) that in which the inlet temperature changes, `bead_residence_time` (s) that in which moving beads cross
     the bed; `wall_cells` are those through each layer of the wall.
     """
 
+    flows: bool
     speed: float
     pressure_gradient: float
     mass_flux: float
@@ -61,7 +74,8 @@ class Estimates:
     conduction_ratio: float
     first_cell: float
     wall_cells: tuple[int, ...]
-    heating_duration: float
+    flow_duration: float
+    conduction_time: float
     end_length: float
     front_width: float
     wall_time_constant: float
@@ -76,20 +90,37 @@ class Estimates:
         return max(FEWEST_AXIAL_CELLS, math.ceil(AXIAL_GRADING * self.length / shortest))
 
     @property
-    def largest_step(self) -> float:
-        """Default cap of the time steps, s: a part of the time in which the front passes and the wall follows it; of moving beads
-        that in which they cross the bed, where that is not far shorter, as they are steady then."""
-        passing = min(self.front_width / self.length, WIDEST_FRONT) * self.heating_duration
+    def heating_duration(self) -> float:
+        """By what the fluid brings and by what comes through the wall, s."""
+        return 1.0 / (1.0 / self.flow_duration + 1.0 / self.conduction_time)
+
+    @property
+    def step_limits(self) -> dict[str, float]:
+        """What limits the time steps, by its name: times (s) of which a step is a part."""
+        passing = min(self.front_width / self.length, WIDEST_FRONT) * self.flow_duration
         slowest = math.hypot(passing, self.wall_time_constant, self.inlet_time)
-        return LARGEST_STEP * min(slowest, max(self.bead_residence_time, STEADY_BEADS * slowest))
+        limits = {"passage of the thermal front": slowest, "conduction from the wall": self.conduction_time}
+        if math.isfinite(self.bead_residence_time):  # beads that cross the bed far faster are steady
+            limits["residence time of the beads"] = max(self.bead_residence_time, STEADY_BEADS * slowest)
+        return limits
+
+    @property
+    def largest_step(self) -> float:
+        """Default cap of the time steps, s: a part of the time in which the front passes and the wall follows it, or of that in
+        which heat comes through the wall; of moving beads that in which they cross the bed."""
+        limits = dict(self.step_limits)
+        residence = limits.pop("residence time of the beads", math.inf)
+        return LARGEST_STEP * min(1.0 / math.hypot(*(1.0 / limit for limit in limits.values())), residence)
 
 
 def estimate(specs: Specs, size: BedSize) -> Estimates:
     """Estimates of a scene whose bed has this size; `InputError` where a property has no value at the inlet's temperature."""
     _check_properties(specs)
-    fluid, heat = _fluid_at_inlet(specs), specs.heat
+    heat = specs.heat
+    fluid = _fluid_at(specs, heat.inlet_temperature.values[-1])
     phi, diameter, laws = specs.porosity.bulk_porosity, specs.mesh.bead_diameter, specs.laws
-    speed = max(_speed(specs, size, fluid), fluid.viscosity / (fluid.density * diameter))  # Re = 1: without a flow
+    driven, slow = _speed(specs, size, fluid), fluid.viscosity / (fluid.density * diameter)
+    speed, flowing, flows = max(driven, slow), max(driven, NO_FLOW * slow), driven > NO_FLOW * slow
     gradient = laws.drag.coefficient(phi, diameter, fluid.density, fluid.viscosity, speed) * speed / phi
     reynolds = bead_reynolds_number(phi, fluid.density, speed, diameter, fluid.viscosity)
     prandtl = prandtl_number(fluid.viscosity, fluid.heat_capacity, fluid.conductivity)
@@ -100,12 +131,14 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
     temperature, beads = heat.inlet_temperature.values[-1], laws.beads
     conductivity = beads.conductivity(temperature)
     bead_heat = (1.0 - phi) * beads.density(temperature) * beads.heat_capacity(temperature) * size.area * size.length
-    advection = fluid.density * phi * speed * fluid.heat_capacity
+    advection = fluid.density * phi * flowing * fluid.heat_capacity
     exchange = specific_surface(phi, diameter) * coefficient
     # a front spreads by the film between fluid and beads, by conduction along the beads and by dispersion along the flow
     core = _core(specs, fluid, speed, conductivity)
     conduction = added(laws.bead_conduction.beads(core), laws.dispersion.mixed(core))
-    along = conduction.along if isinstance(conduction, Anisotropic) else conduction
+    along, across = (
+        (conduction.along, conduction.across) if isinstance(conduction, Anisotropic) else (conduction, conduction)
+    )
     spreading = advection / exchange + along / advection
     wall = _wall(
         specs,
@@ -114,7 +147,11 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
         wall_nusselt_number(reynolds) * fluid.conductivity / diameter,
         bead_heat / (advection * size.area),
     )
+    depth = 0.5 * size.half_height if size.axisymmetric else size.half_height  # volume over the area of the wall
+    decay = SLOWEST_MODE[size.axisymmetric] * (across + phi * fluid.conductivity) / size.half_height**2
+    bed = _Store(bead_heat / (size.area * size.length) * depth, 1.0 / (depth * decay))
     return Estimates(
+        flows=flows,
         speed=speed,
         pressure_gradient=gradient,
         mass_flux=fluid.density * phi * speed,
@@ -125,7 +162,7 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
         transfer_units=exchange * size.length / advection,
         wall_biot_number=wall.biot_number,
         conduction_ratio=_conduction_ratio(specs, core),
-        first_cell=min(in_wall_units, 0.01 * diameter),
+        first_cell=min(in_wall_units, 0.01 * diameter) / max(prandtl, 1.0) ** (1.0 / 3.0),
         wall_cells=wall.cells,
         end_length=wall.end_length,
         front_width=math.sqrt(2.0 * size.length * spreading),
@@ -133,7 +170,8 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
         inlet_time=_inlet_time(heat.inlet_temperature),
         bead_residence_time=size.length / abs(heat.bead_velocity) if heat.bead_velocity else math.inf,
         length=size.length,
-        heating_duration=(bead_heat + wall.heat_capacity) / (advection * size.area),
+        flow_duration=(bead_heat + wall.heat_capacity) / (advection * size.area),
+        conduction_time=math.inf if flows and not _is_heated_from_outside(specs) else _conduction_time(specs, bed),
     )
 
 
@@ -189,7 +227,7 @@ def _conduction_ratio(specs: Specs, core: LocalBed) -> float:
 
 
 class _Fluid(NamedTuple):
-    """Properties at the inlet's last temperature and the bed's mean pressure, SI."""
+    """Properties at a temperature and the bed's mean pressure, SI."""
 
     density: float
     viscosity: float
@@ -197,8 +235,8 @@ class _Fluid(NamedTuple):
     conductivity: float
 
 
-def _fluid_at_inlet(specs: Specs) -> _Fluid:
-    fluid, flow, temperature = specs.laws.fluid, specs.flow, specs.heat.inlet_temperature.values[-1]
+def _fluid_at(specs: Specs, temperature: float) -> _Fluid:
+    fluid, flow = specs.laws.fluid, specs.flow
     half = 0.5 * flow.driven_by.range[1] if flow.drive == "pressure_drop" else 0.0
     return _Fluid(
         fluid.density(flow.outlet_pressure + half, temperature),
@@ -206,6 +244,17 @@ def _fluid_at_inlet(specs: Specs) -> _Fluid:
         fluid.heat_capacity(temperature),
         fluid.conductivity(temperature),
     )
+
+
+def flow_change(specs: Specs, size: BedSize, before: float, after: float) -> float:
+    """Relative change of the mass flow between two temperatures (K) of the whole bed; 0 where it is given."""
+    if specs.flow.drive != "pressure_drop":
+        return 0.0
+    fluxes = []
+    for temperature in (before, after):
+        fluid = _fluid_at(specs, temperature)
+        fluxes.append(fluid.density * _speed(specs, size, fluid))
+    return abs(math.log(fluxes[1] / fluxes[0])) if min(fluxes) > 0.0 else 0.0
 
 
 def _speed(specs: Specs, size: BedSize, fluid: _Fluid) -> float:
@@ -218,6 +267,35 @@ def _speed(specs: Specs, size: BedSize, fluid: _Fluid) -> float:
     if specs.flow.drive == "inlet_velocity":
         return strongest / phi
     return strongest / (fluid.density * phi * size.area)
+
+
+class _Store(NamedTuple):
+    """Heat capacity (J/m2/K) and resistance to its own slowest mode (m2 K/W) of bed or layer, per area of the wall."""
+
+    capacity: float
+    resistance: float
+
+
+def _is_heated_from_outside(specs: Specs) -> bool:
+    """Whether heat comes through the wall or is set free in it."""
+    heat = specs.heat
+    sources = any(layer.heat_source is not None or layer.solid.cure is not None for layer in heat.layers)
+    outer = heat.outer_wall
+    return sources or outer.coefficient is not None or outer.heat_flux is not None or heat.wall == "fixed-temperature"
+
+
+def _conduction_time(specs: Specs, bed: _Store) -> float:
+    """Time constant (s) of wall and bed in series behind the film outside: every store through what lies before it."""
+    temperature, outer = specs.heat.inlet_temperature.values[-1], specs.heat.outer_wall
+    behind = 1.0 / outer.coefficient if outer.coefficient else 0.0
+    time = 0.0
+    for layer in reversed(specs.heat.layers):
+        if layer.thickness is None:
+            continue
+        resistance = layer.thickness / layer.solid.conductivity(temperature)
+        time += volumetric_capacity(layer.solid, temperature) * layer.thickness * (behind + 0.5 * resistance)
+        behind += resistance
+    return time + bed.capacity * (behind + bed.resistance)
 
 
 class _Wall(NamedTuple):

@@ -15,11 +15,15 @@ from ..mesh import ranks
 from ..mesh.aliases import Communicator
 from ..solvers.newton import free_systems
 from ..solvers.protocols import ArrayOf, HeatBalance, Observer, Saved, silent
+from ..solvers.step_error import StepError
 from ..solvers.time_control import TimeControl
 from .assembly import assemble
+from .estimates import flow_change
 from .recorder import Recorder
 from .specs import HeatSpec, Specs
 
+import os
+DEBUG=os.environ.get('DBG')
 LOG = logging.getLogger(__name__)
 
 STEADY_AFTER = 3.0
@@ -31,6 +35,17 @@ STEADY_CHANGE = 1e-4
 
 FIRST_STEP = 0.05
 """The first time step at most, as a part of the largest one."""
+
+STEP_ERROR, CURE_ERROR = 8e-3, 1e-3
+"""Estimated error of a step that is allowed: of temperatures, over the differences there are, and of a degree of cure."""
+FLOW_ERROR = 3e-3
+"""Relative error of the mass flow in a step that is allowed."""
+LEAST_DIFFERENCE = 0.1
+"""Temperature difference (K) below which none counts."""
+STEPS_OF_CHANGE = 4.0
+"""Steps like the last one whose change counts as a difference: of what is heated evenly."""
+LARGEST_PART = 0.5
+"""Of the time in which differences that decay would be gone, that one step may take."""
 
 BACKWARDS = 1e-3
 """Mass flow, as a part of the expected one, by which a flow may run backwards: that of rounding."""
@@ -68,7 +83,6 @@ class Simulation:
             min(time.first_step or math.inf, FIRST_STEP * largest) / time.refinement,
             time.step_growth ** (1.0 / time.refinement),
             largest / time.refinement,
-            time.tolerance,
             time.end_time,
             time.breakpoints,
         )
@@ -127,7 +141,8 @@ class Simulation:
     def _step(self) -> float | None:
         """Take one step; gives its length (s), None where it is to be repeated with another one."""
         problem, control = self.problem, self.control
-        step = control.propose(self.time)
+        step = control.propose(self.time, self._longest_step())
+        self._mean_temperature = problem.mean_in_bed(problem.temperature)
         balance, factored_at = replace(problem.heat.balance), problem.flow.factored_at
         before = [function.x.array.copy() for function in problem.memory]
         self._supply_before = problem.air_loop.save() if problem.air_loop is not None else None
@@ -151,16 +166,60 @@ class Simulation:
             LOG.info("step of %g s from %g s not taken: %s", step, self.time, failure)
             control.reject_failed(step, failure)
             return None
-        if not control.accept(self.time + step, step, error):
-            LOG.info("step of %g s from %g s repeated: estimated error %.2g K", step, self.time, error)
+        ratio = self._error_ratio(self.time + step, error)
+        if DEBUG: print(f"DBG flow={self._flow_error():.2e} t={self.time:9.2f} dt={step:8.3f} errT={error.temperature:.3e} cure={error.cure:.2e} o={error.order} ratio={ratio:.3f}")
+        if not control.accept(self.time + step, step, ratio, error.order):
+            LOG.info("step of %g s from %g s repeated: %s, %.2g of what is allowed", step, self.time, error, ratio)
             self._put_back(before, balance)
             return None
         LOG.info(
-            "step of %g s to %g s: estimated error %.2g K, %d iterations of the flow, %d of the heat so far",
+            "step of %g s to %g s: estimated error %s, %d iterations of the flow, %d of the heat so far",
             *(step, self.time + step, error, problem.flow.newton_iterations, problem.heat.newton_iterations),
         )
         self._previous, self._steps = before[: len(problem.functions)], [*self._steps[-1:], step]
         return step
+
+    def _error_ratio(self, time: float, error: StepError) -> float:
+        """Estimated error of a step to a time (s), over what is allowed of it (collective)."""
+        problem, specs, history = self.problem, self.specs.time, self.recorder.history
+        low, high = (float(f(ends)) for f, ends in zip((min, max), zip(*map(problem.extremes, ("bed", "wall"))), strict=True))
+        change = max(abs(low - history["lowest_temperature"][-1]), abs(high - history["highest_temperature"][-1]))
+        differences = self._differences(time, low, high, problem.inlet_temperature)
+        allowed = STEP_ERROR * max(differences, STEPS_OF_CHANGE * change, LEAST_DIFFERENCE)
+        if specs.tolerance is not None:
+            allowed = min(allowed, specs.tolerance)
+        ratio = max(error.temperature / allowed, error.cure / CURE_ERROR) * specs.refinement**error.order
+        # an error of the flow moves times by as much of the time that it lasts
+        weight = min(1.0, time / self.problem.medium.estimates.heating_duration)
+        return float(max(ratio, weight * self._flow_error() / FLOW_ERROR * specs.refinement**2))
+
+    def _flow_error(self) -> float:
+        """Relative error of the mass flow of the last step: it was found at temperatures extrapolated to the step's middle."""
+        if self.specs.flow.update != "quasi-steady":
+            return 0.0
+        problem = self.problem
+        start, end = self._mean_temperature, problem.mean_in_bed(problem.temperature)
+        extrapolated = problem.mean_in_bed(problem.medium.property_temperature)
+        return flow_change(self.specs, problem.medium.size, extrapolated, 0.5 * (start + end))
+
+    def _differences(self, time: float, low: float, high: float, inlet: float) -> float:
+        """Largest temperature difference (K) at a time (s) between places, and what is given there."""
+        heat = self.specs.heat
+        series = (heat.outer_wall.ambient, heat.wall_temperature, heat.bead_inlet_temperature)
+        given = [low, high, inlet, *(float(one(time)) for one in series if one is not None)]
+        return max(given) - min(given)
+
+    def _longest_step(self) -> float:
+        """A part of the time in which temperature differences that decay would be gone (s)."""
+        history = self.recorder.history
+        if len(history) < 2:
+            return math.inf
+        columns = ("time", "lowest_temperature", "highest_temperature", "inlet_temperature")
+        before, now = (self._differences(*(history[name][row] for name in columns)) for row in (-2, -1))
+        if not now < before:
+            return math.inf
+        gone_after = now * (history["time"][-1] - history["time"][-2]) / (before - now)
+        return LARGEST_PART * gone_after / self.specs.time.refinement
 
     def _bounds_now(self) -> tuple[float, float]:
         """Bounds of the temperatures (K) in the next step: a heater cannot cool air that comes back too warm."""

@@ -1,5 +1,6 @@
 """The discrete problem of a scene, and the questions that one can ask of its present state."""
 
+import functools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -26,6 +27,8 @@ from .estimates import Estimates
 from .specs import LayerSpec, Specs
 from .stopwatch import Stopwatch
 
+QUADRATURE = 2
+"""Degree of the quadrature of means."""
 STATION_FRACTIONS = {"L/8": 0.125, "L/4": 0.25, "L/2": 0.5, "L": 1.0}
 
 
@@ -201,6 +204,24 @@ class Problem:
     def bead_temperature(self) -> fem.Function:
         """Bead temperature (K) as a function on the mesh, a copy; meaningless in the wall."""
         return self.part_of_heat(self.heat.unknown, 1)
+
+    def mean_in_bed(self, function: fem.Function) -> float:
+        """Mean over the bed's volume of a function on the mesh (collective)."""
+        weights = self._bed_weights
+        sums = np.array([weights @ function.x.array[: len(weights)], weights.sum()])
+        total, volume = ranks.total(self.communicator, sums)
+        return float(total / volume)
+
+    @functools.cached_property
+    def _bed_weights(self) -> NDArray[Any]:
+        """Volumes (m3) of the bed that the mesh's owned nodes stand for."""
+        space = self.medium.flow_temperature.function_space
+        form = self.medium.equations.coordinates.weight * ufl.TestFunction(space)
+        form *= self.domain.cell_measure(QUADRATURE)(geometry.BED)
+        volumes = fem.Function(space)
+        vector = fenicsx.petsc_vector(volumes)
+        fenicsx.assemble_vector(vector, fenicsx.compiled_form(form))
+        return np.array(vector.array)
 
     def part_of_heat(self, unknown: fem.Function, part: int) -> fem.Function:
         """T (part 0) or T_s (part 1) of a function of the energy's space, as a function on the mesh.

@@ -138,7 +138,7 @@ class TimeSpec:
     step_growth: float
     largest_step: float | None
     refinement: float
-    tolerance: float
+    tolerance: float | None
     keeps_bounds: bool
     end_time: float
     until_steady: bool

@@ -177,8 +177,6 @@ class CoupledTransient:
             self._solve(time, step)
             rates.append((self._coupled.x.array - reference) / (gamma * step))
             self._scatter()
-            if stage == 0:
-                self.heat.note_first_stage()
             crossed += step * stages[-1][stage] * self.heat.rates_here()
         # heat that comes in is counted from the inlet's temperature: so is that of the fluid that the bed no longer holds
         inlet = float(self.heat.equations.inlet_temperature.value)

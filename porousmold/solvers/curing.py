@@ -31,6 +31,7 @@ class Curing:
         """Start a step (s) whose stages all have theta = `gamma` times it."""
         self._step, self._theta, self._rates = step, gamma * step, []
         self._start = self.degree.x.array[self._places]
+        self._temperature_before = self._present_temperature()
 
     def begin_stage(self, weights: Sequence[float]) -> None:
         """Start a stage: `weights` (s) are those of the earlier stages' rates."""
@@ -38,20 +39,33 @@ class Curing:
 
     def update(self) -> None:
         """Take the degree that belongs to the present temperature."""
-        function, expression = self._temperature
-        function.interpolate(expression)
-        temperature = function.x.array[self._places]
+        temperature = self._present_temperature()
         guess = self.degree.x.array[self._places]
         self.degree.x.array[self._places] = self.cure.after(self._known, self._theta, temperature, guess)
+
+    def _present_temperature(self) -> NDArray[Any]:
+        function, expression = self._temperature
+        function.interpolate(expression)
+        values: NDArray[Any] = function.x.array[self._places]
+        return values
 
     def end_stage(self) -> None:
         """Keep the rate of the stage."""
         self._rates.append((self.degree.x.array[self._places] - self._known) / self._theta)
 
-    def estimated_error(self) -> float:
-        """Largest difference between the step's end and the continuation of its first rate, over all ranks."""
-        ahead = self.degree.x.array[self._places] - self._start - self._step * self._rates[0]
-        return ranks.largest_magnitude(self._communicator, ahead)
+    def change(self, weights: Sequence[float]) -> NDArray[Any]:
+        """Change of the degree over the last step by `weights` of its rates at the start and in its stages."""
+        rates = [self.cure.rate(self._start, self._temperature_before), *self._rates]
+        total: NDArray[Any] = self._step * sum(w * rate for w, rate in zip(weights, rates, strict=True))
+        return total
+
+    def add(self, change: NDArray[Any]) -> None:
+        """Add a change to the degree."""
+        self.degree.x.array[self._places] += change
+
+    def largest(self, change: NDArray[Any]) -> float:
+        """Largest magnitude over all ranks (collective)."""
+        return ranks.largest_magnitude(self._communicator, change)
 
     def extremes(self) -> tuple[float, float]:
         """Smallest and largest degree of cure in the layer (collective)."""

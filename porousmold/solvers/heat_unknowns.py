@@ -7,7 +7,7 @@ import ufl
 from dolfinx import fem
 
 from ..mesh import fenicsx
-from ..mesh.domain import BED, Domain
+from ..mesh.domain import BED, INTERFACE, Domain
 from .flow import unknowns_outside
 
 
@@ -15,7 +15,8 @@ class HeatUnknowns:
     """T (fluid and wall) and T_s (beads) as one `function`, or with one temperature T alone.
 
     `parts` and `tests` are T and T_s, the same twice with one temperature. `constrained` are the numbers of T_s in the wall,
-    where there are no beads, `storing` those of what stores the heat, beads and wall; `of_cells` has those of each cell in a row.
+    where there are no beads, `regions` those of every region that stores heat: the bed's beads, every layer of the wall, and the
+    bed's surface under a wall without cells; `of_cells` has those of each cell in a row.
     """
 
     def __init__(self, domain: Domain, two_temperatures: bool, initial_temperature: float) -> None:
@@ -28,13 +29,19 @@ class HeatUnknowns:
             self.parts, self.tests = ufl.split(self.function), ufl.TestFunctions(self.space)
             self.constrained = unknowns_outside(domain, self.space, (1,), BED)
             beads = np.setdiff1d(fenicsx.collapse(self.space, 1)[1], self.constrained)
-            self.storing = np.concatenate([beads, unknowns_outside(domain, self.space, (0,), BED)])
+            of_wall = self.space.sub(0)
             self.of_cells = np.hstack([fenicsx.dof_table(self.space.sub(part)) for part in (0, 1)])
         else:
             self.space = fenicsx.lagrange_space(domain.mesh)
             self.function = fem.Function(self.space)
             test = ufl.TestFunction(self.space)
             self.parts, self.tests = (self.function, self.function), (test, test)
-            self.constrained, self.storing = np.empty(0, np.int64), np.arange(len(self.function.x.array))
+            self.constrained, of_wall = np.empty(0, np.int64), self.space
+            beads = fem.locate_dofs_topological(self.space, domain.mesh.topology.dim, domain.cells(BED))
             self.of_cells = fenicsx.dof_table(self.space)
+        dimension = domain.mesh.topology.dim
+        layers = [fem.locate_dofs_topological(of_wall, dimension, domain.cells(tag)) for tag in domain.wall_tags]
+        self.regions = [beads, *layers]
+        if not domain.has_wall:
+            self.regions.append(fem.locate_dofs_topological(of_wall, dimension - 1, domain.facets(INTERFACE)))
         self.function.x.array[:] = initial_temperature

@@ -11,6 +11,7 @@ heat balance closes to the tolerance of that iteration. The flow is held during 
 for its middle, which makes the coupled method second order.
 """
 
+import functools
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol, TypeAlias
 
@@ -27,6 +28,7 @@ from .heat_unknowns import HeatUnknowns
 from .newton import NewtonSystem
 from .protocols import ArrayOf, HeatBalance, Observer, Saved, StageUpdate, restore_functions, saved_functions, silent
 from .stages import STAGE_ERROR, StageSolver
+from .step_error import RegionNorm, StepError
 from .transport import FrozenTransport, MonotoneCells
 
 GAMMA = 0.43586652150845899942
@@ -38,10 +40,6 @@ STAGES: Stages = ((GAMMA,), ((1 - GAMMA) / 2, GAMMA), LAST_ROW)
 BACKWARD_EULER: Stages = ((1.0,),)
 DAMPING_PART = 0.05
 """Part of a repeated step that the backward Euler method takes first where marking cells alone did not help."""
-BACKWARD_EULER_ERROR = 10.0
-"""Weight of the estimated error where the backward Euler method takes the whole of a step."""
-FULL_CURE_ERROR = 200.0
-"""Error (K) that counts as much as one of 1 in a degree of cure: about what full cure heats a laminate by."""
 MOST_REPETITIONS = 12
 
 
@@ -74,8 +72,8 @@ class TransientHeat:
     ) -> None:
         self.domain, self.equations, self._set_time = domain, equations, set_time
         temperatures = HeatUnknowns(domain, equations.two_temperatures, initial_temperature)
-        self.unknown, self.space, self._storing = temperatures.function, temperatures.space, temperatures.storing
-        self._start, self._first = fem.Function(self.space), fem.Function(self.space)
+        self.unknown, self.space = temperatures.function, temperatures.space
+        self._start = fem.Function(self.space)
         parts, tests = temperatures.parts, temperatures.tests
         self.bead_modes = None
         if equations.interior is not None:
@@ -96,8 +94,12 @@ class TransientHeat:
         constrained = temperatures.constrained
         self._system = NewtonSystem(residual, self.unknown, constrained, keep_jacobian=True, pivoting=False)
         self._stored_form = fenicsx.DeferredForm(stored)
-        self._stored_start, self._stored_now, self._addend = (self._system.new_vector() for _ in range(3))
+        vectors = (self._system.new_vector() for _ in range(5))
+        self._stored_start, self._stored_now, self._addend, self._difference, self._error = vectors
         self._outflows = [self._system.new_vector() for _ in STAGES]
+        self._outflow_before = self._system.new_vector()
+        volumes = equations.coordinates.weight * sum(set(temperatures.tests)) * domain.cell_measure(quadrature_degree)
+        self._volumes, self._regions = fenicsx.DeferredForm(volumes), temperatures.regions
         self.scalars = {
             "by_fluid": equations.heat_input(parts[0]),
             "through_outer_wall": equations.wall.heat_through_outer_wall(parts[0]),
@@ -134,8 +136,8 @@ class TransientHeat:
 
     def step(
         self, time: float, step: float, *, after_jump: bool = False, bounds: tuple[float, float] = (-np.inf, np.inf)
-    ) -> Any:
-        """One step of `step` seconds from `time`; gives the estimated error (K). The heat balance is brought forward.
+    ) -> StepError:
+        """One step of `step` seconds from `time`; gives its estimated error. The heat balance is brought forward.
 
         `after_jump` takes the backward Euler method, which damps what a jump of the inlet excites and other methods let
         swing. Where a temperature leaves `bounds` (K), the cells around it become monotone and the step is repeated, in the
@@ -149,15 +151,9 @@ class TransientHeat:
         # method damps; and no method of higher order keeps bounds at any step
         damped, rest = (DAMPING_PART * step, BACKWARD_EULER), (1.0 - DAMPING_PART) * step
         ways = [[(step, first)], [damped, (rest, first)], [damped, (rest, BACKWARD_EULER)]]
-        error, weight = 0.0, 1.0
         way, starts = 0, [function.x.array.copy() for function in self.functions]
         for left in reversed(range(MOST_REPETITIONS)):
-            flows, stored = self._take_all(time, ways[way])
-            _, stages = ways[way][-1]
-            if stages is STAGES:
-                error, weight = self.estimated_error(), 1.0
-            else:  # that is an error of this method itself, far above those of the other
-                weight = BACKWARD_EULER_ERROR
+            flows, stored, error = self._take_all(time, ways[way])
             out, new = self._cells.mark(self._temperatures(), bounds)
             way += not new
             if not out or way == len(ways) or not left:
@@ -166,7 +162,7 @@ class TransientHeat:
             for function, start in zip(self.functions, starts, strict=True):
                 function.x.array[:] = start
         self.balance.add(flows, stored)
-        return weight * error
+        return error
 
     @property
     def memory(self) -> list[fem.Function]:
@@ -205,10 +201,6 @@ class TransientHeat:
         self._transport.renew()
         fenicsx.assemble_vector(self._stored_start, self._stored_form.form)
 
-    def note_first_stage(self) -> None:
-        """Note the present unknown as the first stage of such a step."""
-        self._first.x.array[:] = self.unknown.x.array
-
     def finish(self, crossed: NDArray[Any], expelled: float = 0.0) -> None:
         """Bring the balance forward by the heat (J) that `crossed` during such a step, the sum of `rates_here` times their
         weights, and by what the fluid counts for that its change of density has `expelled`."""
@@ -224,14 +216,17 @@ class TransientHeat:
         """Heat (J) of each of `scalars`, from what crossed on every rank."""
         return dict(zip(self.scalars, ranks.total(self.domain.communicator, crossed), strict=True))
 
-    def _take_all(self, time: float, parts: Sequence[Any]) -> tuple[Any, ...]:
-        """Successive (step, stages) from `time`; gives the heat (J) of each flow and the heat stored."""
-        flows, stored = self._no_flows(), 0.0
+    def _take_all(self, time: float, parts: Sequence[Any]) -> tuple[dict[str, float], float, StepError]:
+        """Successive (step, stages) from `time`; gives the heat (J) of each flow, the heat stored, and the estimated error."""
+        flows, stored, error = self._no_flows(), 0.0, None
         for step, stages in parts:
             more, gained = self._take(time, step, stages)
             flows = {name: heat + more[name] for name, heat in flows.items()}
             stored, time = stored + gained, time + step
-        return flows, stored
+            own = self._estimated_error(step, stages)
+            error = own if error is None else error.plus(own)
+        assert error is not None, "a step has parts"
+        return flows, stored, error
 
     def _take(self, time: float, step: float, stages: Stages) -> tuple[Any, ...]:
         """All stages of a step; gives the heat (J) of each flow and the heat stored."""
@@ -245,6 +240,8 @@ class TransientHeat:
         self._system.renew_jacobian()
         flows, crossed = self._no_flows(), np.zeros(len(self.scalars))
         fenicsx.assemble_vector(self._stored_start, self._stored_form.form)
+        if stages is BACKWARD_EULER:
+            self._note_outflow_before()
         for stage, row in enumerate(stages):
             self._set_time(time + sum(row) * step)
             self.observe("")
@@ -259,8 +256,6 @@ class TransientHeat:
             self._stages.solve(time, step, self._addend)
             for part in self._stage_updates:
                 part.end_stage()
-            if stage == 0:
-                self._first.x.array[:] = values
             fenicsx.assemble_vector(self._stored_now, self._stored_form.form)
             # A(T_i) from the stage's own equation
             self._stored_now.copy(self._outflows[stage])
@@ -291,13 +286,40 @@ class TransientHeat:
         values[self._system.constrained] = np.nan
         return values
 
-    def estimated_error(self) -> Any:
-        """Largest difference (K) between the step's end and the continuation of its first stage's slope, over all ranks.
+    def _note_outflow_before(self) -> None:
+        """A(T) of the start of a step, by the present coefficients and boundary values."""
+        self._system.addend = None
+        self._system.assemble_residual_into(self._outflow_before)
+        self._outflow_before.axpy(-self._inverse_stage.value, self._stored_start)
 
-        That is the local error of the backward Euler method, of the order dt^2 d2T/dt2. Taken over beads and wall,
-        which store the heat; the fluid follows them and the inlet at once, jumps included, whatever the step.
-        """
-        start, first = (function.x.array[self._storing] for function in (self._start, self._first))
-        straight = start + (first - start) / GAMMA
-        error = ranks.largest_magnitude(self.domain.communicator, self.unknown.x.array[self._storing] - straight)
-        return max([error, *(part.estimated_error() * FULL_CURE_ERROR for part in self.curing)])
+    def _estimated_error(self, step: float, stages: Stages) -> StepError:
+        """Of the step that was taken last (`solvers.step_error`)."""
+        if stages is STAGES:
+            order, weights, of_start = 3, (GAMMA, -2.0 * GAMMA, GAMMA), 0.0
+        else:
+            order, weights, of_start = 2, (0.5,), -0.5
+        inverse_step = self._inverse_stage.value
+        self._difference.set(0.0)
+        if of_start:
+            self._difference.axpy(-of_start / stages[0][0], self._outflow_before)
+        for weight, outflow in zip(weights, self._outflows, strict=False):
+            self._difference.axpy(-weight / stages[0][0], outflow)
+        cure = 0.0
+        if self.curing:  # what they release between the two solutions heats the difference
+            errors = [part.change([of_start, *weights]) for part in self.curing]
+            cure = max(part.largest(error) for part, error in zip(self.curing, errors, strict=True))
+            self._difference.axpy(-inverse_step, self._stored_now)
+            for part, error in zip(self.curing, errors, strict=True):
+                part.add(-error)
+            fenicsx.assemble_vector(self._error, self._stored_form.form)
+            self._difference.axpy(inverse_step, self._error)
+            for part, error in zip(self.curing, errors, strict=True):
+                part.add(error)
+        self._system.apply_inverse(self._difference, self._error)
+        return StepError(self._norm(self._error.array), cure, order)
+
+    @functools.cached_property
+    def _norm(self) -> RegionNorm:
+        volumes = self._system.new_vector()
+        fenicsx.assemble_vector(volumes, self._volumes.form)
+        return RegionNorm(self.domain.communicator, volumes.array.copy(), self._regions)

@@ -17,13 +17,22 @@ from ..laws.materials import Fluid
 from ..mesh import fenicsx
 from ..mesh.domain import Domain
 from .protocols import ArrayOf, Drive, Observer, Saved, restore_functions, saved_functions
-from .stations import Columns
+from .stations import Columns, nearest
 
 LARGEST_MASS_FLUX = 1e9
 """kg/m2/s beyond which none is sought."""
 CONVERGED_DENSITY, MOST_DENSITIES = 1e-12, 60
 """Part of the reference pressure by which a further density would change the pressure; two dozen reach it at fifteen times the
 outlet's pressure."""
+
+
+def shares_of_section(across: NDArray[Any], *, axisymmetric: bool) -> NDArray[Any]:
+    """Parts of a section that the nodes (m) across it stand for, of a function that is linear between them; 1 in all."""
+    inner, outer = across[:-1], across[1:]
+    of_inner, of_outer = (2.0 * inner + outer, inner + 2.0 * outer) if axisymmetric else (3.0, 3.0)
+    heights = np.diff(across)
+    shares = np.append(heights * of_inner, 0.0) + np.append(0.0, heights * of_outer)
+    return shares / shares.sum()
 
 
 class PlugFlow:
@@ -61,14 +70,15 @@ class PlugFlow:
         across = np.minimum(nodes[:, 1], self.columns.across[-1])
         self._section = np.pi * across**2 if domain.axisymmetric else across
         self._in_bed = np.flatnonzero(nodes[:owned, 1] <= self.columns.across[-1] * (1 + 1e-9))
+        shares = shares_of_section(self.columns.across, axisymmetric=domain.axisymmetric)
+        self._share = shares[nearest(self.columns.across, nodes[self._in_bed, 1])]
         self.factored_at = None
         self.solves = 0
 
     def start(self, time: float = 0.0) -> None:
         """The mass flux that belongs to the pressure drop, or the pressure that belongs to the mass flux."""
         columns = self._column[self._in_bed]
-        counts = self.columns.total(columns, np.ones(len(columns)))
-        temperature = self.columns.total(columns, self._temperature.x.array[self._in_bed]) / counts
+        temperature = self.columns.total(columns, self._share * self._temperature.x.array[self._in_bed])
         drive = self._drive()
         is_given = drive.kind == "mass_flow"
         mass_flux = drive.value / self._area if is_given else self._flux_of(drive, temperature, time)

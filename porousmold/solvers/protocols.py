@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ..equations.flow import FlowState
 from ..equations.openings import Opening
 from .curing import Curing
+from .step_error import StepError
 
 Observer = Callable[[str], None]
 ArrayOf = Callable[[str, Any], NDArray[Any]]
@@ -210,8 +211,8 @@ class Heat(Stateful, Protocol):
 
     def step(
         self, time: float, step: float, *, after_jump: bool = False, bounds: tuple[float, float] = (-np.inf, np.inf)
-    ) -> float:
-        """One step of `step` seconds from `time`; gives the estimated error (K). Raises `SolveError`."""
+    ) -> StepError:
+        """One step of `step` seconds from `time`; gives its estimated error. Raises `SolveError`."""
 
     def largest_bead_difference(self) -> float | None:
         """Largest distance (K) of a bead's surface from its mean; None where beads are isothermal (collective)."""

@@ -1,5 +1,7 @@
-"""Time step control: geometric growth up to a maximum, reduced at breakpoints of series and after failed steps."""
+"""Time step control: growth up to a maximum and as the estimated error allows, reduced at breakpoints of series and after failed
+steps (Hairer, Wanner, Solving Ordinary Differential Equations II, section IV.8)."""
 
+import math
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
@@ -15,19 +17,20 @@ MOST_FAILURES = 4
 JUMP_STEPS = 3.0
 """First steps' lengths after a jump that count as near it. Jumps are the start, and the end of a change shorter than one step."""
 
+SAFETY, LEAST_FACTOR = 0.85, 0.2
+"""Part of the step that the estimated error would allow, and the least factor on a step."""
+
 
 @dataclass
 class TimeControl:
     """Proposes steps (s). `breakpoints` are times at which given series change slope: steps end there and start small again.
 
-    `tolerance` (K) bounds the estimated error of one step, as a safety net: under a cap of a few per cent of the
-    heating time it seldom acts. State is `step` (the next one) and counters.
+    State is `step` (the next one) and counters.
     """
 
     first_step: float
     growth: float
     largest_step: float
-    tolerance: float
     end_time: float
     breakpoints: tuple[float, ...] = ()
     step: float = field(init=False)
@@ -44,26 +47,30 @@ class TimeControl:
         last = max(instant for instant in (0.0, *ends) if instant <= time * (1 + 1e-9))
         return time - last < self.first_step * JUMP_STEPS
 
-    def propose(self, time: float) -> Any:
-        """The step to try from `time`: never across a breakpoint or the end."""
+    def propose(self, time: float, longest: float = math.inf) -> Any:
+        """The step to try from `time`, `longest` at most: never across a breakpoint or the end."""
+        self.step = min(self.step, max(longest, self.first_step))
         stops = [stop for stop in (*self.breakpoints, self.end_time) if stop > time * (1 + 1e-12)]
         room = min(stops, default=self.end_time) - time
         if room <= self.step * (1 + 1e-9):
             return room
         return room / 2 if room < 2 * self.step else self.step
 
-    def accept(self, time: float, step: float, error: float) -> bool:
-        """After a good step to `time`: give True, or False if its estimated `error` (K) asks for a repetition."""
+    def accept(self, time: float, step: float, error: float, order: int = 3) -> bool:
+        """After a good step to `time`: give True, or False if its estimated `error` asks for a repetition.
+
+        The error is over that which is allowed, and of the `order` in the step's length.
+        """
         self._failures = 0
-        if error > self.tolerance and step > self.first_step * SMALLEST_FRACTION:
+        allowed = SAFETY * max(error, 1e-12) ** (-1.0 / order)
+        if error > 1.0 and step > self.first_step * SMALLEST_FRACTION:
             self.rejected += 1
-            self.step = step * max(0.2, 0.8 * (self.tolerance / error) ** 0.5)
+            self.step = step * max(LEAST_FACTOR, allowed)
             return False
         if any(abs(time - instant) <= 1e-9 * max(instant, 1.0) for instant in self.breakpoints):
-            self.step = self.first_step
+            self.step = min(self.first_step, step * max(1.0, allowed))
             return True
-        room = (self.tolerance / max(error, 1e-12)) ** 0.5
-        self.step = min(self.largest_step, max(self.step, step) * min(self.growth, max(1.0, 0.9 * room)))
+        self.step = min(self.largest_step, max(self.step, step) * min(self.growth, max(LEAST_FACTOR, allowed)))
         return True
 
     def go_on_with(self, step: float) -> None:

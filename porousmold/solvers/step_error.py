@@ -1,0 +1,61 @@
+r"""The estimated error of a time step, of temperatures and degrees of cure.
+
+Three stages (`solvers.heating`) have the embedded method of second order with the weights b_i - gamma (1, -2, 1), the only kind
+that there is with these stages: their difference dt gamma (k_1 - 2 k_2 + k_3), k_i the stages' rates, is that of the order dt^3.
+Backward Euler is compared with the trapezoidal rule: dt/2 (k_1 - k_0), k_0 the rate at the start, of the order dt^2.
+
+The rates are those of the heat, so that the difference of the temperatures e follows from S'(T) e; of stiff parts, the fluid,
+that is far more than their error. As usual it is solved for with the stages' own matrix (Hairer, Wanner, Solving Ordinary
+Differential Equations II, equation IV.8.20):
+
+    [S'/(gamma dt) + A'] e = S'/(gamma dt) (T - T_embedded),
+
+which leaves slow parts as they are. What is controlled is the root mean square over each region that stores heat, the bed's beads
+and every layer of the wall, the largest of them.
+"""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..mesh import ranks
+from ..mesh.aliases import Communicator
+
+
+class StepError(NamedTuple):
+    """Estimated error of a step: of `temperature` (K, root mean square of the worst region) and of the degree of `cure`; both are
+    of the order `order` in the step's length."""
+
+    temperature: float
+    cure: float
+    order: int
+
+    def plus(self, other: "StepError") -> "StepError":
+        """Of two steps in succession, taken as one."""
+        return StepError(
+            self.temperature + other.temperature, self.cure + other.cure, min(self.order, other.order)
+        )
+
+
+NO_ERROR = StepError(0.0, 0.0, 3)
+
+
+class RegionNorm:
+    """Root mean square of an array of local unknowns over regions, each given by the numbers of its unknowns; the largest of them.
+
+    `weights` are those of the owned unknowns, their volumes.
+    """
+
+    def __init__(self, communicator: Communicator, weights: NDArray[Any], regions: Sequence[NDArray[Any]]) -> None:
+        self._communicator = communicator
+        self._regions = [np.asarray(region)[np.asarray(region) < len(weights)] for region in regions]
+        self._weights = [weights[region] for region in self._regions]
+        self._sizes = ranks.total(communicator, np.array([part.sum() for part in self._weights]))
+
+    def __call__(self, values: NDArray[Any]) -> float:
+        """The largest root mean square (collective)."""
+        pairs = zip(self._weights, self._regions, strict=True)
+        squares = ranks.total(self._communicator, np.array([w @ values[region] ** 2 for w, region in pairs]))
+        return float(np.sqrt(np.max(squares / np.maximum(self._sizes, 1e-300), initial=0.0)))
