@@ -213,9 +213,7 @@ class EnergyEquations:
         bed, weight, streamline = self.bed, self.coordinates.weight, transport.streamline
         # C_f of the present temperature: what the flow carries is the enthalpy, as through inlet and outlet
         advection = self._laws.heat_capacity(temperature) * transport.mass_flux
-        fluid = ufl.dot(advection, ufl.grad(temperature)) * streamline.downstream(test)
-        for w, (f, v) in streamline.changes_across(temperature, test):
-            fluid += w * ufl.dot(advection, ufl.grad(f)) * streamline.downstream(v)
+        fluid = streamline.carried(advection, temperature, test)
         fluid += streamline.conducted(transport.conduction, temperature, test)
         bead = ufl.dot(flux_density(transport.bead_conduction, ufl.grad(bead_temperature)), ufl.grad(bead_test))
         if self.two_temperatures:

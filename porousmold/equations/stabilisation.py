@@ -7,7 +7,7 @@ h/2|a|, h^2/12m and 1/s, direction by direction (Shakib, Hughes, Johan, CMAME 89
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import ufl
 from dolfinx import fem
@@ -49,50 +49,73 @@ def flux_density(conductivity: Value, gradient: Value) -> Value:
     return ufl.dot(conductivity, gradient) if _is_tensor(conductivity) else conductivity * gradient
 
 
-def _sides(
-    coordinates: Coordinates, advection: Value, metric_tensor: Value, straight: bool
-) -> tuple[Value, tuple[tuple[Value, Value], ...]]:
-    """Direction of the side that a cell has along the flow (None for simplices), and what it has across it, as
-    `Streamline.across`."""
+class Crossing(NamedTuple):
+    """What a cell has across the flow: half a cell as `direction` times the root of `square` (m2, or m and 1), and the `covector`
+    whose product with a vector is its component by `direction`."""
+
+    direction: Value
+    square: Value
+    covector: Value
+
+
+class _Sides(NamedTuple):
+    """Sides of a cell: half a cell `along` the flow, downstream (a vector, m), the flow's component by it `rate`, and what there
+    is `across`."""
+
+    along: Value
+    rate: Value
+    across: tuple[Crossing, ...]
+
+
+def _sides(coordinates: Coordinates, advection: Value, metric_tensor: Value, straight: bool) -> _Sides | None:
+    """Sides of a cell with a flow; None of simplices that lie in any way."""
     dimension = len(advection)
     if straight:
         axes = [ufl.as_vector([float(i == axis) for i in range(dimension)]) for axis in range(dimension)]
-        sign = ufl.conditional(ufl.lt(advection[0], 0.0), -1.0, 1.0)
-        return sign * axes[0], tuple((axes[i], 1.0 / metric_tensor[i, i]) for i in range(1, dimension))
+        across = tuple(Crossing(axes[i], 1.0 / metric_tensor[i, i], axes[i]) for i in range(1, dimension))
+        row = ufl.sqrt(metric_tensor[0, 0])
+        return _Sides(_sign(advection[0]) / row * axes[0], row * abs(advection[0]), across)
     if fenicsx.cell_name(coordinates.mesh) not in ("quadrilateral", "hexahedron"):
-        return None, ()
-    jacobian = ufl.Jacobian(coordinates.mesh)
-    crossed = ufl.dot(ufl.JacobianInverse(coordinates.mesh), advection)  # reference cells a second, nearly
-    along, flow, others = 0.5 * jacobian[:, 0], crossed[0], [0.5 * jacobian[:, i] for i in range(1, dimension)]
+        return None
+    jacobian, inverse = ufl.Jacobian(coordinates.mesh), ufl.JacobianInverse(coordinates.mesh)
+    halves = [0.5 * jacobian[:, i] for i in range(dimension)]
+    rows = [2.0 * inverse[i, :] for i in range(dimension)]  # a = sum of (row.a) half
     for i in range(1, dimension):
-        more = ufl.gt(abs(crossed[i]), abs(flow))
-        this = 0.5 * jacobian[:, i]
-        others[i - 1] = ufl.conditional(more, along, this)
-        along, flow = ufl.conditional(more, this, along), ufl.conditional(more, crossed[i], flow)
-    side = ufl.conditional(ufl.lt(flow, 0.0), -1.0, 1.0) * along
-    return side / ufl.sqrt(ufl.dot(side, side)), tuple((other, 1.0) for other in others)
+        more = ufl.gt(abs(ufl.dot(rows[i], advection)), abs(ufl.dot(rows[0], advection)))
+        for parts in (halves, rows):
+            parts[0], parts[i] = (
+                ufl.conditional(more, parts[i], parts[0]),
+                ufl.conditional(more, parts[0], parts[i]),
+            )
+    across = tuple(Crossing(half, 1.0, row) for half, row in zip(halves[1:], rows[1:], strict=True))
+    rate = ufl.dot(rows[0], advection)
+    return _Sides(_sign(rate) * halves[0], abs(rate), across)
+
+
+def _sign(value: Value) -> Value:
+    return ufl.conditional(ufl.lt(value, 0.0), -1.0, 1.0)
 
 
 @dataclass(frozen=True)
 class Streamline:
     r"""Upwinding of heat that a flow carries through the cells and exchanges with the beads on its way.
 
-    `reach` is half a cell along the flow (a vector, m); D f = reach.grad f is half the change of f over a cell. `upwind`
-    is chi = 2 tau |a|/h: 1 where the flow wins over conduction across the cell and over exchange, 0 where it loses.
+    `reach` is half a cell along the flow (a vector, m), in monotone cells half of the cell's own `side`; D f = reach.grad f is
+    half the change of f over a cell. `upwind` is chi = 2 tau |a|/h: 1 where the flow wins over conduction across the cell and over exchange, 0 where it loses.
     Cells with `monotone` = 1, else 0, trade second order for bounds: there chi = 1, what is stored and exchanged is lumped
     along the flow, the fluid's balance is that of the cell's downstream end, and `fitting` (beta) leaves to that end as
     much of the exchange as keeps every node an average of its upstream neighbour and its beads. There the flow counts as
-    along the cell's own sides, and all of it is lumped `across` the flow, too: pairs of a direction and the square of half a
-    cell (m2), or of half a cell (m) and 1. Triangles and tetrahedra but for those of a straight bed are `SimplexStreamline`.
+    along the cell's own sides, what crosses them is upwinded from node to node, and all is lumped `across` the flow, too. Triangles and tetrahedra but for those of a straight bed are `SimplexStreamline`.
     """
 
-    reach: Any
+    along_flow: Any
+    side: Any
     upwind: Any
     fitting: Any
     exchange: Any
     monotone: Any
     from_middle: Any
-    across: tuple[tuple[Value, Value], ...] = ()
+    across: tuple[Crossing, ...] = ()
 
     @classmethod
     def of(
@@ -118,9 +141,7 @@ class Streamline:
         if exchange is None:
             exchange = fem.Constant(coordinates.mesh, 0.0)
         direction = advection / speed
-        side, across = _sides(coordinates, advection, metric_tensor, straight)
-        if side is not None:  # monotone only along the cells themselves: a slight slope crosses many of the flat ones
-            direction = ufl.conditional(ufl.gt(monotone, 0.5), side, direction)
+        sides = _sides(coordinates, advection, metric_tensor, straight)
         inverse = ufl.sqrt(ufl.dot(direction, ufl.dot(metric_tensor, direction)) + 1e-30)  # of the reach
         carried = speed * inverse
         along = ufl.dot(direction, flux_density(diffusion, direction)) * inverse**2
@@ -132,24 +153,32 @@ class Streamline:
         reaction = (1.0 - monotone) * exchange
         upwind = carried / ufl.sqrt(carried**2 + (3.0 * spread) ** 2 + reaction**2 + 1e-60)
         upwind = monotone + (1.0 - monotone) * upwind if upwinded else monotone + 0.0 * carried
-        fitting = 1.0 - carried / (exchange + 1e-30)
+        # monotone only along the cells themselves: a slight slope crosses many of the flat ones
+        side = direction / inverse if sides is None else sides.along
+        fitting = 1.0 - (carried if sides is None else sides.rate) / (exchange + 1e-30)
         fitting = ufl.conditional(ufl.gt(fitting, 0.0), fitting, 0.0)
-        parts = direction / inverse, upwind, fitting, exchange, monotone, coordinates.from_middle, across
-        if side is not None:
-            return cls(*parts)
+        parts = direction / inverse, side, upwind, fitting, exchange, monotone, coordinates.from_middle
+        if sides is not None:
+            return cls(*parts, sides.across)
         return SimplexStreamline(*parts, **SimplexStreamline.of_cell(coordinates.mesh, advection, diffusion))
 
     def held(self, of_cell: Callable[[Value], Value], at_points: Callable[[Value], Value]) -> "Streamline":
         """The same of held values: those `of_cell(expression)`, one in each cell, and those `at_points(expression)`."""
         return replace(
             self,
-            reach=at_points(self.reach),
+            along_flow=at_points(self.along_flow),
+            side=_held(self.side, of_cell),  # one decision in all of the cell
             upwind=at_points(self.upwind),
             fitting=of_cell(self.fitting),
             exchange=of_cell(self.exchange),
             # half a cell is held, as the gradient of a gradient along it is taken
-            across=tuple((d if is_cellwise_constant(d) else of_cell(d), square) for d, square in self.across),
+            across=tuple(Crossing(*(_held(part, of_cell) for part in crossing)) for crossing in self.across),
         )
+
+    @property
+    def reach(self) -> Value:
+        """Half a cell along the flow, m."""
+        return ufl.conditional(ufl.gt(self.monotone, 0.5), self.side, self.along_flow)
 
     def changes_across(self, *functions: Any) -> Value:
         """Weights with the functions' changes across the cell: what lumps a product, added up, where monotone.
@@ -157,7 +186,7 @@ class Streamline:
         For linear f and g, the integral of f g + 2/3 (h/2)^2 f' g' is that of their product at the nodes.
         """
         terms = [(1.0, functions)]
-        for direction, square in self.across:
+        for direction, square, _ in self.across:
             factor = 2.0 / 3.0 * self.monotone * square
             terms += [(w * factor, tuple(ufl.dot(direction, ufl.grad(f)) for f in changed)) for w, changed in terms]
         return terms[1:]
@@ -171,6 +200,24 @@ class Streamline:
         change = self.along(test)
         place = ufl.dot(self.from_middle, self.reach) / (ufl.dot(self.reach, self.reach) + 1e-60)
         return test + (self.upwind - self.monotone * place) * change
+
+    def carried(self, advection: Value, function: Value, test: Value) -> Value:
+        """a.grad f, what flows into a cell from upstream."""
+        along, crossing = ufl.dot(advection, ufl.grad(function)), 0.0
+        for direction, square, covector in self.across:
+            component = self.monotone * ufl.dot(covector, advection)
+            change, test_change = (ufl.dot(direction, ufl.grad(f)) for f in (function, test))
+            along -= component * change
+            crossing += self._nodal(component, change, test)
+            crossing += self._nodal(abs(component) * ufl.sqrt(square), change, test_change)
+        form = along * self.downstream(test) + crossing
+        for w, (f, v) in self.changes_across(function, test):
+            form += w * ufl.dot(advection, ufl.grad(f)) * self.downstream(v)
+        return form
+
+    def _nodal(self, coefficient: Value, function: Value, test: Value) -> Value:
+        """Product of two functions that are linear along the flow, at the nodes."""
+        return coefficient * (function * test + 2.0 / 3.0 * self.along(function) * self.along(test))
 
     def conducted(self, conductivity: Value, function: Value, test: Value) -> Value:
         """grad v.(K grad f), lumped along the flow where monotone; K is a number or a tensor."""
@@ -247,7 +294,10 @@ class SimplexStreamline(Streamline):
         return replace(super().held(of_cell, at_points), crossing=at_points(self.crossing))
 
     def _lumping(self, gradient: Value, test: Value) -> Value:
-        return ufl.dot(gradient, self.vertices * ufl.grad(test)) / (len(self.reach) + 2.0)
+        return ufl.dot(gradient, self.vertices * ufl.grad(test)) / (len(self.side) + 2.0)
+
+    def carried(self, advection: Value, function: Value, test: Value) -> Value:
+        return ufl.dot(advection, ufl.grad(function)) * self.downstream(test)
 
     def downstream(self, test: Value) -> Value:
         return test + (1.0 - self.monotone) * self.upwind * self.along(test)
@@ -267,11 +317,15 @@ class SimplexStreamline(Streamline):
 
     def entered(self, coefficient: Value, value: Value, test: Value) -> Value:
         jacobian = ufl.classes.FacetJacobian(value.ufl_domain())
-        dimension = len(self.reach)
+        dimension = len(self.side)
         ones = ufl.as_vector([1.0] * (dimension - 1))
         vertices = jacobian * (ufl.Identity(dimension - 1) - ufl.outer(ones, ones) / dimension) * jacobian.T
         lumping = ufl.dot(ufl.grad(value), vertices * ufl.grad(test)) / (dimension + 1.0)
         return self.monotone * coefficient * lumping
+
+
+def _held(value: Value, of_cell: Callable[[Value], Value]) -> Value:
+    return value if isinstance(value, float) or is_cellwise_constant(value) else of_cell(value)
 
 
 def _largest(values: list[Value]) -> Value:
