@@ -254,12 +254,27 @@ def _moving_beads(scene: Any) -> None:
 def _temperatures(scene: Any) -> None:
     operation = scene.operation
     difference = max(abs(value - operation.initial_temperature) for value in operation.inlet_temperature.values)
+    if _is_heated_otherwise(scene):
+        return
     if difference == 0.0:
         allowed = "is operation.initial_temperature: there is nothing to heat or to cool"
         raise InputError("operation.inlet_temperature", operation.initial_temperature, allowed, scene.source)
     if operation.heating_margin >= difference:
         allowed = f"must be < {difference:g} K, the difference of inlet and initial temperature"
         _refuse(scene, "operation.heating_margin", allowed)
+
+
+def _is_heated_otherwise(scene: Any) -> bool:
+    """Whether heat comes from elsewhere than with the fluid: beads, wall, surroundings or sources."""
+    operation, layers = scene.operation, scene.wall.layer or ()
+    series = (operation.ambient_temperature, operation.wall_temperature, operation.bead_inlet_temperature)
+    others = [value for one in series if one is not None for value in one.values]
+    return (
+        any(value != operation.initial_temperature for value in others)
+        or operation.outer_heat_flux is not None
+        or any(layer.heat_source is not None or _cures(scene, layer.material) for layer in layers)
+        or (not layers and _cures(scene, scene.wall.material))
+    )
 
 
 def _outer_wall(scene: Any) -> None:

@@ -22,16 +22,14 @@ from .estimates import flow_change
 from .recorder import Recorder
 from .specs import HeatSpec, Specs
 
-import os
-DEBUG=os.environ.get('DBG')
 LOG = logging.getLogger(__name__)
 
 STEADY_AFTER = 3.0
-"""Expected heating times before which nothing counts as steady."""
-STEADY_HEATED = 0.05
-"""Part of the way to the inlet's temperature that a wall must have come to count as steady: else the front is still to come."""
+"""Expected heating times before which nothing counts as steady: else a front may still be to come."""
 STEADY_CHANGE = 1e-4
-"""Part of the distance from the inlet's temperature by which a steady wall may still change."""
+"""Part of all temperature differences, and of the heat stored, by which a steady state may still change."""
+LEAST_ROWS = 10
+"""Of the history, before which nothing counts as steady."""
 
 FIRST_STEP = 0.05
 """The first time step at most, as a part of the largest one."""
@@ -167,7 +165,6 @@ class Simulation:
             control.reject_failed(step, failure)
             return None
         ratio = self._error_ratio(self.time + step, error)
-        if DEBUG: print(f"DBG flow={self._flow_error():.2e} t={self.time:9.2f} dt={step:8.3f} errT={error.temperature:.3e} cure={error.cure:.2e} o={error.order} ratio={ratio:.3f}")
         if not control.accept(self.time + step, step, ratio, error.order):
             LOG.info("step of %g s from %g s repeated: %s, %.2g of what is allowed", step, self.time, error, ratio)
             self._put_back(before, balance)
@@ -233,20 +230,22 @@ class Simulation:
         return self.recorder.reached and self.time >= last_change * (1 - 1e-12)
 
     def is_steady(self) -> bool:
-        """Whether the wall has stayed as far from the inlet's temperature for the second half of the time, in a scene without
-        operation.end_time: then it is never heated."""
+        """Whether nothing has changed in the second half of the time, in a scene without operation.end_time: then what is still
+        waited for never comes."""
         time, history = self.specs.time, self.recorder.history
-        if not time.until_steady or time.targets or self.recorder.reached:
-            return False
         begun = max(
             2.0 * max(time.breakpoints, default=0.0), STEADY_AFTER * self.problem.medium.estimates.heating_duration
         )
-        if self.time < begun:
+        if not time.until_steady or self.time < begun or len(history) < LEAST_ROWS:
             return False
-        times, deficits = history["time"], history["deficit_wall"]
-        half = min(bisect.bisect_left(times, 0.5 * self.time), len(times) - 2)
-        is_heated = deficits[-1] < (1.0 - STEADY_HEATED) * max(deficits)
-        return is_heated and abs(deficits[half] - deficits[-1]) < STEADY_CHANGE * deficits[-1]
+        half = bisect.bisect_left(history["time"], 0.5 * self.time)
+        range_of_all = max(history["highest_temperature"]) - min(history["lowest_temperature"])
+        scales = {"temperature": range_of_all, "heat_stored": max(map(abs, history["heat_stored"])), "cure": 1.0}
+        return all(
+            max(history[name][half:]) - min(history[name][half:]) <= STEADY_CHANGE * scales[kind]
+            for name in history
+            if (kind := _kind_of(name)) is not None
+        )
 
     def _keep_snapshot(self) -> None:
         finished = self._heated_for_good() or self.is_steady() or self.time >= self.specs.time.end_time
@@ -334,6 +333,13 @@ class Simulation:
         self.recorder.restore(numbers["recorder"], array_of)
         self.problem.restore(numbers["problem"], array_of)
         self._set_boundary()
+
+
+def _kind_of(column: str) -> str | None:
+    """What a column of the history is, of those that do not change in a steady state."""
+    if column.startswith(("temperature_", "sensor_", "lowest_", "highest_")) and not column.endswith("_place"):
+        return "temperature"
+    return column if column == "heat_stored" else "cure" if column.startswith("cure_") else None
 
 
 def temperature_bounds(heat: HeatSpec) -> tuple[float, float]:

@@ -251,13 +251,14 @@ def _why_not_heated(simulation: Simulation) -> str:
 
 def _of_the_outcome(simulation: Simulation) -> list[str]:
     time, found = simulation.specs.time, []
-    at_end = simulation.time >= time.end_time * (1 - 1e-9)
-    waiting = simulation.recorder.heating_time is None and simulation.specs.heat.wall != "fixed-temperature"
-    if waiting and (at_end or simulation.is_steady()) and not time.targets:
+    at_end, steady = simulation.time >= time.end_time * (1 - 1e-9), simulation.is_steady()
+    waiting = simulation.recorder.heating_time is None and simulation.specs.heat.is_heated_by_inflow(time.margin)
+    if waiting and (at_end or steady) and not time.targets:
         found.append(_why_not_heated(simulation))
     for target in time.targets:
-        if simulation.recorder.targets[target.name] is None and at_end:
-            found.append(f"target {target.name!r} not met by operation.end_time {time.end_time:g} s")
+        if simulation.recorder.targets[target.name] is None and (at_end or steady):
+            by = f"by operation.end_time {time.end_time:g} s" if at_end else f"in the steady state at {simulation.time:.4g} s"
+            found.append(f"target {target.name!r} not met {by}")
     imbalance = simulation.problem.heat.balance.imbalance
     if abs(imbalance) > LARGEST_IMBALANCE:
         found.append(

@@ -66,8 +66,8 @@ class Recorder:
             row["largest_bead_difference"] = difference
         self.history.append(row | self._at_places())
         self._look_at_targets()
-        if self._heat.wall == "fixed-temperature":
-            return  # the wall's temperature is given: nothing to wait for
+        if not self._heat.is_heated_by_inflow(self._time.margin):
+            return  # the wall's temperature is given, or its heat comes from elsewhere: nothing to wait for
         times, margin = self.history["time"], self._time.margin
         if self.heating_time is None:
             self.heating_time = crossing_time(times, self.history["deficit_wall"], margin)

@@ -127,6 +127,11 @@ class HeatSpec:
     bead_velocity: float
     bead_inlet_temperature: TimeSeries | None
 
+    def is_heated_by_inflow(self, margin: float) -> bool:
+        """Whether the wall is waited for until it is within a margin (K) of the fluid that flows in."""
+        differences = [abs(value - self.initial_temperature) for value in self.inlet_temperature.range]
+        return self.wall != "fixed-temperature" and max(differences) > margin
+
 
 @dataclass(frozen=True, kw_only=True)
 class TimeSpec:

@@ -167,7 +167,7 @@ class TransientHeat:
     @property
     def memory(self) -> list[fem.Function]:
         """What the next step depends on besides `functions`."""
-        return [self.monotone_steps]
+        return [self._cells.steps, self._cells.held]
 
     def largest_bead_difference(self) -> float | None:
         """Largest distance (K) of a bead's surface from its mean; None where beads are isothermal (collective)."""

@@ -14,6 +14,13 @@ OVERSHOOT = 0.07
 """Kelvin out of bounds at which a cell becomes monotone."""
 MONOTONE_STEPS = 2
 """Steps after which a cell is second order again; if it is out of bounds once more it is marked once more."""
+LONGER = 0.25
+"""Part of these steps by which their factor grows, 2, 3, 5, 12, 48, ... steps, where a cell has to be marked again before as many
+have passed: at a place that is out of bounds for ever, cells would change to and fro, and no state would be steady."""
+
+
+MOST_STEPS = 1e6
+"""For which a cell is monotone."""
 
 
 class FrozenTransport:
@@ -49,11 +56,12 @@ class FrozenTransport:
 
 class MonotoneCells:
     """Marks the cells whose temperatures leave their bounds, in `marks` (1 where monotone); `steps` counts for how many more
-    steps each stays so. `unknowns` are the numbers of every local cell's temperatures, a row each."""
+    steps each stays so, below 0 since when it is not, and `held` is for how many it was marked last. `unknowns` are the numbers of
+    every local cell's temperatures, a row each."""
 
     def __init__(self, marks: fem.Function, unknowns: NDArray[Any]) -> None:
         self._marks, self._unknowns = marks, unknowns
-        self.steps = fem.Function(marks.function_space)
+        self.steps, self.held = (fem.Function(marks.function_space) for _ in range(2))
         self._cells = fenicsx.dof_table(marks.function_space)[:, 0]
         self._communicator = marks.function_space.mesh.comm
 
@@ -64,12 +72,16 @@ class MonotoneCells:
         out = ((of_cells < bounds[0] - OVERSHOOT) | (of_cells > bounds[1] + OVERSHOOT)).any(axis=1)
         new = out & (marks[self._cells] == 0.0)
         marks[self._cells[new]] = 1.0
-        self.steps.x.array[self._cells[out]] = MONOTONE_STEPS
+        held = self.held.x.array
+        before = held[self._cells[new]]
+        held[self._cells[new]] = np.maximum(np.minimum(before * (1.0 + LONGER * before), MOST_STEPS), MONOTONE_STEPS)
+        self.steps.x.array[self._cells[out]] = np.maximum(held[self._cells[out]], MONOTONE_STEPS)
         any_out, any_new = ranks.maximum(self._communicator, [out.any(), new.any()])
         return bool(any_out), bool(any_new)
 
     def release(self) -> None:
         """Give the cells second order again that have been monotone for a while: by then the front has spread."""
-        left = self.steps.x.array
-        left[:] = np.maximum(left - 1.0, 0.0)
+        left, held = self.steps.x.array, self.held.x.array
+        left[:] = np.maximum(left - 1.0, -held)
+        held[left <= -held] = 0.0
         self._marks.x.array[:] = left > 0.0

@@ -28,28 +28,43 @@ def marched(control, error=lambda time, step: 0.0, limit=10000):
 )
 def test_hits_every_kink_and_the_end_within_the_cap(first, growth, cap, breakpoints):
     breakpoints = tuple(sorted(breakpoints))
-    times, steps = marched(TimeControl(first, max(growth, 1.05), cap, 5.0, 1000.0, breakpoints))
+    times, steps = marched(TimeControl(first, max(growth, 1.05), cap, 1000.0, breakpoints))
     assert times[-1] == pytest.approx(1000.0)
     assert max(steps) <= max(cap, first) * (1 + 1e-9)
     assert all(min(abs(time - instant) for time in times) < 1e-6 for instant in breakpoints)
 
 
 def test_ramps_geometrically_and_small_again_after_a_kink():
-    times, steps = marched(TimeControl(1.0, 2.0, 20.0, 5.0, 200.0, (100.0,)))
+    times, steps = marched(TimeControl(1.0, 2.0, 20.0, 200.0, (100.0,)))
     assert steps[:5] == [1.0, 2.0, 4.0, 8.0, 16.0]
     after = next(i for i, time in enumerate(times) if time == pytest.approx(100.0))
     assert steps[after] == 1.0
 
 
 def test_large_errors_repeat_the_step_smaller():
-    control = TimeControl(1.0, 2.0, 20.0, 1.0, 100.0)
+    control = TimeControl(1.0, 2.0, 20.0, 100.0)
     times, steps = marched(control, error=lambda time, step: (step / (5.0 if time < 40.0 else 1.0)) ** 2)
     assert control.rejected >= 1 and max(steps) <= 5.0 * (1 + 1e-9)
     assert max(step for time, step in zip(times, steps, strict=False) if time > 45.0) <= 1.0 + 1e-9
 
 
+def test_steps_settle_where_the_error_is_just_allowed():
+    """An error of the order 3 that grows with time: steps follow it, hardly any is repeated."""
+    control = TimeControl(0.1, 2.0, 1e3, 1e3)
+    times, steps = marched(control, error=lambda time, step: (step / (10.0 + 0.02 * time)) ** 3)
+    late = [step / (10.0 + 0.02 * time) for time, step in zip(times, steps, strict=False) if 100.0 < time < 900.0]
+    assert 0.7 < min(late) <= max(late) <= 1.0 and control.rejected <= 2
+
+
+def test_no_step_is_longer_than_asked():
+    control = TimeControl(1.0, 2.0, 100.0, 1e4)
+    control.step = 50.0
+    assert control.propose(10.0, 20.0) == 20.0
+    assert control.propose(10.0, 0.1) == 1.0, "below the first step nothing is gained"
+
+
 def test_gives_up_with_the_failure_itself():
-    control = TimeControl(1.0, 2.0, 10.0, 1.0, 100.0)
+    control = TimeControl(1.0, 2.0, 10.0, 100.0)
     failure = SolveError("energy", 0.0, "detail", "advice")
     with pytest.raises(SolveError) as caught:
         for _ in range(100):
@@ -59,7 +74,7 @@ def test_gives_up_with_the_failure_itself():
 
 
 def test_going_on_after_solves_gave_up_starts_small_again():
-    control = TimeControl(1.0, 1.5, 100.0, 5.0, 1e4)
+    control = TimeControl(1.0, 1.5, 100.0, 1e4)
     control.go_on_with(40.0)
     assert control.propose(10.0) == 40.0
     control.go_on_with(1e-9)
@@ -68,6 +83,6 @@ def test_going_on_after_solves_gave_up_starts_small_again():
 
 def test_what_changes_slowly_does_not_jump():
     """The start jumps, and a series that changes within a first step (50 to 50.5 s), not one of rows 20 s apart."""
-    control = TimeControl(1.0, 2.0, 20.0, 5.0, 200.0, (20.0, 40.0, 50.0, 50.5))
+    control = TimeControl(1.0, 2.0, 20.0, 200.0, (20.0, 40.0, 50.0, 50.5))
     near = [time for time in (0.0, 2.9, 3.1, 20.0, 40.0, 50.0, 50.5, 53.0, 60.0) if control.after_jump(time)]
     assert near == [0.0, 2.9, 50.5, 53.0]
