@@ -18,6 +18,7 @@ from porousmold import Scene
 from porousmold.errors import SolveError
 from porousmold.simulation.accuracy import Refinements, run_to_accuracy
 from porousmold.simulation.march import Simulation
+from porousmold.simulation.recorder import HEATING_TIME
 from porousmold.simulation.specs import specs_of
 from studies.random_scenes import scenes
 
@@ -45,7 +46,7 @@ class Runs:
     times: list[float | None] = field(default_factory=list)
     seconds: list[float] = field(default_factory=list)
 
-    def __call__(self, scene: Scene) -> float | None:
+    def __call__(self, scene: Scene) -> dict[str, float]:
         start = time.process_time()
         self.refinements.append(refinements_of(scene))
         try:
@@ -55,7 +56,7 @@ class Runs:
             simulation.free()
         finally:
             self.seconds.append(time.process_time() - start)
-        return self.times[-1]
+        return {} if self.times[-1] is None else {HEATING_TIME: self.times[-1]}
 
 
 @dataclass
@@ -82,16 +83,17 @@ def outcome_of(task: tuple[int, float]) -> Outcome:
     scene, runs = list(scenes(COUNT, SEED))[number], Runs()
     try:
         estimated = run_to_accuracy(scene.changed({"solver.accuracy": accuracy}), runs)
-        if estimated is None:
+        if not estimated:
             return Outcome(reason="not heated")
         refinements = runs.refinements[-1]
         if runs.seconds[-1] > MOST_CPU:
             return Outcome(reason=f"{sum(runs.seconds):.0f} s of CPU: no reference")
-        reference = Runs()(refinements.times(2.0, 2.0, 2.0).of(scene))
+        reference = Runs()(refinements.times(2.0, 2.0, 2.0).of(scene)).get(HEATING_TIME)
     except SolveError as error:
         return Outcome(reason=str(error)[:80])
     assert runs.times[-1] is not None and reference is not None
-    return Outcome(abs(runs.times[-1] / reference - 1.0), estimated, sum(runs.seconds) / runs.seconds[-1], refinements)
+    error = abs(runs.times[-1] / reference - 1.0)
+    return Outcome(error, estimated[HEATING_TIME], sum(runs.seconds) / runs.seconds[-1], refinements)
 
 
 def main() -> None:

@@ -164,9 +164,9 @@ def scene_tables(name, path, points):
             results.append(marched(scene))
             if results[-1] is None:
                 raise SolveError("flow", 0.0, "no steady flow", "a finer mesh")
-            return results[-1][0]
+            return {"heating_time": results[-1][0]}
 
-        estimate = run_to_accuracy(Scene.load(path, {"solver.accuracy": accuracy}), march)
+        estimate = run_to_accuracy(Scene.load(path, {"solver.accuracy": accuracy}), march)["heating_time"]
         heating, total = results[-1][0], sum(result[1] for result in results if result) / unit
         lines.append(f"| {accuracy:g} | {heating:.1f} | {heating / base - 1:+.3%} | {estimate:.3%} | {total:.2f} |")
         print(lines[-1], flush=True)

@@ -20,6 +20,7 @@ from porousmold.equations.coordinates import Coordinates
 from porousmold.equations.flow import FlowEquations, FlowScales
 from porousmold.equations.medium import Bed, FluidState
 from porousmold.equations.openings import Opening
+from porousmold.files.tables import read_toml
 from porousmold.laws.drag import DRAG_LAWS
 from porousmold.laws.material_library import FLUIDS, SOLIDS
 from porousmold.laws.materials import ConstantDensity, constant
@@ -48,6 +49,31 @@ def coarse_scene(*given):
     path = next((each for each in given if isinstance(each, Path)), ALUMINIUM)
     settings = [each for each in given if isinstance(each, dict)]
     return Scene.load(path, functools.reduce(operator.or_, settings, COARSE))
+
+
+RESIN = {
+    "density": 1850.0,
+    "heat_capacity": 1200.0,
+    "conductivity": 0.35,
+    "source": "of the tests",
+    "cure": {
+        **{"rate_1": 1e5, "activation_energy_1": 6.65e4, "rate_2": 0.0, "activation_energy_2": 0.0},
+        **{"order_m": 0.8, "order_n": 1.5, "heat": 1.9e5, "initial": 0.01},
+    },
+}
+"""Material of a part that cures."""
+
+
+def cured_mold(settings):
+    """The aluminium mold with a part of 5 mm on its skin, a target of its cure to 0.8, and other settings."""
+    layers = [
+        {"name": "skin", "material": "aluminium", "thickness": 0.003},
+        {"name": "part", "material": "resin", "thickness": 0.005},
+    ]
+    given = {name: dict(table) for name, table in read_toml("scene", ALUMINIUM).items() if name != "wall"}
+    given |= {"materials": {"resin": RESIN}, "wall": {"layer": layers}}
+    given["target"] = {"list": [{"name": "cured", "place": "part", "cured": 0.8}]}
+    return Scene(given).changed({"operation.inlet_temperature": 430.0} | settings)
 
 
 def problem_of(scene, communicator=MPI.COMM_SELF):

@@ -2,7 +2,7 @@ r"""Locally developed flow and plug flow: the cheaper flow models.
 
 Developed: at each axial station only derivatives across the flow are kept,
 
-    0 = -phi dp/dx + (1/w) d/dy (w phi (mu + mu_t) du/dy) + phi rho g - drag,     w = 1 or 2 pi r,
+    0 = -phi dp/dx + (1/w) d/dy (w phi (mu + mu_t) du/dy) + b_y (mu + mu_t) du/dy + phi rho g - drag,     w = 1 or 2 pi r,
 
 likewise for k and epsilon. The same mass flow passes every station; dp/dx, one number a station, sees to that, and the
 pressure is marched with it. Left out are the entrance and the inertia of the gas as it expands.
@@ -62,6 +62,8 @@ def developed_residual(
     force = resistance * relative.velocity[0] + phi * gradient + storage * (u - old.velocity[0])
     if equations.gravity is not None:
         force -= phi * density * equations.gravity[0]
+    if bed.rev_vector is not None:
+        force -= effective * bed.rev_vector[1] * u.dx(1)
     test = tests[0] * equations.bed.bead_diameter / scales.pressure
     form = force * test + phi * effective * u.dx(1) * test.dx(1)
     local = 0.0 * test

@@ -222,6 +222,8 @@ def summary_text(scene: Scene, summary: Mapping[str, Any], out: Path, pictures: 
         lines.append(f"model: {model_text(summary['model_choice'])}")
     if summary["heating_time_error"] is not None:
         lines.append(f"numerical error of the heating time: about {summary['heating_time_error']:.2%}")
+    for kind, errors in (("target", summary["target_errors"]), ("peak of", summary["peak_errors"])):
+        lines += [f"numerical error of {kind} {name}: about {error:.2%}" for name, error in errors.items()]
     if scene.model.wall in ("conjugate", "thin"):
         lines.append(f"outer wall: {outer_wall_text(dict(scene.operation))}")
     lines.append(f"closures: {closures_text(summary['closures'])}")

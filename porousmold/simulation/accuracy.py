@@ -1,6 +1,9 @@
-"""Accuracy on request: the mesh and the steps that bring the heating time within a wanted relative error.
+"""Accuracy on request: the mesh and the steps that bring every answer of a scene within a wanted relative error.
 
-With t(l, c, s) the heating time at refinements of the cells along the flow, of those across it, and of the steps, the errors of
+Answers are the heating time, the time at which each target is met, and the highest temperature of each layer that cures (its rise
+above the lowest temperature of the run). Each has an error estimate of its own; the worst of them asks for the refinement.
+
+With t(l, c, s) an answer at refinements of the cells along the flow, of those across it, and of the steps, the errors of
 a run come from three cheaper ones (Richardson):
 
     e_c = [t(l/2, 0.7 c, s/2) - t(l/2, c, s/2)] / (0.7^-p_c - 1),
@@ -20,8 +23,8 @@ error.
 """
 
 import math
-from collections.abc import Callable
-from typing import NamedTuple
+from collections.abc import Callable, Mapping
+from typing import NamedTuple, TypeAlias
 
 from ..errors import SolveError
 from ..scene.scene import Scene
@@ -74,7 +77,7 @@ ORDER_OF_SHARP_FRONTS = 4.0
 
 
 class Errors(NamedTuple):
-    """Relative errors of a heating time by its cells along and across the flow and by its steps, with their signs."""
+    """Relative errors of an answer by its cells along and across the flow and by its steps, with their signs."""
 
     along: float
     across: float
@@ -86,11 +89,15 @@ class Errors(NamedTuple):
         return max(abs(sum(self)), 0.5 * math.hypot(*self))
 
 
-def run_to_accuracy(scene: Scene, march: Callable[[Scene], float | None]) -> float | None:
-    """March a scene as often as its `solver.accuracy` needs; gives the estimated relative error of the last march's answer.
+Answers: TypeAlias = Mapping[str, float]
+"""Answers of a run by their names."""
 
-    `march(scene)` gives a heating time (s; None where the wall was not heated) or raises `SolveError`. Without an accuracy that
-    is the scene itself, or if that fails on finer cells, and no error is estimated: None, also where the wall was not heated.
+
+def run_to_accuracy(scene: Scene, march: Callable[[Scene], Answers]) -> dict[str, float] | None:
+    """March a scene as often as its `solver.accuracy` needs; gives the estimated relative errors of the last march's answers.
+
+    `march(scene)` gives the answers that there are, or raises `SolveError`. Without an accuracy that is the scene itself, or if
+    that fails on finer cells, and no error is estimated: None. An answer that one of the runs does not have has no estimate.
     Raises `SolveError` where refinement does not help.
     """
     if scene.solver.accuracy is None:
@@ -107,38 +114,40 @@ def run_to_accuracy(scene: Scene, march: Callable[[Scene], float | None]) -> flo
         coarse = present.times(*COARSER)
         coarser = [coarse, coarse._replace(across=present.across), coarse._replace(steps=present.steps)]
         try:
-            times = [march(run.of(unbounded)) for run in coarser] + [march(present.of(scene))]
+            runs = [march(run.of(unbounded)) for run in coarser] + [march(present.of(scene))]
         except SolveError:  # coarse cells may have no steady flow
             if present.across >= COARSEST_OF_ALL:
                 raise
             present = present.times(2.0, 2.0, 1.0)
             continue
         break
-    known = [time for time in times if time is not None]
-    if len(known) < len(times):
-        return None
-    errors, now = estimated_errors(*known), known[-1]
+    now = runs[-1]
+    errors = {name: estimated_errors(*(run[name] for run in runs)) for name in now if all(name in run for run in runs)}
     most = FIRST_FACTOR
-    while errors.all > wanted and max(present) < FINEST:
-        needed = Refinements(*(min(needed_factor(abs(error), wanted), most) for error in errors))
+    while errors and max(one.all for one in errors.values()) > wanted and max(present) < FINEST:
+        worst = (max(abs(error) for error in direction) for direction in zip(*errors.values(), strict=True))
+        needed = Refinements(*(min(needed_factor(error, wanted), most) for error in worst))
         finer = Refinements(*(min(FINEST, one) for one in present.times(*needed)))
-        after = march(finer.of(scene))
-        if after is None:
-            return None
-        before, now = now, after
+        before, now = now, march(finer.of(scene))
         factors = Refinements(*(more / one for more, one in zip(finer, present, strict=True)))
-        errors, present, most = errors_after(errors, factors, abs(now - before) / now), finer, FINEST
-    return errors.all
+        errors = {
+            name: errors_after(one, factors, abs(now[name] - before[name]) / abs(now[name]))
+            for name, one in errors.items()
+            if name in now
+        }
+        present, most = finer, FINEST
+    return {name: one.all for name, one in errors.items()}
 
 
 def estimated_errors(coarse: float, coarse_but_across: float, coarse_but_steps: float, now: float) -> Errors:
-    """Errors of the last of four heating times (s): the first is that of a run with all that is `COARSER`, the next two are with
+    """Errors of the last of four values of an answer: the first is that of a run with all that is `COARSER`, the next two are with
     the last one's cells across and with its steps."""
     by_across, by_steps = coarse - coarse_but_across, coarse - coarse_but_steps
     by_along = coarse_but_steps - now - by_across
     orders = OBSERVED_ORDERS if by_along > 0.0 else OBSERVED_ORDERS._replace(along=ORDER_OF_SHARP_FRONTS)
     parts = zip((by_along, by_across, by_steps), COARSER, orders, strict=True)
-    return Errors(*(difference / now / (part**-order - 1.0) for difference, part, order in parts))
+    size = abs(now) or 1.0
+    return Errors(*(difference / size / (part**-order - 1.0) for difference, part, order in parts))
 
 
 def needed_factor(error: float, wanted: float) -> float:

@@ -41,7 +41,7 @@ SPENT = ("fluid_heat", "pumping_work", "energy_spent", "mean_power")
 def summarise(
     scene: Scene,
     simulation: Simulation,
-    heating_time_error: float | None = None,
+    errors: Mapping[str, float] | None = None,
     failure: SolveError | None = None,
     *,
     interrupted: bool = False,
@@ -55,7 +55,9 @@ def summarise(
         "status": "failed" if failure else "interrupted" if interrupted else "done",
         "failure": str(failure) if failure else None,
         "heating_time": recorder.heating_time,
-        "heating_time_error": heating_time_error,
+        "heating_time_error": None if errors is None else errors.get("heating_time"),
+        "target_errors": _part(errors, "targets."),
+        "peak_errors": _part(errors, "peaks."),
         "heating_time_bed_side": recorder.heating_time_bed_side,
         "targets": recorder.targets,
         "target_meanings": {target.name: target.meaning for target in specs.time.targets},
@@ -74,6 +76,11 @@ def summarise(
         **_provenance(scene, simulation),
         "warnings": warnings_of(scene, simulation, bounds),
     }
+
+
+def _part(errors: Mapping[str, float] | None, prefix: str) -> dict[str, float]:
+    """The errors of the answers whose names begin with `prefix`, without that."""
+    return {name.removeprefix(prefix): error for name, error in (errors or {}).items() if name.startswith(prefix)}
 
 
 def _spent(simulation: Simulation) -> dict[str, float | None]:

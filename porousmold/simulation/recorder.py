@@ -11,6 +11,8 @@ from .heating_time import crossing_time
 from .problem import Problem
 
 MOST_SNAPSHOTS = 32
+HEATING_TIME = "heating_time"
+"""Name of that answer."""
 
 
 class Recorder:
@@ -78,6 +80,17 @@ class Recorder:
         for target in self._time.targets:
             if self.targets[target.name] is None:
                 self.targets[target.name] = target.time(self.history)
+
+    def answers(self) -> dict[str, float]:
+        """What the run answers: the heating time and the times (s) at which targets were met, as far as they were, and by how much
+        (K) each layer that cures was hotter than the lowest temperature of the run."""
+        times = {HEATING_TIME: self.heating_time, **{f"targets.{name}": time for name, time in self.targets.items()}}
+        found = {name: time for name, time in times.items() if time is not None}
+        for name in self._problem.degrees_of_cure():
+            place = name if f"highest_{name}" in self.history else "wall"
+            lowest = min(self.history["lowest_temperature"])
+            found[f"peaks.{name}"] = max(self.history[f"highest_{place}"]) - lowest
+        return found
 
     @property
     def reached(self) -> bool:

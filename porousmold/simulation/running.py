@@ -1,7 +1,7 @@
 """One run from scene to result: march, sum up, write."""
 
 import time as clock
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from ..errors import InputError, SolveError
@@ -18,6 +18,7 @@ from .march import Simulation
 from .model_choice import CHEAPEST, ModelChoice, choose_model
 from .observation import field_snapshots, profile_near_wall
 from .outcome import summarise
+from .recorder import HEATING_TIME
 from .result import Result
 from .specs import specs_of
 
@@ -82,7 +83,7 @@ def run(
 class _Run:
     """The marches of one run: a single one, or those that `solver.accuracy` and `model.choose` ask for.
 
-    `_outcomes` holds what came of the marches before the present one: a heating time (s), None, or `FAILED`.
+    `_outcomes` holds what came of the marches before the present one: their answers, or `FAILED`.
     """
 
     def __init__(
@@ -114,9 +115,9 @@ class _Run:
 
     def result(self) -> Result:
         """March to the end, write everything, and give the `Result`."""
-        failure = interruption = error = None
+        failure = interruption = errors = None
         try:
-            error = run_to_accuracy(self._model(), self._march)
+            errors = run_to_accuracy(self._model(), self._march)
         except SolveError as problem:
             failure = problem
         except KeyboardInterrupt as problem:
@@ -124,7 +125,7 @@ class _Run:
                 raise
             interruption = problem
             self._stop()  # a rank stopped by another one acknowledges its own signal
-        summary = self._write(error, failure, interrupted=interruption is not None)
+        summary = self._write(errors, failure, interrupted=interruption is not None)
         self._free()
         if failure is not None:
             raise failure
@@ -141,11 +142,11 @@ class _Run:
         if self._scene.model.choose != CHEAPEST:
             return self._scene
         self._observe("comparing models")
-        self._choice = choose_model(self._scene, self._march)
+        self._choice = choose_model(self._scene, lambda scene: self._march(scene).get(HEATING_TIME))
         return self._choice.scene
 
-    def _march(self, scene: Scene) -> float | None:
-        """March a scene; one that was marched before the checkpoint is only recalled."""
+    def _march(self, scene: Scene) -> dict[str, float]:
+        """March a scene, for its answers; one that was marched before the checkpoint is only recalled."""
         self._outcomes += self._last
         self._last = []
         if self._replayed:
@@ -153,7 +154,7 @@ class _Run:
             self._last = [outcome]
             if outcome == FAILED:
                 raise SolveError("march", 0.0, "failed before the checkpoint", "")
-            return outcome
+            return dict(outcome)
         self._free()
         simulation = Simulation(specs_of(scene), self._communicator, self._observe)
         if self._folder is not None and not self._outcomes:
@@ -168,8 +169,8 @@ class _Run:
         except SolveError:
             self._last = [FAILED]
             raise
-        self._last = [simulation.recorder.heating_time]
-        return simulation.recorder.heating_time
+        self._last = [simulation.recorder.answers()]
+        return dict(self._last[0])
 
     def _after_step(self, time: float, deficit: float) -> None:
         if self._folder is not None and self._communicator.bcast(clock.perf_counter() >= self._due):
@@ -185,14 +186,15 @@ class _Run:
         if self._folder is not None:
             self._folder.save(self._simulation, self._outcomes, self._identity)
 
-    def _write(self, error: float | None, failure: SolveError | None, *, interrupted: bool) -> dict[str, Any]:
+    def _write(
+        self, errors: dict[str, float] | None, failure: SolveError | None, *, interrupted: bool
+    ) -> dict[str, Any]:
         """Everything that the folder is to hold; gives the summary."""
         simulation, folder, wanted = self._simulation, self._folder, self._scene.solver.accuracy
-        summary = summarise(self._marched, simulation, error, failure, interrupted=interrupted)
+        summary = summarise(self._marched, simulation, errors, failure, interrupted=interrupted)
         summary["identity"] = identity_of(self._scene)
         summary["model_choice"] = None if self._choice is None else self._choice.as_table()
-        if error is not None and error > wanted:
-            summary["warnings"].append(f"the estimated error {error:.2g} exceeds the accuracy asked for")
+        summary["warnings"] += _of_accuracy(errors, simulation.recorder.answers(), wanted)
         refined = self._marched.solver.mesh_refinement > self._scene.solver.mesh_refinement
         if wanted is None and failure is None and refined:
             summary["warnings"].append(
@@ -219,3 +221,22 @@ class _Run:
             folder.write_fields(
                 problem.domain.mesh, field_snapshots(problem, recorder.snapshots, self._simulation.time)
             )
+
+
+def _of_accuracy(errors: dict[str, float] | None, answers: Mapping[str, float], wanted: float | None) -> list[str]:
+    """What is to be said of the accuracy that was asked for."""
+    if errors is None or wanted is None:
+        return []
+    found = [
+        f"the estimated error {error:.2g} of {name.replace('_', ' ')} exceeds the accuracy asked for"
+        for name, error in errors.items()
+        if error > wanted
+    ]
+    found += [
+        f"solver.accuracy has no estimate for {name.replace('_', ' ')}: a coarser run does not reach it"
+        for name in answers
+        if name not in errors
+    ]
+    if not errors and not answers:
+        found.append("solver.accuracy has nothing to act on: no heating time, no target that is met, no layer that cures")
+    return found

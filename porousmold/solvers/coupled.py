@@ -5,6 +5,7 @@ Every unknown keeps its time derivative, the density its changes with pressure a
 of the earlier stages' rates K_j, by Newton's method with a new Jacobian as often as it needs one.
 """
 
+import functools
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
@@ -21,9 +22,10 @@ from ..laws.functions import Value
 from ..mesh import fenicsx, ranks
 from ..mesh.domain import BED, Domain
 from .flow import FullFlow, constrained_unknowns, unknowns_outside
-from .heating import BACKWARD_EULER, STAGES, TransientHeat
+from .heating import BACKWARD_EULER, GAMMA, MOST_REPETITIONS, STAGES, Stages, TransientHeat
 from .newton import NewtonSystem, modified_newton
 from .protocols import ArrayOf, HeatBalance, Observer, Saved, silent
+from .step_error import StepError
 
 CONVERGED_UPDATE, MOST_ITERATIONS = 1e-8, 25
 """Relative update at which a stage counts as solved, and its iterations at most."""
@@ -108,16 +110,13 @@ class CoupledTransient:
         return self.heat.functions
 
     @property
-    def monotone_steps(self) -> Any:
-        return self.heat.monotone_steps
-
-    @property
     def space(self) -> Any:
         return self.heat.space
 
     @property
     def repetitions(self) -> int:
-        return 0
+        """Steps that were repeated to keep temperatures within bounds."""
+        return self.heat.repetitions
 
     def observe_with(self, observe: Observer) -> None:
         """Have `observe(text)` called at every iteration; it may raise."""
@@ -157,10 +156,68 @@ class CoupledTransient:
             function.x.scatter_forward()
 
     def step(
-        self, time: float, step: float, *, after_jump: bool = False, bounds: tuple[float, float] | None = None
-    ) -> Any:
-        """One step of `step` seconds from `time`; gives the estimated error (K) like `TransientHeat.step`."""
-        stages = BACKWARD_EULER if after_jump else STAGES
+        self, time: float, step: float, *, after_jump: bool = False, bounds: tuple[float, float] = (-np.inf, np.inf)
+    ) -> StepError:
+        """One step of `step` seconds from `time`; gives its estimated error, keeps `bounds` like `TransientHeat.step`.
+
+        After a jump it is two halves of the backward Euler method, whose difference from one whole step is their error.
+        """
+        self.heat.release_cells()
+        start, flow_start = self.heat.unknown.x.array.copy(), self.flow.unknown.x.array.copy()
+        for left in reversed(range(MOST_REPETITIONS)):
+            error, balance = self._take_all(time, step, after_jump=after_jump)
+            out, new = self.heat.mark_cells(bounds)
+            if not (out and new and left):
+                break
+            self.heat.repetitions += 1
+            self.heat.unknown.x.array[:], self.flow.unknown.x.array[:] = start, flow_start
+        self.balance = balance
+        return error
+
+    def _take_all(self, time: float, step: float, *, after_jump: bool) -> tuple[StepError, HeatBalance]:
+        """A step, and the balance that it leaves; that of before stays."""
+        before = replace(self.balance)
+        try:
+            if not after_jump:
+                rates = self._take(time, step, STAGES)
+                difference = step * GAMMA * (rates[0] - 2.0 * rates[1] + rates[2])
+                order = 3
+            else:
+                start, flow_start = self.heat.unknown.x.array.copy(), self.flow.unknown.x.array.copy()
+                self._take(time, step, BACKWARD_EULER)
+                whole = self._coupled.x.array.copy()
+                self.heat.unknown.x.array[:], self.flow.unknown.x.array[:] = start, flow_start
+                self.balance = replace(before)
+                for half in range(2):
+                    self._take(time + 0.5 * half * step, 0.5 * step, BACKWARD_EULER)
+                difference, order = self._coupled.x.array - whole, 2
+            return StepError(self.heat.norm(self._of_heat(difference)), 0.0, order), self.balance
+        finally:
+            self.balance = before
+
+    def _of_heat(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Those of the heat's unknowns among the coupled ones."""
+        result = np.zeros(len(self.heat.unknown.x.array))
+        for (space, numbers), target in zip(self._parts[self._flow_parts :], self._heat_parts, strict=True):
+            part = fem.Function(space)
+            part.x.array[:] = values[numbers]
+            if target is None:
+                own = fem.Function(self.heat.space)
+                own.interpolate(part)
+                return np.asarray(own.x.array)
+            subspace, own_numbers = target
+            own = fem.Function(subspace)
+            own.interpolate(part)
+            result[own_numbers] = own.x.array
+        return result
+
+    @functools.cached_property
+    def _heat_parts(self) -> list[Any]:
+        two = self.heat.equations.two_temperatures
+        return [fenicsx.collapse(self.heat.space, part) for part in range(2)] if two else [None]
+
+    def _take(self, time: float, step: float, stages: Stages) -> list[NDArray[Any]]:
+        """All stages of a step; gives their rates. The balance is brought forward."""
         gamma = stages[0][0]
         self._gather()
         self.flow.renew_inlet()
@@ -182,7 +239,7 @@ class CoupledTransient:
         inlet = float(self.heat.equations.inlet_temperature.value)
         left = ranks.integral(self.domain.communicator, self._fluid_capacity.form)
         self.heat.finish(crossed, inlet * (capacity - left))
-        return 0.0 if after_jump else self.heat.estimated_error()
+        return rates
 
     def _solve(self, time: float, step: float) -> None:
         solved = modified_newton(

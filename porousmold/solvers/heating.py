@@ -55,7 +55,7 @@ class TransientHeat:
     """The temperatures over a domain. `equations` are its `EnergyEquations`.
 
     `unknown` holds T (fluid and wall) and T_s (beads, held where there are none), or with one temperature T alone;
-    `monotone_steps` counts for how many more steps a cell is monotone; a stage is solved to the relative `stage_error`;
+    `memory` tells for how many more steps a cell is monotone; a stage is solved to the relative `stage_error`;
     `set_time(t)` is called before each stage to update the boundary values; `supply` gives the inlet's temperature where that
     follows the outlet's.
     """
@@ -142,10 +142,10 @@ class TransientHeat:
         `after_jump` takes the backward Euler method, which damps what a jump of the inlet excites and other methods let
         swing. Where a temperature leaves `bounds` (K), the cells around it become monotone and the step is repeated, in the
         end by the backward Euler method.
-        Raises `SolveError` if a stage does not converge: the balance is then as before, `functions` and `monotone_steps` are
+        Raises `SolveError` if a stage does not converge: the balance is then as before, `functions` and `memory` are
         the caller's to put back.
         """
-        self._cells.release()
+        self.release_cells()
         first = BACKWARD_EULER if after_jump else STAGES
         # where marking cells does not help: the fluid jumps where its equation has changed, which the backward Euler
         # method damps; and no method of higher order keeps bounds at any step
@@ -154,7 +154,7 @@ class TransientHeat:
         way, starts = 0, [function.x.array.copy() for function in self.functions]
         for left in reversed(range(MOST_REPETITIONS)):
             flows, stored, error = self._take_all(time, ways[way])
-            out, new = self._cells.mark(self._temperatures(), bounds)
+            out, new = self.mark_cells(bounds)
             way += not new
             if not out or way == len(ways) or not left:
                 break
@@ -275,10 +275,13 @@ class TransientHeat:
     def _no_flows(self) -> dict[str, float]:
         return dict.fromkeys([*self.scalars, *(self.supply.rates if self.supply else ())], 0.0)
 
-    @property
-    def monotone_steps(self) -> fem.Function:
-        """For how many more steps each cell is monotone."""
-        return self._cells.steps
+    def release_cells(self) -> None:
+        """Begin a step: cells that have been monotone for a while are so no longer."""
+        self._cells.release()
+
+    def mark_cells(self, bounds: tuple[float, float]) -> tuple[bool, bool]:
+        """Make cells out of `bounds` (K) monotone: whether there are any, and new ones (collective)."""
+        return self._cells.mark(self._temperatures(), bounds)
 
     def _temperatures(self) -> NDArray[Any]:
         """All unknowns, held ones left out as NaN."""
@@ -316,10 +319,11 @@ class TransientHeat:
             for part, error in zip(self.curing, errors, strict=True):
                 part.add(error)
         self._system.apply_inverse(self._difference, self._error)
-        return StepError(self._norm(self._error.array), cure, order)
+        return StepError(self.norm(self._error.array), cure, order)
 
     @functools.cached_property
-    def _norm(self) -> RegionNorm:
+    def norm(self) -> RegionNorm:
+        """Root mean square over the regions that store heat (collective)."""
         volumes = self._system.new_vector()
         fenicsx.assemble_vector(volumes, self._volumes.form)
         return RegionNorm(self.domain.communicator, volumes.array.copy(), self._regions)

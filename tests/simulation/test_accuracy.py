@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from porousmold import InputError
+from porousmold import InputError, run
 from porousmold.errors import SolveError
 from porousmold.scene.scene import Scene
 from porousmold.simulation.accuracy import (
@@ -23,7 +23,7 @@ from porousmold.simulation.accuracy import (
 )
 from studies.accuracy import outcome_of, refinements_of
 
-from ..support import ALUMINIUM
+from ..support import ALUMINIUM, coarse_scene, cured_mold
 
 
 @pytest.mark.parametrize("number", [2, *(pytest.param(n, marks=pytest.mark.heavy) for n in (5, 21, 33))])
@@ -45,7 +45,7 @@ class March:
 
     def __call__(self, scene):
         self.asked.append(refinements_of(scene))
-        return 1000.0 * (1.0 + self.error(self.asked[-1]))
+        return {"heating_time": 1000.0 * (1.0 + self.error(self.asked[-1]))}
 
 
 @pytest.mark.parametrize(
@@ -62,7 +62,7 @@ class March:
 @pytest.mark.parametrize("wanted", [1e-3, 1e-4])
 def test_each_direction_and_the_steps_are_refined_as_each_needs_it(errors, wanted):
     march = March(*errors)
-    error = run_to_accuracy(Scene.load(ALUMINIUM, {"solver.accuracy": wanted}), march)
+    error = run_to_accuracy(Scene.load(ALUMINIUM, {"solver.accuracy": wanted}), march)["heating_time"]
     settled, true = march.asked[-1], march.error(march.asked[-1])
     assert error is not None and (error <= wanted or max(settled) == FINEST)
     # at order 3 itself (2^3 - 1) / (2^3.5 - 1) of the error by steps is seen at first; a finer run shows more of it
@@ -75,7 +75,7 @@ def test_each_direction_and_the_steps_are_refined_as_each_needs_it(errors, wante
 
 def test_a_default_run_that_is_good_enough_is_the_last():
     march = March(2e-4, -1e-4, 1e-4)
-    assert run_to_accuracy(Scene.load(ALUMINIUM, {"solver.accuracy": 1e-3}), march) is not None
+    assert run_to_accuracy(Scene.load(ALUMINIUM, {"solver.accuracy": 1e-3}), march)
     assert len(march.asked) == 4 and march.asked[-1] == Refinements()
 
 
@@ -96,7 +96,7 @@ def test_richardson_is_exact_at_the_orders_that_are_taken(along, order):
     march = March(along, 1e-3, -2e-3, OBSERVED_ORDERS._replace(along=order))
     scene = Scene.load(ALUMINIUM)
     runs = COARSER, COARSER._replace(across=1.0), COARSER._replace(steps=1.0), Refinements()
-    errors = estimated_errors(*(march(refinements.of(scene)) for refinements in runs))
+    errors = estimated_errors(*(march(refinements.of(scene))["heating_time"] for refinements in runs))
     assert errors == pytest.approx((along, 1e-3, -2e-3), rel=5e-3)
 
 
@@ -122,6 +122,41 @@ def test_failed_coarse_run_is_followed_by_a_finer_one():
     with pytest.raises(SolveError):
         run_to_accuracy(Scene.load(ALUMINIUM, {"solver.accuracy": 0.003}), march)
     assert refinements[1] == 2.0 * refinements[0] and len(refinements) == 2
+
+
+def test_the_worst_answer_asks_for_the_refinement():
+    """Two answers, one with an error by steps and one by cells: both are brought down, and an answer that a coarse run lacks has no
+    estimate."""
+    cells, steps = March(0.01, 0.0, 0.0), March(0.0, 0.0, 0.02)
+
+    def march(scene):
+        found = {"heating_time": cells(scene)["heating_time"], "targets.cured": steps(scene)["heating_time"]}
+        if scene.solver.step_refinement >= 1.0:
+            found["targets.even"] = 100.0
+        return found
+
+    errors = run_to_accuracy(Scene.load(ALUMINIUM, {"solver.accuracy": 1e-3}), march)
+    assert set(errors) == {"heating_time", "targets.cured"} and max(errors.values()) <= 1e-3
+    settled = cells.asked[-1]
+    assert settled.along > 1.5 and settled.steps > 1.5 and settled.across == 1.0
+
+
+def test_every_answer_of_a_scene_has_its_error():
+    """A part that cures: heating time, target and peak, each against a run of its own that is twice finer."""
+    settings = {"model.flow": "plug", "operation.end_time": 20000.0, "model.turbulence": "none"}
+    result = run(cured_mold(settings | {"solver.accuracy": 0.01}))
+    assert set(result.summary["target_errors"]) == {"cured"} and set(result.summary["peak_errors"]) == {"part"}
+    finer = run(cured_mold(settings | {"solver.mesh_refinement": 2.0, "solver.step_refinement": 2.0}))
+    error = abs(result.summary["targets"]["cured"] / finer.summary["targets"]["cured"] - 1.0)
+    assert error < 0.01 and result.summary["target_errors"]["cured"] < 0.01
+    rise = [max(one["highest_part"]) - min(one["lowest_temperature"]) for one in (result, finer)]
+    assert rise[0] == pytest.approx(rise[1], rel=0.01)
+
+
+def test_an_accuracy_that_has_nothing_to_act_on_says_so():
+    fixed = {"model.wall": "fixed-temperature", "operation.wall_temperature": 340.0, "operation.end_time": 60.0}
+    result = run(coarse_scene(fixed | {"model.flow": "plug", "model.turbulence": "none", "solver.accuracy": 0.01}))
+    assert any("solver.accuracy has nothing to act on" in warning for warning in result.summary["warnings"])
 
 
 def test_accuracy_chooses_the_refinement_itself():
