@@ -32,7 +32,8 @@ RESULT_KEYS: Mapping[str, ResultKey] = {
     "targets": ResultKey("object", "time (s) at which each target was met, or null"),
     "target_errors": ResultKey("object", "estimated relative error of each target's time, with solver.accuracy"),
     "peak_errors": ResultKey(
-        "object", "the same of the highest temperature of each layer that cures, of its rise above the lowest of the run"
+        "object",
+        "the same of the highest temperature of each layer that cures, of its rise above the lowest of the run",
     ),
     "target_meanings": ResultKey("object", "each target in words"),
     "end_time": _number("s", "end of the run"),

@@ -1,7 +1,7 @@
 """Quantities that may vary in time, and along the flow: a number, or a CSV file."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,10 @@ from ..files.units import to_si
 SAMPLES, FINEST_SAMPLE, SAMPLING_TOLERANCE = 200, 0.05, 1e-4
 """First samples of a function, the interval (s) below which a change counts as a jump, and the part of its range that straight
 lines between samples may miss."""
+
+
+MOST_ROWS = 400
+"""Rows of a series beyond which those that lie closer than an even spacing of so many are replaced by means over that."""
 
 
 OTHER_QUANTITIES = (
@@ -105,6 +109,36 @@ class TimeSeries:
         if len(columns.names) != 2:
             raise InputError(columns.key, columns.path, "must have two columns: time [s], value [unit]")
         return cls(tuple(columns.times().tolist()), tuple(columns.in_si(1, unit).tolist()), columns.path)
+
+    def thinned(self) -> "TimeSeries":
+        """The same with `MOST_ROWS` rows or not many more: what changes faster is averaged, so that its integral over time stays.
+
+        Bed and wall follow the integral; a step of the simulation for every row of a fast logger would bring nothing.
+        """
+        times, values = np.array(self.times), np.array(self.values)
+        if len(times) <= MOST_ROWS or self.corners is not None:
+            return self
+        spacing = (times[-1] - times[0]) / MOST_ROWS
+        kept = [0]
+        while kept[-1] < len(times) - 1:
+            reached = int(np.searchsorted(times, times[kept[-1]] + spacing * (1.0 + 1e-9), side="right")) - 1
+            kept.append(max(reached, kept[-1] + 1))
+        # means weighted by the hat functions of the rows that stay: Simpson's rule is exact for products of linear functions
+        middles, half = 0.5 * (times[1:] + times[:-1]), 0.5 * np.diff(times)
+        sums, weights = [], []
+        for number in range(len(kept)):
+            hat = np.interp(times, times[kept], np.arange(len(kept)) == number)
+            hat_between = np.interp(middles, times, hat)
+            weight = np.append(half, 0.0) + np.append(0.0, half)
+            between = 0.5 * (values[1:] + values[:-1])
+            shape = (-1,) + (1,) * (values.ndim - 1)
+            at_rows = (weight * hat).reshape(shape) * values
+            at_middles = (4.0 * half * hat_between).reshape(shape) * between
+            sums.append((at_rows.sum(axis=0) + at_middles.sum(axis=0)) / 3.0)
+            weights.append((weight @ hat + 4.0 * half @ hat_between) / 3.0)
+        means = [total / weight for total, weight in zip(sums, weights, strict=True)]
+        new = tuple(tuple(mean.tolist()) if values.ndim > 1 else float(mean) for mean in means)
+        return replace(self, times=tuple(times[kept].tolist()), values=new)
 
     def __call__(self, time: float) -> Any:
         """Value at the time (s)."""

@@ -38,7 +38,7 @@ STEP_ERROR, CURE_ERROR = 8e-3, 1e-3
 """Estimated error of a step that is allowed: of temperatures, over the differences there are, and of a degree of cure."""
 FLOW_ERROR = 3e-3
 """Relative error of the mass flow in a step that is allowed."""
-LEAST_DIFFERENCE = 0.1
+LEAST_DIFFERENCE = 0.02
 """Temperature difference (K) below which none counts."""
 STEPS_OF_CHANGE = 4.0
 """Steps like the last one whose change counts as a difference: of what is heated evenly."""
@@ -179,7 +179,9 @@ class Simulation:
     def _error_ratio(self, time: float, error: StepError) -> float:
         """Estimated error of a step to a time (s), over what is allowed of it (collective)."""
         problem, specs, history = self.problem, self.specs.time, self.recorder.history
-        low, high = (float(f(ends)) for f, ends in zip((min, max), zip(*map(problem.extremes, ("bed", "wall"))), strict=True))
+        low, high = (
+            float(f(ends)) for f, ends in zip((min, max), zip(*map(problem.extremes, ("bed", "wall"))), strict=True)
+        )
         change = max(abs(low - history["lowest_temperature"][-1]), abs(high - history["highest_temperature"][-1]))
         differences = self._differences(time, low, high, problem.inlet_temperature)
         allowed = STEP_ERROR * max(differences, STEPS_OF_CHANGE * change, LEAST_DIFFERENCE)

@@ -264,7 +264,11 @@ def _of_the_outcome(simulation: Simulation) -> list[str]:
         found.append(_why_not_heated(simulation))
     for target in time.targets:
         if simulation.recorder.targets[target.name] is None and (at_end or steady):
-            by = f"by operation.end_time {time.end_time:g} s" if at_end else f"in the steady state at {simulation.time:.4g} s"
+            by = (
+                f"by operation.end_time {time.end_time:g} s"
+                if at_end
+                else f"in the steady state at {simulation.time:.4g} s"
+            )
             found.append(f"target {target.name!r} not met {by}")
     imbalance = simulation.problem.heat.balance.imbalance
     if abs(imbalance) > LARGEST_IMBALANCE:

@@ -238,5 +238,7 @@ def _of_accuracy(errors: dict[str, float] | None, answers: Mapping[str, float], 
         if name not in errors
     ]
     if not errors and not answers:
-        found.append("solver.accuracy has nothing to act on: no heating time, no target that is met, no layer that cures")
+        found.append(
+            "solver.accuracy has nothing to act on: no heating time, no target that is met, no layer that cures"
+        )
     return found

@@ -228,7 +228,7 @@ def _flow(scene: Scene, laws: Laws, blower: Blower | None) -> FlowSpec:
     operation, model, bed = scene.operation, scene.model, scene.bed
     if blower is None:
         drive = next(name for name in DRIVES if getattr(operation, name) is not None)
-        driven_by = getattr(operation, drive)
+        driven_by = getattr(operation, drive).thinned()
     else:
         drive, driven_by = "pressure_drop", TimeSeries.constant(first_point(scene, laws, blower))
     return FlowSpec(
@@ -251,6 +251,10 @@ def _flow_tolerance(tolerance: float, step_refinement: float) -> float:
     return min(tolerance / step_refinement, max(tolerance, LARGEST_FLOW_TOLERANCE))
 
 
+def _thinned(series: TimeSeries | None) -> TimeSeries | None:
+    return None if series is None else series.thinned()
+
+
 def _layers(scene: Scene, laws: Laws) -> tuple[LayerSpec, ...]:
     if scene.wall.layer is None:
         if scene.model.wall not in ("conjugate", "thin"):
@@ -259,7 +263,7 @@ def _layers(scene: Scene, laws: Laws) -> tuple[LayerSpec, ...]:
         return (LayerSpec(name="wall", solid=laws.walls["wall"], thickness=scene.wall.thickness, cells=cells),)
     layers = []
     for (name, solid), given in zip(laws.walls.items(), scene.wall.layer, strict=True):
-        source, cells = given.heat_source, given.cells
+        source, cells = _thinned(given.heat_source), given.cells
         layers.append(LayerSpec(name=name, solid=solid, thickness=given.thickness, heat_source=source, cells=cells))
         if given.contact_resistance > 0.0:
             layers.append(contact(f"{name} contact", given.contact_resistance))
@@ -283,18 +287,18 @@ def _heat(scene: Scene, laws: Laws, air_loop: AirLoopSpec | None) -> HeatSpec:
         emissivity=scene.bed.emissivity,
         wall=model.wall,
         layers=_layers(scene, laws),
-        wall_temperature=operation.wall_temperature,
+        wall_temperature=_thinned(operation.wall_temperature),
         outer_wall=OuterWallSpec(
-            heat_flux=operation.outer_heat_flux,
+            heat_flux=_thinned(operation.outer_heat_flux),
             heat_flux_factor=operation.outer_heat_flux_factor,
             coefficient=operation.outer_coefficient,
-            ambient=operation.ambient_temperature,
+            ambient=_thinned(operation.ambient_temperature),
         ),
         initial_temperature=operation.initial_temperature,
-        inlet_temperature=operation.inlet_temperature,
+        inlet_temperature=operation.inlet_temperature.thinned(),
         air_loop=air_loop,
         bead_velocity=operation.bead_velocity,
-        bead_inlet_temperature=operation.bead_inlet_temperature,
+        bead_inlet_temperature=_thinned(operation.bead_inlet_temperature),
     )
 
 
@@ -321,8 +325,8 @@ def _targets(scene: Scene) -> tuple[Target, ...]:
 
 def _time(scene: Scene) -> TimeSpec:
     operation, solver = scene.operation, scene.solver
-    series: list[Any] = [value for _, value in operation if isinstance(value, TimeSeries)]
-    series += [layer.heat_source for layer in scene.wall.layer or () if layer.heat_source is not None]
+    series: list[Any] = [value.thinned() for _, value in operation if isinstance(value, TimeSeries)]
+    series += [layer.heat_source.thinned() for layer in scene.wall.layer or () if layer.heat_source is not None]
     return TimeSpec(
         first_step=solver.first_step,
         step_growth=solver.step_growth,

@@ -34,9 +34,7 @@ class StepError(NamedTuple):
 
     def plus(self, other: "StepError") -> "StepError":
         """Of two steps in succession, taken as one."""
-        return StepError(
-            self.temperature + other.temperature, self.cure + other.cure, min(self.order, other.order)
-        )
+        return StepError(self.temperature + other.temperature, self.cure + other.cure, min(self.order, other.order))
 
 
 NO_ERROR = StepError(0.0, 0.0, 3)

@@ -67,11 +67,21 @@ class TimeControl:
             self.rejected += 1
             self.step = step * max(LEAST_FACTOR, allowed)
             return False
-        if any(abs(time - instant) <= 1e-9 * max(instant, 1.0) for instant in self.breakpoints):
+        if self._restarts_at(time):
             self.step = min(self.first_step, step * max(1.0, allowed))
             return True
         self.step = min(self.largest_step, max(self.step, step) * min(self.growth, max(LEAST_FACTOR, allowed)))
         return True
+
+    def _restarts_at(self, time: float) -> bool:
+        """Whether a series changes its slope at a time (s), unless it does so before and after within a largest step: then it is a
+        row among many, of a course that the steps follow."""
+        reach = 1e-9 * max(time, 1.0)
+        if not any(abs(time - instant) <= reach for instant in self.breakpoints):
+            return False
+        before = any(reach < time - instant < self.largest_step for instant in self.breakpoints)
+        after = any(reach < instant - time < self.largest_step for instant in self.breakpoints)
+        return not (before and after) or self.after_jump(time)
 
     def go_on_with(self, step: float) -> None:
         """Propose `step` next, or start small again where that was cut back so far that the solves gave up."""

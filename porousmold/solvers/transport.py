@@ -12,6 +12,8 @@ from ..mesh.domain import Domain
 
 OVERSHOOT = 0.07
 """Kelvin out of bounds at which a cell becomes monotone."""
+LARGEST_PART = 0.01
+"""Of the range of the bounds, that this is at most."""
 MONOTONE_STEPS = 2
 """Steps after which a cell is second order again; if it is out of bounds once more it is marked once more."""
 LONGER = 0.25
@@ -69,7 +71,9 @@ class MonotoneCells:
         """Make the cells monotone that have one of the `values` (K, NaN where none) out of bounds: whether there are any, and
         new ones, on any rank."""
         of_cells, marks = values[self._unknowns], self._marks.x.array
-        out = ((of_cells < bounds[0] - OVERSHOOT) | (of_cells > bounds[1] + OVERSHOOT)).any(axis=1)
+        low, high = bounds
+        beyond = min(OVERSHOOT, LARGEST_PART * (high - low))
+        out = ((of_cells < low - beyond) | (of_cells > high + beyond)).any(axis=1)
         new = out & (marks[self._cells] == 0.0)
         marks[self._cells[new]] = 1.0
         held = self.held.x.array
