@@ -1,5 +1,5 @@
-"""Three hundred scenes that cross every feature: is there an answer, how far is it from that of twice finer cells and steps, which
-feature is the worst? Writes docs/crossed-scenes.md. Run: make crossed-scenes (about an hour, two cores).
+"""Three hundred scenes that cross every feature: is there an answer, how far is it from that of twice finer cells and steps,
+which feature is the worst? Writes docs/crossed-scenes.md. Run: make crossed-scenes (about an hour, two cores).
 
 A Latin hypercube with a fixed seed. What a scene answers are its heating time, when its targets are met, the highest temperature
 of layers that cure, and without any of these the temperatures at the end.
@@ -371,11 +371,12 @@ def outcome(task: tuple[int, dict[str, Any], float]) -> Outcome:
 
 
 def finer(number: int) -> dict[str, Any]:
-    """Settings for twice the cells in each direction and twice the steps."""
-    return {
-        "solver.mesh_refinement": 2.0 * scene_of(number).solver.mesh_refinement,
-        "solver.step_refinement": 2.0,
-    }
+    """Settings for twice the cells in each direction, of a mesh that is given none, and twice the steps."""
+    scene = scene_of(number)
+    cells = 2.0 * scene.solver.mesh_refinement
+    return {"solver.step_refinement": 2.0} | (
+        {} if scene.geometry.kind == "mesh" else {"solver.mesh_refinement": cells}
+    )
 
 
 def errors(own: Outcome, finer: Outcome) -> dict[str, float]:
@@ -443,8 +444,8 @@ def write_page(
     page = Page(
         "# Scenes that cross every feature",
         "",
-        f"Written by `make crossed-scenes`; do not edit. A Latin hypercube of {len(own)} scenes (seed {SEED}) over every closure and",
-        "feature: layers, contacts, sources, cure, bead modes, one temperature, blower, heater and returned air, programmes and",
+        f"Written by `make crossed-scenes`; do not edit. A Latin hypercube of {len(own)} scenes (seed {SEED}) over every",
+        "closure and feature: layers, contacts, sources, cure, bead modes, one temperature, blower, heater and returned air, programmes and",
         "series, all fluids, gravity, moving beads, every kind of wall, no flow, heat from outside, meshes of one's own, narrow",
         "molds in three dimensions, full, developed and plug flow, differences of 0.2 to 500 K. Default settings.",
         "",

@@ -101,11 +101,13 @@ class Streamline:
     r"""Upwinding of heat that a flow carries through the cells and exchanges with the beads on its way.
 
     `reach` is half a cell along the flow (a vector, m), in monotone cells half of the cell's own `side`; D f = reach.grad f is
-    half the change of f over a cell. `upwind` is chi = 2 tau |a|/h: 1 where the flow wins over conduction across the cell and over exchange, 0 where it loses.
+    half the change of f over a cell. `upwind` is chi = 2 tau |a|/h: 1 where the flow wins over conduction across the cell and
+    over exchange, 0 where it loses.
     Cells with `monotone` = 1, else 0, trade second order for bounds: there chi = 1, what is stored and exchanged is lumped
     along the flow, the fluid's balance is that of the cell's downstream end, and `fitting` (beta) leaves to that end as
     much of the exchange as keeps every node an average of its upstream neighbour and its beads. There the flow counts as
-    along the cell's own sides, what crosses them is upwinded from node to node, and all is lumped `across` the flow, too. Triangles and tetrahedra but for those of a straight bed are `SimplexStreamline`.
+    along the cell's own sides, what crosses them is upwinded from node to node, and all is lumped `across` the flow, too.
+    Triangles and tetrahedra but for those of a straight bed are `SimplexStreamline`.
     """
 
     along_flow: Any

@@ -201,8 +201,8 @@ KEYS: dict[str, dict[str, Key]] = {
         "step_growth": Key("", "ratio of successive steps", 1.5, low=1.0, high=10.0, closed=True),
         "largest_step": Key("s", "largest time step; default from the front's passage time and the wall's time constant",
                             low=0.0, high=1e7),
-        "step_tolerance": Key("delta_degC", "largest estimated error of a time step (root mean square over bed or layer), besides "
-                              "0.5 % of the temperature differences there are", low=0.0, high=1e3),
+        "step_tolerance": Key("delta_degC", "largest estimated error of a time step (root mean square over bed or layer), "
+                              "besides 0.8 % of the temperature differences there are", low=0.0, high=1e3),
         "keep_bounds": Key("flag", "keep temperatures within those given: first order in the cells of a sharp front; else they "
                            "may pass them by a few kelvin there", True),
         "flow_tolerance": Key("", "convergence tolerance of the flow in a time step (relative update); over step_refinement, "

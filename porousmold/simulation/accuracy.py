@@ -140,8 +140,8 @@ def run_to_accuracy(scene: Scene, march: Callable[[Scene], Answers]) -> dict[str
 
 
 def estimated_errors(coarse: float, coarse_but_across: float, coarse_but_steps: float, now: float) -> Errors:
-    """Errors of the last of four values of an answer: the first is that of a run with all that is `COARSER`, the next two are with
-    the last one's cells across and with its steps."""
+    """Errors of the last of four values of an answer: the first is that of a run with all that is `COARSER`, the next two are
+    with the last one's cells across and with its steps."""
     by_across, by_steps = coarse - coarse_but_across, coarse - coarse_but_steps
     by_along = coarse_but_steps - now - by_across
     orders = OBSERVED_ORDERS if by_along > 0.0 else OBSERVED_ORDERS._replace(along=ORDER_OF_SHARP_FRONTS)

@@ -31,8 +31,8 @@ AXIAL_GRADING = 1.25
 CELLS_A_DEPTH = 10.0
 """In a layer behind another one, for the depth sqrt(a t) that heat goes into it while the bed is heated."""
 SLOWEST_MODE = {False: math.pi**2 / 4.0, True: 5.783}
-"""Decay rate of the slowest mode of a plane wall and of a cylinder (`axisymmetric`), times depth squared over diffusivity (Carslaw,
-Jaeger, Conduction of Heat in Solids, sections 3.3 and 7.6)."""
+"""Decay rate of the slowest mode of a plane wall and of a cylinder (`axisymmetric`), times depth squared over diffusivity
+(Carslaw, Jaeger, Conduction of Heat in Solids, sections 3.3 and 7.6)."""
 NO_FLOW = 1e-9
 """Of the speed at which Re = 1: below, nothing flows."""
 LEAST_END_LENGTH = 1e-3

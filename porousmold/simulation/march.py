@@ -179,9 +179,8 @@ class Simulation:
     def _error_ratio(self, time: float, error: StepError) -> float:
         """Estimated error of a step to a time (s), over what is allowed of it (collective)."""
         problem, specs, history = self.problem, self.specs.time, self.recorder.history
-        low, high = (
-            float(f(ends)) for f, ends in zip((min, max), zip(*map(problem.extremes, ("bed", "wall"))), strict=True)
-        )
+        lows, highs = zip(*(problem.extremes(place) for place in ("bed", "wall")), strict=True)
+        low, high = min(lows), max(highs)
         change = max(abs(low - history["lowest_temperature"][-1]), abs(high - history["highest_temperature"][-1]))
         differences = self._differences(time, low, high, problem.inlet_temperature)
         allowed = STEP_ERROR * max(differences, STEPS_OF_CHANGE * change, LEAST_DIFFERENCE)
@@ -242,7 +241,8 @@ class Simulation:
             return False
         half = bisect.bisect_left(history["time"], 0.5 * self.time)
         range_of_all = max(history["highest_temperature"]) - min(history["lowest_temperature"])
-        scales = {"temperature": range_of_all, "heat_stored": max(map(abs, history["heat_stored"])), "cure": 1.0}
+        stored = max(abs(heat) for heat in history["heat_stored"])
+        scales: dict[str, float] = {"temperature": range_of_all, "heat_stored": stored, "cure": 1.0}
         return all(
             max(history[name][half:]) - min(history[name][half:]) <= STEADY_CHANGE * scales[kind]
             for name in history

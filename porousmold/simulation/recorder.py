@@ -82,8 +82,8 @@ class Recorder:
                 self.targets[target.name] = target.time(self.history)
 
     def answers(self) -> dict[str, float]:
-        """What the run answers: the heating time and the times (s) at which targets were met, as far as they were, and by how much
-        (K) each layer that cures was hotter than the lowest temperature of the run."""
+        """What the run answers: the heating time and the times (s) at which targets were met, as far as they were, and by how
+        much (K) each layer that cures was hotter than the lowest temperature of the run."""
         times = {HEATING_TIME: self.heating_time, **{f"targets.{name}": time for name, time in self.targets.items()}}
         found = {name: time for name, time in times.items() if time is not None}
         for name in self._problem.degrees_of_cure():

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 from dolfinx import fem
 from numpy.typing import NDArray
 
@@ -56,8 +57,7 @@ class Curing:
     def change(self, weights: Sequence[float]) -> NDArray[Any]:
         """Change of the degree over the last step by `weights` of its rates at the start and in its stages."""
         rates = [self.cure.rate(self._start, self._temperature_before), *self._rates]
-        total: NDArray[Any] = self._step * sum(w * rate for w, rate in zip(weights, rates, strict=True))
-        return total
+        return np.asarray(self._step * sum(w * rate for w, rate in zip(weights, rates, strict=True)))
 
     def add(self, change: NDArray[Any]) -> None:
         """Add a change to the degree."""

@@ -218,15 +218,13 @@ class TransientHeat:
 
     def _take_all(self, time: float, parts: Sequence[Any]) -> tuple[dict[str, float], float, StepError]:
         """Successive (step, stages) from `time`; gives the heat (J) of each flow, the heat stored, and the estimated error."""
-        flows, stored, error = self._no_flows(), 0.0, None
+        flows, stored, errors = self._no_flows(), 0.0, []
         for step, stages in parts:
             more, gained = self._take(time, step, stages)
             flows = {name: heat + more[name] for name, heat in flows.items()}
             stored, time = stored + gained, time + step
-            own = self._estimated_error(step, stages)
-            error = own if error is None else error.plus(own)
-        assert error is not None, "a step has parts"
-        return flows, stored, error
+            errors.append(self._estimated_error(step, stages))
+        return flows, stored, functools.reduce(StepError.plus, errors)
 
     def _take(self, time: float, step: float, stages: Stages) -> tuple[Any, ...]:
         """All stages of a step; gives the heat (J) of each flow and the heat stored."""
@@ -297,10 +295,9 @@ class TransientHeat:
 
     def _estimated_error(self, step: float, stages: Stages) -> StepError:
         """Of the step that was taken last (`solvers.step_error`)."""
-        if stages is STAGES:
-            order, weights, of_start = 3, (GAMMA, -2.0 * GAMMA, GAMMA), 0.0
-        else:
-            order, weights, of_start = 2, (0.5,), -0.5
+        order, weights, of_start = 3, [GAMMA, -2.0 * GAMMA, GAMMA], 0.0
+        if stages is BACKWARD_EULER:
+            order, weights, of_start = 2, [0.5], -0.5
         inverse_step = self._inverse_stage.value
         self._difference.set(0.0)
         if of_start:

@@ -37,11 +37,8 @@ class StepError(NamedTuple):
         return StepError(self.temperature + other.temperature, self.cure + other.cure, min(self.order, other.order))
 
 
-NO_ERROR = StepError(0.0, 0.0, 3)
-
-
 class RegionNorm:
-    """Root mean square of an array of local unknowns over regions, each given by the numbers of its unknowns; the largest of them.
+    """Root mean square of local unknowns over regions, each given by the numbers of its unknowns; the largest of them.
 
     `weights` are those of the owned unknowns, their volumes.
     """

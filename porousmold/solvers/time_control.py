@@ -74,8 +74,8 @@ class TimeControl:
         return True
 
     def _restarts_at(self, time: float) -> bool:
-        """Whether a series changes its slope at a time (s), unless it does so before and after within a largest step: then it is a
-        row among many, of a course that the steps follow."""
+        """Whether a series changes its slope at a time (s), unless it does so before and after within a largest step: then it
+        is a row among many, of a course that the steps follow."""
         reach = 1e-9 * max(time, 1.0)
         if not any(abs(time - instant) <= reach for instant in self.breakpoints):
             return False

@@ -57,9 +57,11 @@ class FrozenTransport:
 
 
 class MonotoneCells:
-    """Marks the cells whose temperatures leave their bounds, in `marks` (1 where monotone); `steps` counts for how many more
-    steps each stays so, below 0 since when it is not, and `held` is for how many it was marked last. `unknowns` are the numbers of
-    every local cell's temperatures, a row each."""
+    """Marks the cells whose temperatures leave their bounds, in `marks` (1 where monotone).
+
+    `steps` counts for how many more steps each stays so, below 0 since when it is not, and `held` is for how many it was marked
+    last. `unknowns` are the numbers of every local cell's temperatures, a row each.
+    """
 
     def __init__(self, marks: fem.Function, unknowns: NDArray[Any]) -> None:
         self._marks, self._unknowns = marks, unknowns

@@ -125,8 +125,8 @@ def test_failed_coarse_run_is_followed_by_a_finer_one():
 
 
 def test_the_worst_answer_asks_for_the_refinement():
-    """Two answers, one with an error by steps and one by cells: both are brought down, and an answer that a coarse run lacks has no
-    estimate."""
+    """Two answers, one with an error by steps and one by cells: both are brought down, and an answer that a coarse run lacks
+    has no estimate."""
     cells, steps = March(0.01, 0.0, 0.0), March(0.0, 0.0, 0.02)
 
     def march(scene):
