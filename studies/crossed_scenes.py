@@ -36,6 +36,10 @@ PATIENCE = 240.0
 """CPU seconds after which a run counts as without answer."""
 NARROW_CELLS = 0.4
 """Refinement of the cells in three dimensions, where twice finer ones would take hours."""
+HARDLY_ANY = 0.1
+"""Part of the scenes that differ by 0.2 K only."""
+HOTTEST_CURE = 470.0
+"""Temperature (K) up to which resins are cured."""
 STEEL = {"density": 7850.0, "heat_capacity": 480.0, "conductivity": 45.0}
 RESIN = {
     "density": 1850.0,
@@ -129,6 +133,8 @@ def _compatible(drawn: Mapping[str, Any]) -> dict[str, Any]:
         d["programme"] = "constant"
     if d["flow"] == "plug":
         d["turbulence"] = "none"
+    if d["wall"] == "cure" and d["difference"] < HARDLY_ANY:  # what cures is far hotter than what flows in
+        d["difference"] = HARDLY_ANY
     return d
 
 
@@ -136,7 +142,11 @@ def _tables(number: int, **d: Any) -> dict[str, Any]:
     low, high, least, most = FLUIDS[d["fluid"]]
     first = low + d["start"] * (high - low)
     second = low + d["end"] * (high - low)
-    if d["difference"] < 0.1:  # hardly any
+    if d["wall"] == "cure":
+        high = min(high, HOTTEST_CURE)
+        low = min(low, high - 30.0)
+        first, second = (low + d[end] * (high - low) for end in ("start", "end"))
+    if d["difference"] < HARDLY_ANY:
         second = first + (0.2 if first < 0.5 * (low + high) else -0.2)
     elif abs(first - second) < 5.0:
         second = first + (5.0 if first < 0.5 * (low + high) else -5.0)
@@ -397,17 +407,22 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=DOCS / "crossed-scenes.md")
     parser.add_argument("--only", type=int, nargs="*", help="numbers of scenes to run alone, without a page")
+    parser.add_argument("--step", type=int, default=1, help="one scene in so many")
     parser.add_argument("--every", type=int, default=COUNT // SAMPLE, help="one scene in so many against a finer run")
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--raw", type=Path, help="file for all outcomes as JSON")
     options = parser.parse_args()
-    numbers = list(range(COUNT)) if options.only is None else options.only
-    sample = [number for number in numbers if options.only is not None or number % options.every == 0]
+    numbers = list(range(0, COUNT, options.step)) if options.only is None else options.only
+    drawn = [choice for choice, _ in scenes()]
+    sample = [
+        number
+        for number in numbers
+        if options.only is not None or (number % options.every == 0 and drawn[number]["kind"] != "narrow")
+    ]
     tasks = {(n, "own"): (n, {}, PATIENCE) for n in numbers} | {
         (n, "finer"): (n, finer(n), 10 * PATIENCE) for n in sample
     }
     results: dict[tuple[int, str], Outcome] = {}
-    drawn = [choice for choice, _ in scenes()]
     with ProcessPoolExecutor(options.processes, multiprocessing.get_context("spawn")) as pool:
         for key, result in zip(tasks, pool.map(outcome, tasks.values()), strict=True):
             results[key] = result
@@ -446,8 +461,8 @@ def write_page(
         "",
         f"Written by `make crossed-scenes`; do not edit. A Latin hypercube of {len(own)} scenes (seed {SEED}) over every",
         "closure and feature: layers, contacts, sources, cure, bead modes, one temperature, blower, heater and returned air, programmes and",
-        "series, all fluids, gravity, moving beads, every kind of wall, no flow, heat from outside, meshes of one's own, narrow",
-        "molds in three dimensions, full, developed and plug flow, differences of 0.2 to 500 K. Default settings.",
+        "returned air, programmes and series, all fluids, gravity, moving beads, every kind of wall, no flow, heat from outside, meshes of one's own,",
+        "narrow molds in three dimensions, full, developed and plug flow, differences of 0.2 to 500 K. Default settings.",
         "",
         f"**{len(own) - len(refused) - len(failed)} of {len(own)} have an answer**, {len(refused)} are refused, {len(failed)} "
         f"failed or took more than {PATIENCE:g} s. CPU seconds of a run: median {np.median(seconds):.1f}, 95 % "

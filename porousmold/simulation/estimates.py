@@ -35,6 +35,12 @@ SLOWEST_MODE = {False: math.pi**2 / 4.0, True: 5.783}
 (Carslaw, Jaeger, Conduction of Heat in Solids, sections 3.3 and 7.6)."""
 NO_FLOW = 1e-9
 """Of the speed at which Re = 1: below, nothing flows."""
+THICK = 10.0
+"""Times in which a bed is heated, or that a run lasts, that heat needs at least to come through a layer that counts as thick."""
+CELLS_OF_THICK = 32
+"""Through such a layer, small at its surfaces."""
+CELLS_OF_CURE = 6
+"""Through a layer that cures, at least: it is hottest in its middle."""
 LEAST_END_LENGTH = 1e-3
 """Of the bed's length: shorter ends of the wall move the heating time by less than 0.05 %."""
 
@@ -58,7 +64,8 @@ class Estimates:
     `front_width` is the standard deviation (m) of the thermal front at the outlet, `wall_time_constant` (s) that with which
     the wall follows the bed, `end_length` that over which the wall's insulated end at the outlet is felt along it,
     `inlet_time` (s) that in which the inlet temperature changes, `bead_residence_time` (s) that in which moving beads cross
-    the bed; `wall_cells` are those through each layer of the wall.
+    the bed; `wall_cells` are those through each layer of the wall, `thick_layers` tells through which no
+    heat comes while the bed is heated.
     """
 
     flows: bool
@@ -74,6 +81,7 @@ class Estimates:
     conduction_ratio: float
     first_cell: float
     wall_cells: tuple[int, ...]
+    thick_layers: tuple[bool, ...]
     flow_duration: float
     conduction_time: float
     end_length: float
@@ -164,6 +172,7 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
         conduction_ratio=_conduction_ratio(specs, core),
         first_cell=min(in_wall_units, 0.01 * diameter) / max(prandtl, 1.0) ** (1.0 / 3.0),
         wall_cells=wall.cells,
+        thick_layers=wall.thick,
         end_length=wall.end_length,
         front_width=math.sqrt(2.0 * size.length * spreading),
         wall_time_constant=wall.time,
@@ -299,10 +308,12 @@ def _conduction_time(specs: Specs, bed: _Store) -> float:
 
 
 class _Wall(NamedTuple):
-    """Heat capacity (J/K), cells through each layer, and `end_length`, `time`, `wall_biot_number` of `Estimates`."""
+    """Heat capacity (J/K), cells through each layer, which layers are thick, and `end_length`, `time`, `wall_biot_number` of
+    `Estimates`."""
 
     heat_capacity: float
     cells: tuple[int, ...]
+    thick: tuple[bool, ...]
     end_length: float
     time: float
     biot_number: float
@@ -312,34 +323,38 @@ def _wall(specs: Specs, size: BedSize, film: float, wall_coefficient: float, dur
     """Of the wall's layers: each follows the bed through what lies before it and half of itself; the wall's time ends with the
     layer by which half of its heat is stored, as insulation behind it follows later. The bed is heated in `duration` (s)."""
     temperature = specs.heat.inlet_temperature.values[-1]
+    layers = [(layer, layer.thickness) for layer in specs.heat.layers if layer.thickness is not None]
     given = [
-        (layer.thickness, layer.solid.conductivity(temperature), volumetric_capacity(layer.solid, temperature))
-        for layer in specs.heat.layers
-        if layer.thickness is not None
+        (thickness, layer.solid.conductivity(temperature), volumetric_capacity(layer.solid, temperature))
+        for layer, thickness in layers
     ]
     if not given:
-        return _Wall(0.0, (1,), size.length, 0.0, 0.0)
+        return _Wall(0.0, (1,), (False,), size.length, 0.0, 0.0)
     stores = [storage * thickness for thickness, _, storage in given]
     capacity = time = passed = 0.0
     resistance, cells = 1.0 / wall_coefficient, []
-    for (thickness, conductivity, storage), store in zip(given, stores, strict=True):
+    for (layer, _), (thickness, conductivity, storage), store in zip(layers, given, stores, strict=True):
         behind = resistance - 1.0 / wall_coefficient
         biot = thickness / conductivity / (1.0 / film + behind)
         fewest = math.ceil(8.0 * math.sqrt(biot))
         if behind:  # what comes through another layer is no sharp front
             fewest = min(fewest, math.ceil(CELLS_A_DEPTH * thickness / math.sqrt(conductivity / storage * duration)))
-        cells.append(min(max(fewest, 1), 12))
+        fewest = max(fewest, 1 if layer.solid.cure is None else CELLS_OF_CURE)
+        cells.append(min(fewest, 12))
         if 2.0 * passed < sum(stores):
             time += store * (resistance + 0.5 * thickness / conductivity)
         resistance += thickness / conductivity
         passed += store
         perimeter = size.walled_perimeter + (math.pi * thickness if size.axisymmetric else 0.0)
         capacity += store * perimeter * size.length
+    lasts = min(duration, specs.time.end_time)
+    thick = tuple(thickness**2 * storage / conductivity > THICK * lasts for thickness, conductivity, storage in given)
+    cells = [CELLS_OF_THICK if is_thick else number for number, is_thick in zip(cells, thick, strict=True)]
     thickness, conductivity, _ = max(given, key=lambda layer: layer[0] * layer[1])
     biot = film * thickness / conductivity
     end_length = max(thickness * max(1.0, 1.0 / math.sqrt(biot)), LEAST_END_LENGTH * size.length)
     largest = max(wall_coefficient * thickness / conductivity for thickness, conductivity, _ in given)
-    return _Wall(capacity, tuple(cells), end_length, time, largest)
+    return _Wall(capacity, tuple(cells), thick, end_length, time, largest)
 
 
 def wall_nusselt_number(reynolds_number: float) -> float:

@@ -34,8 +34,11 @@ LEAST_ROWS = 10
 FIRST_STEP = 0.05
 """The first time step at most, as a part of the largest one."""
 
-STEP_ERROR, CURE_ERROR = 8e-3, 1e-3
-"""Estimated error of a step that is allowed: of temperatures, over the differences there are, and of a degree of cure."""
+STEP_ERROR = 8e-3
+"""Estimated error of a step that is allowed, of temperatures, over the differences there are."""
+CURE_ERROR = {2: 2e-4, 3: 1e-3}
+"""The same of a degree of cure, by the order of the estimate: that of the backward Euler method is its own error, that of three
+stages the far larger one of their embedded method."""
 FLOW_ERROR = 3e-3
 """Relative error of the mass flow in a step that is allowed."""
 LEAST_DIFFERENCE = 0.02
@@ -186,7 +189,7 @@ class Simulation:
         allowed = STEP_ERROR * max(differences, STEPS_OF_CHANGE * change, LEAST_DIFFERENCE)
         if specs.tolerance is not None:
             allowed = min(allowed, specs.tolerance)
-        ratio = max(error.temperature / allowed, error.cure / CURE_ERROR) * specs.refinement**error.order
+        ratio = max(error.temperature / allowed, error.cure / CURE_ERROR[error.order]) * specs.refinement**error.order
         # an error of the flow moves times by as much of the time that it lasts
         weight = min(1.0, time / self.problem.medium.estimates.heating_duration)
         return float(max(ratio, weight * self._flow_error() / FLOW_ERROR * specs.refinement**2))

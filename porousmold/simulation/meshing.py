@@ -15,8 +15,10 @@ from ..mesh.domain import Domain
 from .estimates import AXIAL_GRADING, Estimates
 from .specs import MeshSpec
 
-WIDEST_CELL = 0.2
-"""Of the width from the wall to the middle of the bed."""
+WIDEST_CELL, WIDEST_OF_CONDUCTION = 0.2, 0.05
+"""Of the width from the wall to the middle of the bed; where conduction from the wall heats it sooner than the flow does."""
+GROWTH_OF_CONDUCTION = 0.4
+"""Exponent on the growth of the cells there: the front comes across the flow."""
 BYTES_AN_UNKNOWN = {2: 10e3, 3: 40e3}
 """Memory that factors, matrices and the rest need for an unknown of the flow, by dimensions of space (docs/growth.md)."""
 
@@ -31,15 +33,17 @@ def straight_domain(
     size, finer = spec.size, spec.refinement
     assert size is not None
     layers = [
-        np.linspace(0.0, layer.thickness, max(1, round((layer.cells or cells) * finer)) + 1)
-        for layer, cells in zip(spec.layers, estimates.wall_cells, strict=False)
+        layer.thickness * _through(max(1, round((layer.cells or cells) * finer)), to_surfaces=thick)
+        for layer, cells, thick in zip(spec.layers, estimates.wall_cells, estimates.thick_layers, strict=False)
         if layer.thickness is not None
     ]
+    conducts = estimates.conduction_time < estimates.flow_duration
 
     def to_wall(width: float) -> domain.Across:
         first_cell = spec.first_cell or estimates.first_cell
-        layer, widest = spec.bead_diameter, WIDEST_CELL * width
-        nodes = domain.graded_coordinates(width, first_cell, spec.cell_growth, layer, widest)
+        layer, widest = spec.bead_diameter, (WIDEST_OF_CONDUCTION if conducts else WIDEST_CELL) * width
+        growth = spec.cell_growth ** (GROWTH_OF_CONDUCTION if conducts else 1.0)
+        nodes = domain.graded_coordinates(width, first_cell, growth, layer, widest)
         return domain.Across.to_wall(refined(nodes, finer), layers)
 
     across = [to_wall(size.half_height)]
@@ -52,6 +56,12 @@ def straight_domain(
     along = refined(along, finer * spec.axial_refinement)
     _announce(spec, len(along) - 1, across, observe)
     return domain.straight_bed(communicator, along, across, axisymmetric=size.axisymmetric)
+
+
+def _through(cells: int, *, to_surfaces: bool) -> NDArray[Any]:
+    """Nodes through a layer of the thickness 1: even, or small at both surfaces where heat does not come through in time."""
+    even = np.linspace(0.0, 1.0, cells + 1)
+    return 0.5 * (1.0 - np.cos(np.pi * even)) if to_surfaces else even
 
 
 def _announce(spec: MeshSpec, cells_along: int, across: list[domain.Across], observe: Callable[[str], None]) -> None:

@@ -1,0 +1,200 @@
+"""Default steps and cells where heat does not come with the flow: exact solutions, and what a run waits for."""
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+from scipy.special import j0, jn_zeros
+
+from porousmold import InputError, Scene, run
+from porousmold.scene.series import MOST_ROWS, TimeSeries
+
+from ..support import RESIN, STUDIES, coarse_scene
+
+CONDUCTIVITY, CAPACITY, HALF = 0.4 * 0.05 + 0.6 * 0.8, 0.6 * 2000.0 * 800.0, 0.025
+"""Of the bed at rest, per total volume, and its half height or radius, m."""
+COLD, HOT = 300.0, 360.0
+
+
+def bed_at_rest(settings, kind="mold"):
+    """A bed of constant properties without flow, at 300 K, with settings."""
+    tables = tables_of_bed(kind) | {"wall": {"material": "aluminium", "thickness": 1e-4}}
+    for full_name, value in settings.items():
+        table, key = full_name.split(".")
+        tables.setdefault(table, {})[key] = value
+    return Scene(tables)
+
+
+def tables_of_bed(kind="mold"):
+    width = "cavity_height" if kind == "mold" else "diameter"
+    return {
+        "geometry": {"kind": kind, "length": 0.5, width: 2.0 * HALF},
+        "bed": {
+            **{"bead_diameter": 0.004, "bead_density": 2000.0, "bead_heat_capacity": 800.0},
+            **{"bead_conductivity": 0.8, "porosity_model": "constant", "bulk_porosity": 0.4},
+        },
+        "fluid": {"density": 1.0, "viscosity": 2e-5, "heat_capacity": 1000.0, "conductivity": 0.05},
+        "operation": {"initial_temperature": COLD, "inlet_temperature": COLD, "pressure_drop": 0.0},
+        "model": {"flow": "developed", "turbulence": "none", "energy": "one-temperature"},
+    }
+
+
+def heated_part(temperature):
+    return (temperature - COLD) / (HOT - COLD)
+
+
+@pytest.mark.parametrize("kind", ["mold", "pipe"])
+@pytest.mark.parametrize("fourier_number", [0.1, 0.3, 1.0])
+def test_a_bed_heated_from_its_wall(kind, fourier_number):
+    """The middle of a plane wall, or of a cylinder, whose surface is held (Carslaw, Jaeger, sections 3.3 and 7.6)."""
+    end = fourier_number * CAPACITY * HALF**2 / CONDUCTIVITY
+    given = {"model.wall": "fixed-temperature", "operation.wall_temperature": HOT, "operation.end_time": end}
+    middle = run(bed_at_rest(given, kind))["lowest_bed"][-1]
+    if kind == "mold":
+        odd = np.arange(1, 200, 2) * np.pi / 2.0
+        rest = np.sum(2.0 * np.sin(odd) / odd * np.exp(-(odd**2) * fourier_number))
+    else:
+        roots = jn_zeros(0, 100)
+        derivative = -(j0(roots + 1e-6) - j0(roots - 1e-6)) / 2e-6
+        rest = np.sum(2.0 / (roots * derivative) * np.exp(-(roots**2) * fourier_number))
+    assert heated_part(middle) == pytest.approx(1.0 - rest, abs=3e-3)
+
+
+@pytest.mark.parametrize("biot_number", [0.2, 2.0])
+def test_a_bed_in_an_oven(biot_number):
+    """A plane wall behind a film, seen through a wall that stores nothing: time to within 2 K, to 0.3 %."""
+    film = biot_number * CONDUCTIVITY / HALF
+    given = {
+        **{"operation.outer_coefficient": film, "operation.ambient_temperature": HOT, "operation.end_time": 1e6},
+        **{"wall.thickness": 1e-4, "wall.density": 1e-3, "wall.heat_capacity": 1.0, "wall.conductivity": 100.0},
+    }
+    result = run(bed_at_rest(given | {"target.list": [{"name": "hot", "place": "bed", "above": HOT - 2.0}]}))
+    roots = [brentq(lambda z: z * np.tan(z) - biot_number, n * np.pi, (n + 0.5) * np.pi - 1e-9) for n in range(6)]
+
+    def middle(fourier_number):
+        terms = [4.0 * np.sin(z) / (2.0 * z + np.sin(2.0 * z)) * np.exp(-(z**2) * fourier_number) for z in roots]
+        return sum(terms)
+
+    exact = brentq(lambda fourier: middle(fourier) - 2.0 / (HOT - COLD), 0.1, 100.0) * CAPACITY * HALF**2 / CONDUCTIVITY
+    assert result.summary["targets"]["hot"] == pytest.approx(exact, rel=3e-3)
+
+
+def test_heat_into_thick_insulation():
+    """The surface of a half-space under a constant flux: 2 q sqrt(t/(pi k rho C))."""
+    given = {
+        **{"wall.thickness": 0.2, "wall.density": 100.0, "wall.heat_capacity": 800.0, "wall.conductivity": 0.04},
+        **{"operation.outer_heat_flux": 20.0, "operation.end_time": 900.0},
+    }
+    exact = 2.0 * 20.0 * np.sqrt(900.0 / (np.pi * 0.04 * 100.0 * 800.0))
+    assert run(bed_at_rest(given))["highest_wall"][-1] - COLD == pytest.approx(exact, rel=3e-3)
+
+
+def test_a_resin_that_reacts_at_the_start():
+    """Without heat of cure d alpha/dt = k (1 - alpha)^1.5 has a solution in closed form."""
+    temperature, cure = 450.0, RESIN["cure"]
+    isothermal = RESIN | {"cure": cure | {"heat": 1e-3}}
+    layers = [
+        {"material": "carbon_steel", "thickness": 0.003},
+        {"name": "part", "material": "resin", "thickness": 0.004},
+    ]
+    scene = Scene(
+        tables_of_bed()
+        | {
+            "operation": {
+                **{"initial_temperature": temperature, "inlet_temperature": temperature},
+                **{"pressure_drop": 0.0, "end_time": 1e5},
+            },
+            "wall": {"layer": layers},
+            "materials": {"resin": isothermal},
+            "target": {
+                "list": [{"name": name, "place": "part", "cured": part} for name, part in (("a", 0.2), ("b", 0.8))]
+            },
+        }
+    )
+    found = run(scene).summary["targets"]
+    rate = cure["rate_1"] * np.exp(-cure["activation_energy_1"] / (8.31446 * temperature))
+    for name, part in (("a", 0.2), ("b", 0.8)):
+        exact = 2.0 * ((1.0 - part) ** -0.5 - (1.0 - cure["initial"]) ** -0.5) / rate
+        assert found[name] == pytest.approx(exact, rel=5e-3)
+
+
+def test_cold_gas_through_a_hot_tube_ends_steady():
+    """Plug flow with one temperature, inlet as cold as the start: the outlet's mean is Graetz's series, 255.92 °C."""
+    tube = {"kind": "pipe", "length": 1.0, "diameter": 0.05}
+    scene = Scene(
+        {
+            "geometry": tube,
+            "bed": {
+                **{"bead_diameter": 0.004, "bead_density": 2000.0, "bead_heat_capacity": 800.0},
+                **{"bead_conductivity": 0.5, "porosity_model": "constant", "bulk_porosity": 0.4},
+            },
+            "fluid": {"density": 1.0, "viscosity": 2e-5, "heat_capacity": 1000.0, "conductivity": 0.05},
+            "wall": {"material": "aluminium", "thickness": 1e-4},
+            "operation": {
+                **{"initial_temperature": 293.15, "inlet_temperature": 293.15, "wall_temperature": 573.15},
+                "inlet_velocity": 2.0,
+            },
+            "model": {"flow": "plug", "turbulence": "none", "wall": "fixed-temperature", "energy": "one-temperature"},
+        }
+    )
+    conductivity = 0.4 * 0.05 + 0.6 * 0.5
+    roots = jn_zeros(0, 200)
+    rest = np.sum(4.0 / roots**2 * np.exp(-(roots**2) * conductivity / (2.0 * 1000.0 * 0.025**2)))
+    result = run(scene)
+    assert result["outlet_temperature"][-1] == pytest.approx(573.15 - 280.0 * rest, abs=0.5)
+    assert result.summary["end_time"] < 2e4 and result.summary["heating_time"] is None
+
+
+def test_an_unreachable_target_ends_in_the_steady_state_and_says_so():
+    settings = {"model.flow": "plug", "model.turbulence": "none", "operation.end_time": None}
+    scene = coarse_scene(settings | {"target.list": [{"place": "wall", "above": 400.0}]})
+    result = run(scene)
+    assert result.summary["end_time"] < 2e4
+    assert any("not met in the steady state" in warning for warning in result.summary["warnings"])
+
+
+def test_nothing_to_heat_is_refused_only_where_nothing_heats():
+    plain = {"operation.inlet_temperature": 298.15}
+    with pytest.raises(InputError, match="nothing to heat"):
+        coarse_scene(plain)
+    with pytest.raises(InputError, match="nothing to heat"):
+        coarse_scene(plain | {"operation.outer_coefficient": 5.0, "operation.ambient_temperature": 298.15})
+    for other in (
+        {"operation.outer_coefficient": 5.0, "operation.ambient_temperature": 350.0},
+        {"operation.outer_heat_flux": 100.0},
+        {"model.wall": "fixed-temperature", "operation.wall_temperature": 350.0},
+        {"operation.bead_velocity": 1e-3, "operation.bead_inlet_temperature": 350.0},
+    ):
+        coarse_scene(plain | other)
+
+
+def test_the_mean_temperature_of_plug_flow_is_that_of_the_volume():
+    """Oil flows by its viscosity: cells that crowd at the cold wall must not count more than their part of the section."""
+    settings = {
+        **{"model.flow": "plug", "model.turbulence": "none", "fluid.material": "thermal_oil"},
+        **{"operation.pressure_drop": 20e3, "solver.largest_step": None, "solver.axial_cells": 18},
+    }
+    times = [run(coarse_scene(settings | {"solver.first_cell": first})).heating_time for first in (5e-5, 2e-6)]
+    assert times[0] == pytest.approx(times[1], rel=2e-3)
+
+
+@pytest.mark.parametrize("bead_material", ["ceramic", "acrylic"])
+def test_a_curved_mesh_keeps_within_the_temperatures_given(bead_material):
+    """Where gas enters evenly and then crosses to the wall, at right angles to the cells."""
+    changes = {"operation.pressure_drop": None, "operation.inlet_velocity": 0.5, "model.turbulence": "none"}
+    changes |= {"operation.end_time": 400.0, "bed.bead_material": bead_material, "operation.inlet_temperature": 473.15}
+    low, high = run(Scene.load(STUDIES / "mold" / "curved.toml", changes)).summary["temperature_bounds"]
+    assert low > 298.15 - 0.1 and high < 473.15 + 0.1
+
+
+def test_a_fast_logger_takes_no_step_a_row():
+    """Ten thousand rows 1 ms apart: their integral stays, and the steps are those of a few hundred rows."""
+    times = np.arange(10001) * 1e-3
+    values = 298.15 + 65.0 * np.minimum(times / 5.0, 1.0) + 0.1 * np.sin(40.0 * times)
+    series = TimeSeries(tuple(times), tuple(values))
+    thinned = series.thinned()
+    assert len(thinned.times) <= MOST_ROWS + 2
+    assert np.sum(np.diff(thinned.times) * (np.array(thinned.values)[1:] + thinned.values[:-1]) / 2.0) == pytest.approx(
+        np.sum(np.diff(times) * (values[1:] + values[:-1]) / 2.0), rel=1e-12
+    )
+    few = TimeSeries((0.0, 1.0, 1.001, 50.0), (1.0, 1.0, 2.0, 2.0))
+    assert few.thinned() is few
