@@ -460,9 +460,9 @@ def write_page(
         "# Scenes that cross every feature",
         "",
         f"Written by `make crossed-scenes`; do not edit. A Latin hypercube of {len(own)} scenes (seed {SEED}) over every",
-        "closure and feature: layers, contacts, sources, cure, bead modes, one temperature, blower, heater and returned air, programmes and",
-        "returned air, programmes and series, all fluids, gravity, moving beads, every kind of wall, no flow, heat from outside, meshes of one's own,",
-        "narrow molds in three dimensions, full, developed and plug flow, differences of 0.2 to 500 K. Default settings.",
+        "closure and feature: layers, contacts, sources, cure, bead modes, one temperature, blower, heater, returned air,",
+        "programmes and series, all fluids, gravity, moving beads, every kind of wall, no flow, heat from outside, meshes of",
+        "one's own, narrow molds in three dimensions, full, developed and plug flow, differences of 0.2 to 500 K.",
         "",
         f"**{len(own) - len(refused) - len(failed)} of {len(own)} have an answer**, {len(refused)} are refused, {len(failed)} "
         f"failed or took more than {PATIENCE:g} s. CPU seconds of a run: median {np.median(seconds):.1f}, 95 % "

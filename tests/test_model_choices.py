@@ -12,6 +12,10 @@ from porousmold.solvers import transport
 from .support import ALUMINIUM, FRP, PIPE, coarse_scene, problem_of, simulation_of
 
 
+ENERGIES = ("one-temperature", "two-temperature")
+FINE = {"solver.cell_growth": 1.33, "solver.largest_step": None}
+
+
 def marched(*given):
     """A coarse scene, laminar (seconds), after its march."""
     return simulation_of(coarse_scene({"model.turbulence": "none", "solver.axial_cells": 18}, *given)).march()
@@ -70,8 +74,9 @@ def test_one_temperature_halves_the_unknowns(full):
     one = marched({"model.energy": "one-temperature"})
     assert one.problem.heat.unknowns < 0.6 * full.problem.heat.unknowns
     assert abs(one.problem.heat.balance.imbalance) < 1e-4
-    # beads that lag behind the fluid smear the front that the wall waits for
-    assert 0.80 < one.recorder.heating_time / full.recorder.heating_time < 0.96
+    # beads that lag behind the fluid smear the front that the wall waits for: without eddies by a fifth, on resolved walls
+    times = [marched({"model.energy": energy, **FINE}).recorder.heating_time for energy in ENERGIES]
+    assert times[0] / times[1] == pytest.approx(0.80, abs=0.01)
 
 
 def test_a_core_below_the_threshold_is_the_same_in_full_and_developed_flow():
@@ -95,10 +100,11 @@ def test_a_core_below_the_threshold_is_the_same_in_full_and_developed_flow():
 
 
 def test_fast_exchange_is_one_temperature():
-    """The limit of local thermal equilibrium: 1e4 times the exchange, on cells that resolve the front to half a percent."""
-    fine = {"solver.axial_cells": 40, "solver.largest_step": 30.0}
-    one = marched({"model.energy": "one-temperature", **fine}).recorder.heating_time
-    assert marched({"model.exchange_factor": 1e4, **fine}).recorder.heating_time == pytest.approx(one, rel=0.006)
+    """The limit of local thermal equilibrium, a slow one: what is left at 1e4 times the exchange is halved at 1e5, 0.4 % then."""
+    one = marched({"model.energy": "one-temperature", **FINE}).recorder.heating_time
+    times = [marched({"model.exchange_factor": factor, **FINE}).recorder.heating_time for factor in (1e4, 1e5)]
+    assert abs(times[1] - one) < 0.5 * abs(times[0] - one)
+    assert times[1] == pytest.approx(one, rel=0.004)
 
 
 def test_beads_with_an_inside():

@@ -28,13 +28,13 @@ RESULT_KEYS: Mapping[str, ResultKey] = {
         "s", "time at which the whole wall is within operation.heating_margin of the inlet temperature", optional=True
     ),
     "heating_time_error": _number("1", "estimated relative error of the discretisation", optional=True),
-    "heating_time_bed_side": _number("s", "heating time of the bed side of the wall alone", optional=True),
-    "targets": ResultKey("object", "time (s) at which each target was met, or null"),
     "target_errors": ResultKey("object", "estimated relative error of each target's time, with solver.accuracy"),
     "peak_errors": ResultKey(
         "object",
         "the same of the highest temperature of each layer that cures, of its rise above the lowest of the run",
     ),
+    "heating_time_bed_side": _number("s", "heating time of the bed side of the wall alone", optional=True),
+    "targets": ResultKey("object", "time (s) at which each target was met, or null"),
     "target_meanings": ResultKey("object", "each target in words"),
     "end_time": _number("s", "end of the run"),
     "mass_flow_initial": _number("kg/s", "initial mass flow of the modelled part", optional=True),

@@ -163,14 +163,14 @@ class CoupledTransient:
         After a jump it is two halves of the backward Euler method, whose difference from one whole step is their error.
         """
         self.heat.release_cells()
-        start, flow_start = self.heat.unknown.x.array.copy(), self.flow.unknown.x.array.copy()
+        start = self._state()
         for left in reversed(range(MOST_REPETITIONS)):
             error, balance = self._take_all(time, step, after_jump=after_jump)
             out, new = self.heat.mark_cells(bounds)
             if not (out and new and left):
                 break
             self.heat.repetitions += 1
-            self.heat.unknown.x.array[:], self.flow.unknown.x.array[:] = start, flow_start
+            self._put_back(start)
         self.balance = balance
         return error
 
@@ -183,10 +183,10 @@ class CoupledTransient:
                 difference = step * GAMMA * (rates[0] - 2.0 * rates[1] + rates[2])
                 order = 3
             else:
-                start, flow_start = self.heat.unknown.x.array.copy(), self.flow.unknown.x.array.copy()
+                start = self._state()
                 self._take(time, step, BACKWARD_EULER)
                 whole = self._coupled.x.array.copy()
-                self.heat.unknown.x.array[:], self.flow.unknown.x.array[:] = start, flow_start
+                self._put_back(start)
                 self.balance = replace(before)
                 for half in range(2):
                     self._take(time + 0.5 * half * step, 0.5 * step, BACKWARD_EULER)
@@ -194,6 +194,17 @@ class CoupledTransient:
             return StepError(self.heat.norm(self._of_heat(difference)), 0.0, order), self.balance
         finally:
             self.balance = before
+
+    @property
+    def _functions(self) -> list[fem.Function]:
+        return [self.heat.unknown, self.flow.unknown, self._flow_temperature]
+
+    def _state(self) -> list[NDArray[Any]]:
+        return [function.x.array.copy() for function in self._functions]
+
+    def _put_back(self, state: list[NDArray[Any]]) -> None:
+        for function, array in zip(self._functions, state, strict=True):
+            function.x.array[:] = array
 
     def _of_heat(self, values: NDArray[Any]) -> NDArray[Any]:
         """Those of the heat's unknowns among the coupled ones."""

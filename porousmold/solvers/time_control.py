@@ -42,8 +42,11 @@ class TimeControl:
         self.step = self.first_step
 
     def after_jump(self, time: float) -> bool:
-        """Whether a step from `time` is among the first few after a jump, where the fluid may jump, too."""
-        ends = (end for begin, end in pairwise(self.breakpoints) if end - begin < self.first_step)
+        """Whether a step from `time` is among the first few after a jump, where the fluid may jump, too: after the start, and
+        after two breakpoints close together, unless they are rows among many that lie as close."""
+        far = (-math.inf, *self.breakpoints, math.inf)
+        close = [end - begin < self.first_step for begin, end in pairwise(far)]
+        ends = (end for n, end in enumerate(far[1:]) if close[n] and not (close[n - 1] or close[n + 1]))
         last = max(instant for instant in (0.0, *ends) if instant <= time * (1 + 1e-9))
         return time - last < self.first_step * JUMP_STEPS
 

@@ -12,8 +12,8 @@ from ..mesh.domain import Domain
 
 OVERSHOOT = 0.07
 """Kelvin out of bounds at which a cell becomes monotone."""
-LARGEST_PART = 0.01
-"""Of the range of the bounds, that this is at most."""
+SMALLEST_RANGE = 7.0
+"""Range of the bounds (K), below which that counts in proportion: 1 % of it at most."""
 MONOTONE_STEPS = 2
 """Steps after which a cell is second order again; if it is out of bounds once more it is marked once more."""
 LONGER = 0.25
@@ -74,7 +74,7 @@ class MonotoneCells:
         new ones, on any rank."""
         of_cells, marks = values[self._unknowns], self._marks.x.array
         low, high = bounds
-        beyond = min(OVERSHOOT, LARGEST_PART * (high - low))
+        beyond = OVERSHOOT * min(1.0, max(high - low, 1e-6) / SMALLEST_RANGE)
         out = ((of_cells < low - beyond) | (of_cells > high + beyond)).any(axis=1)
         new = out & (marks[self._cells] == 0.0)
         marks[self._cells[new]] = 1.0

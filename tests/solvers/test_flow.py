@@ -128,7 +128,8 @@ def test_a_regime_that_sets_in_later_is_noted(tmp_path):
 
 def test_a_recorded_mass_flow_fed_back_gives_the_same_heating_time(tmp_path):
     """Which it does where the flow recorded at a time is that of the time."""
-    scene = coarse_scene({"model.turbulence": "none", "model.flow": "developed", **CELLS})
+    # on fewer cells the bounds' monotone cells, which last for a number of steps, would differ between both
+    scene = coarse_scene({"model.turbulence": "none", "model.flow": "developed", **CELLS, "solver.axial_cells": 18})
     first = run(scene, communicator=MPI.COMM_SELF)
     rows = zip(first.history["time"], first.history["mass_flow"], strict=True)
     series = tmp_path / "mass_flow.csv"
