@@ -11,7 +11,6 @@ from porousmold.solvers import transport
 
 from .support import ALUMINIUM, FRP, PIPE, coarse_scene, problem_of, simulation_of
 
-
 ENERGIES = ("one-temperature", "two-temperature")
 FINE = {"solver.cell_growth": 1.33, "solver.largest_step": None}
 
