@@ -3,6 +3,7 @@
 Only the mesh is made. Seconds are of one process on an office machine, right within a factor of three.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -61,14 +62,40 @@ def check(scene: Scene, communicator: Communicator) -> Checked:
         f"height of the first cell at the wall: {1e3 * first:.3g} mm; recommended: about {1e3 * estimates.first_cell:.3g} mm",
         f"unknowns: about {flow} of the flow and {energy} of the temperatures; {memory / 2**30:.2g} GiB",
         f"expected computing time: {seconds:.0f} s, within a factor of three, for {steps:.0f} time steps",
-        f"estimated flow: {estimates.speed:.3g} m/s between the beads, bead Reynolds number {estimates.reynolds_number:.3g}, "
-        f"mass flow {estimates.mass_flow:.3g} kg/s of the modelled part",
+        _flow_text(estimates),
+        f"time steps of up to {specs.time.largest_step or estimates.largest_step:.3g} s: {_limit_text(specs, estimates)}",
         f"bead Biot number: {estimates.bead_biot_number:.2g}",
         *([f"outer wall: {outer_wall_text(dict(scene.operation))}"] if domain.has_outer_wall else []),
-        f"lower bound of the heating time, from the heat capacities and the mass flow: about {estimates.heating_duration:.0f} s",
+        *_bound_text(estimates),
     ]
     warnings = implausible_values(scene) + outside_ranges(specs, bool(specs.heat.layers), {})
     return Checked(facts, warnings + _warnings_of_the_mesh(specs, domain, estimates, first))
+
+
+def _flow_text(estimates: Estimates) -> str:
+    if not estimates.flows:
+        return "no flow: nothing drives the fluid"
+    return (
+        f"estimated flow: {estimates.speed:.3g} m/s between the beads, bead Reynolds number {estimates.reynolds_number:.3g}, "
+        f"mass flow {estimates.mass_flow:.3g} kg/s of the modelled part"
+    )
+
+
+def _limit_text(specs: Specs, estimates: Estimates) -> str:
+    """What keeps the steps from being longer, besides their estimated errors."""
+    if specs.time.largest_step is not None:
+        return "solver.largest_step"
+    limits = estimates.step_limits
+    name = min(limits, key=lambda one: limits[one])
+    return f"the {name} takes about {limits[name]:.3g} s; the estimated errors may ask for shorter ones"
+
+
+def _bound_text(estimates: Estimates) -> list[str]:
+    """How long heating takes at least: by what the fluid brings, or with what comes through the wall."""
+    if not math.isfinite(estimates.conduction_time):
+        least = estimates.flow_duration
+        return [f"lower bound of the heating time, from the heat capacities and the mass flow: about {least:.0f} s"]
+    return [f"time constant of bed and wall that are heated from outside: about {estimates.conduction_time:.0f} s"]
 
 
 def _nodes(domain: Domain) -> dict[str, int]:
@@ -104,9 +131,9 @@ def _warnings_of_the_mesh(specs: Specs, domain: Domain, estimates: Estimates, fi
         found.append(f"the first cell at the wall is {first / estimates.first_cell:.0f} times too high: {remedy}")
     if estimates.bead_biot_number > HIGHEST_BIOT_NUMBER and specs.heat.bead_modes is None:
         found.append(f"bead Biot number {estimates.bead_biot_number:.2g} > {HIGHEST_BIOT_NUMBER}: see model.bead_modes")
-    if specs.time.end_time < estimates.heating_duration:
+    if not math.isfinite(estimates.conduction_time) and specs.time.end_time < estimates.flow_duration:
         found.append(
             f"operation.end_time {specs.time.end_time:g} s is before the lower bound of the heating time, "
-            f"{estimates.heating_duration:.0f} s"
+            f"{estimates.flow_duration:.0f} s"
         )
     return found
