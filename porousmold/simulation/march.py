@@ -39,6 +39,8 @@ STEP_ERROR = 8e-3
 CURE_ERROR = {2: 2e-4, 3: 1e-3}
 """The same of a degree of cure, by the order of the estimate: that of the backward Euler method is its own error, that of three
 stages the far larger one of their embedded method."""
+COARSEST_ERRORS = 0.6
+"""Refinement of the steps below which their errors may grow no more: a front that comes in is lost in one step else."""
 FLOW_ERROR = 3e-3
 """Relative error of the mass flow in a step that is allowed."""
 LEAST_DIFFERENCE = 0.02
@@ -189,10 +191,11 @@ class Simulation:
         allowed = STEP_ERROR * max(differences, STEPS_OF_CHANGE * change, LEAST_DIFFERENCE)
         if specs.tolerance is not None:
             allowed = min(allowed, specs.tolerance)
-        ratio = max(error.temperature / allowed, error.cure / CURE_ERROR[error.order]) * specs.refinement**error.order
+        finer = max(specs.refinement, COARSEST_ERRORS)
+        ratio = max(error.temperature / allowed, error.cure / CURE_ERROR[error.order]) * finer**error.order
         # an error of the flow moves times by as much of the time that it lasts
         weight = min(1.0, time / self.problem.medium.estimates.heating_duration)
-        return float(max(ratio, weight * self._flow_error() / FLOW_ERROR * specs.refinement**2))
+        return float(max(ratio, weight * self._flow_error() / FLOW_ERROR * finer**2))
 
     def _flow_error(self) -> float:
         """Relative error of the mass flow of the last step: it was found at temperatures extrapolated to the step's middle."""

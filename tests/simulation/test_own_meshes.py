@@ -164,8 +164,9 @@ def test_two_layers_of_one_material_are_one_wall(tmp_path, kind):
 @pytest.mark.heavy
 def test_a_mold_from_a_step_file_is_heated():
     """The flow of k and epsilon below a doubly curved skin is found, mass and heat are kept."""
-    scene = Scene.load(STUDIES / "mold" / "shell.toml", {"operation.end_time": 30.0, "output.pictures": False})
-    result = run(scene, communicator=MPI.COMM_SELF)
+    # at the default tolerance one iteration a step leaves 1e-5 of the mass flow as long as it changes fast
+    changes = {"operation.end_time": 30.0, "output.pictures": False, "solver.flow_tolerance": 1e-3}
+    result = run(Scene.load(STUDIES / "mold" / "shell.toml", changes), communicator=MPI.COMM_SELF)
     assert result.summary["mass_imbalance"] == pytest.approx(0.0, abs=1e-6)
     assert result.summary["energy_imbalance"] == pytest.approx(0.0, abs=1e-4)
     assert 298.0 < result.history["outlet_temperature"][-1] < 299.0
