@@ -143,11 +143,12 @@ class RunFolder:
                 if near_wall is not None:
                     self._write_table("near_wall.csv", near_wall)
 
-    def write_summary(self, summary: dict[str, Any], scene: Scene) -> None:
-        """scene.toml and, when all else is there, result.json (rank 0 writes)."""
+    def write_summary(self, summary: dict[str, Any], scene: Scene, accuracy: float | None = None) -> None:
+        """scene.toml and, when all else is there, result.json (rank 0 writes); an `accuracy` chose the scene's refinements."""
+        chosen = "" if accuracy is None else f"# solver.accuracy = {accuracy:g} chose the refinements in [solver]\n"
         with self._on_first_rank() as first:
             if first:
-                self._replace("scene.toml", tomli_w.dumps(scene.as_tables()))
+                self._replace("scene.toml", chosen + tomli_w.dumps(scene.as_tables()))
                 self._replace("result.json", json.dumps(summary, indent=2) + "\n")
 
     def _write_table(self, name: str, table: Columns) -> None:

@@ -209,7 +209,7 @@ class _Run:
                 self._write_data(folder)
         summary["wall_seconds"] = {"total": clock.perf_counter() - self._start} | simulation.problem.stopwatch.seconds
         if folder is not None:
-            folder.write_summary(summary, self._marched)
+            folder.write_summary(summary, self._marched, wanted)
             if not unfinished:
                 folder.forget_checkpoint()
         return summary

@@ -153,6 +153,13 @@ def test_every_answer_of_a_scene_has_its_error():
     assert rise[0] == pytest.approx(rise[1], rel=0.01)
 
 
+def test_the_scene_as_run_tells_what_chose_its_refinements(tmp_path):
+    settings = {"model.flow": "plug", "model.turbulence": "none", "solver.accuracy": 0.05}
+    run(coarse_scene(settings), tmp_path / "run")
+    text = (tmp_path / "run" / "scene.toml").read_text()
+    assert text.startswith("# solver.accuracy = 0.05 chose") and Scene.load(tmp_path / "run" / "scene.toml")
+
+
 def test_an_accuracy_that_has_nothing_to_act_on_says_so():
     fixed = {"model.wall": "fixed-temperature", "operation.wall_temperature": 340.0, "operation.end_time": 60.0}
     result = run(coarse_scene(fixed | {"model.flow": "plug", "model.turbulence": "none", "solver.accuracy": 0.01}))
