@@ -98,7 +98,11 @@ class TransientHeat:
         self._stored_start, self._stored_now, self._addend, self._difference, self._error = vectors
         self._outflows = [self._system.new_vector() for _ in STAGES]
         self._outflow_before = self._system.new_vector()
-        volumes = equations.coordinates.weight * sum(dict.fromkeys(temperatures.tests)) * domain.cell_measure(quadrature_degree)
+        volumes = (
+            equations.coordinates.weight
+            * sum(dict.fromkeys(temperatures.tests))
+            * domain.cell_measure(quadrature_degree)
+        )
         self._volumes, self._regions = fenicsx.DeferredForm(volumes), temperatures.regions
         self.scalars = {
             "by_fluid": equations.heat_input(parts[0]),
