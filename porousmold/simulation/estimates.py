@@ -256,9 +256,7 @@ def _fluid_at(specs: Specs, temperature: float) -> _Fluid:
 
 
 def flow_change(specs: Specs, size: BedSize, before: float, after: float) -> float:
-    """Relative change of the mass flow between two temperatures (K) of the whole bed; 0 where it is given."""
-    if specs.flow.drive != "pressure_drop":
-        return 0.0
+    """Relative change of the mass flow that a pressure drop drives, between two temperatures (K) of the whole bed."""
     fluxes = []
     for temperature in (before, after):
         fluid = _fluid_at(specs, temperature)

@@ -145,7 +145,8 @@ class Simulation:
         """Take one step; gives its length (s), None where it is to be repeated with another one."""
         problem, control = self.problem, self.control
         step = control.propose(self.time, self._longest_step())
-        self._mean_temperature = problem.mean_in_bed(problem.temperature)
+        if self._flow_follows_temperature:
+            self._mean_temperature = problem.mean_in_bed(problem.temperature)
         balance, factored_at = replace(problem.heat.balance), problem.flow.factored_at
         before = [function.x.array.copy() for function in problem.memory]
         self._supply_before = problem.air_loop.save() if problem.air_loop is not None else None
@@ -197,9 +198,14 @@ class Simulation:
         weight = min(1.0, time / self.problem.medium.estimates.heating_duration)
         return float(max(ratio, weight * self._flow_error() / FLOW_ERROR * finer**2))
 
+    @property
+    def _flow_follows_temperature(self) -> bool:
+        """Whether the mass flow is one that changes with the temperatures."""
+        return self.specs.flow.update == "quasi-steady" and self.specs.flow.drive == "pressure_drop"
+
     def _flow_error(self) -> float:
         """Relative error of the mass flow of the last step: it was found at temperatures extrapolated to the step's middle."""
-        if self.specs.flow.update != "quasi-steady":
+        if not self._flow_follows_temperature:
             return 0.0
         problem = self.problem
         start, end = self._mean_temperature, problem.mean_in_bed(problem.temperature)
@@ -208,9 +214,7 @@ class Simulation:
 
     def _differences(self, time: float, low: float, high: float, inlet: float) -> float:
         """Largest temperature difference (K) at a time (s) between places, and what is given there."""
-        heat = self.specs.heat
-        series = (heat.outer_wall.ambient, heat.wall_temperature, heat.bead_inlet_temperature)
-        given = [low, high, inlet, *(float(one(time)) for one in series if one is not None)]
+        given = [low, high, inlet, *(float(one(time)) for one in self.specs.heat.given_elsewhere)]
         return max(given) - min(given)
 
     def _longest_step(self) -> float:
@@ -353,8 +357,8 @@ def _kind_of(column: str) -> str | None:
 def temperature_bounds(heat: HeatSpec) -> tuple[float, float]:
     """Lowest and highest temperature (K) that a scene can reach: what is given, infinite where a heat flux or source is."""
     given = [heat.initial_temperature, *heat.inlet_temperature.range]
-    for series in (heat.outer_wall.ambient, heat.wall_temperature, heat.bead_inlet_temperature):
-        given += series.range if series is not None else ()
+    for series in heat.given_elsewhere:
+        given += series.range
     low, high = min(given), max(given)
     if heat.outer_wall.heat_flux is not None:
         least, most = heat.outer_wall.heat_flux.range

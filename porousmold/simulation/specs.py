@@ -127,6 +127,12 @@ class HeatSpec:
     bead_velocity: float
     bead_inlet_temperature: TimeSeries | None
 
+    @property
+    def given_elsewhere(self) -> list[TimeSeries]:
+        """Temperatures (K) that are given besides that of the fluid: outside, of the wall, of beads that enter."""
+        series = (self.outer_wall.ambient, self.wall_temperature, self.bead_inlet_temperature)
+        return [one for one in series if one is not None]
+
     def is_heated_by_inflow(self, margin: float) -> bool:
         """Whether the wall is waited for until it is within a margin (K) of the fluid that flows in."""
         differences = [abs(value - self.initial_temperature) for value in self.inlet_temperature.range]
