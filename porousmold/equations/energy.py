@@ -62,7 +62,8 @@ class Interface:
 class Transport:
     """What carries the heat in the bed: `mass_flux` phi rho u (kg/m2/s), `conduction` of the fluid and `bead_conduction`
     (W/m/K per total volume), `exchange` a_v h_sf (W/m3/K; None with one temperature), `touching` (W/m2/K) between beads and the
-    wall, a constant of each cell (None where beads are insulated), and the `streamline` along which the cells are upwinded."""
+    wall, a constant of each cell (None where beads are insulated), the `streamline` along which the cells are upwinded, and with
+    one temperature `heat_conducted`, the heat (W/m3) that conduction brings to each node, a part of the upwinded balance."""
 
     mass_flux: Any
     conduction: Any
@@ -70,6 +71,7 @@ class Transport:
     exchange: Any
     touching: Any
     streamline: Streamline
+    heat_conducted: Any = 0.0
 
 
 @dataclass(frozen=True)
@@ -177,11 +179,12 @@ class EnergyEquations:
     def _is_upwinded(self) -> bool:
         """Whether the heat that the flow carries is upwinded in ordinary cells.
 
-        The upwinded balance is that of advection and exchange. Linear elements have no residual of conduction across the flow:
-        where that is what advection balances, upwinding conducts along the flow instead, an error of first order in the cells
-        (2 % of the heating time with one temperature).
+        Linear elements have no residual of conduction: where that is what advection balances, upwinding alone would conduct along
+        the flow, an error of first order in the cells (2 % of the heating time with one temperature). With one temperature the
+        residual is `Transport.heat_conducted`; two temperatures with the whole bed's conduction need no upwinding, as the
+        exchange spreads the front.
         """
-        return self.two_temperatures and not self.bed.bead_conduction.whole_bed
+        return not (self.two_temperatures and self.bed.bead_conduction.whole_bed)
 
     def transport(self, temperature: Value, monotone: Value) -> Value:
         """`Transport` at a temperature (K), with cells that are to be monotone marked by 1 (`Streamline`)."""
@@ -215,6 +218,8 @@ class EnergyEquations:
         advection = self._laws.heat_capacity(temperature) * transport.mass_flux
         fluid = streamline.carried(advection, temperature, test)
         fluid += streamline.conducted(transport.conduction, temperature, test)
+        if not self.two_temperatures:
+            fluid -= streamline.upwinding(test) * transport.heat_conducted
         bead = ufl.dot(flux_density(transport.bead_conduction, ufl.grad(bead_temperature)), ufl.grad(bead_test))
         if self.two_temperatures:
             difference = self.transfer.excess(temperature, bead_temperature)
@@ -238,6 +243,12 @@ class EnergyEquations:
         entering = self._laws.heat_capacity(temperature) * self.inward_mass_flux
         form += weight * streamline.entered(entering, temperature, test) * self.inlet
         return form + self.wall.outflow_of_heat(temperature, test, streamline.monotone)
+
+    def heat_conducted(self, temperature: Value, test: Value, transport: Transport) -> Value:
+        """Form of the heat that conduction in fluid and beads of one temperature brings to each place, W against the test."""
+        gradient = ufl.grad(temperature)
+        flux = flux_density(transport.conduction, gradient) + flux_density(transport.bead_conduction, gradient)
+        return -self.coordinates.weight * ufl.dot(flux, ufl.grad(test)) * self.dx_bed
 
     def _touching(self, temperature: Value) -> Value:
         """Coefficient between beads and the wall, W/m2/K; None where beads are insulated or have the fluid's temperature."""

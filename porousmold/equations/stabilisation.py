@@ -203,6 +203,10 @@ class Streamline:
         place = ufl.dot(self.from_middle, self.reach) / (ufl.dot(self.reach, self.reach) + 1e-60)
         return test + (self.upwind - self.monotone * place) * change
 
+    def upwinding(self, test: Value) -> Value:
+        """What upwinding adds to the test function in cells that are not monotone."""
+        return (1.0 - self.monotone) * self.upwind * self.along(test)
+
     def carried(self, advection: Value, function: Value, test: Value) -> Value:
         """a.grad f, what flows into a cell from upstream."""
         along, crossing = ufl.dot(advection, ufl.grad(function)), 0.0

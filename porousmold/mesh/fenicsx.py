@@ -11,6 +11,7 @@ import importlib
 import inspect
 import logging
 import os
+import time
 from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
@@ -18,6 +19,7 @@ from typing import Any
 
 import basix
 import dolfinx
+import ffcx.codegeneration.jit
 import numpy as np
 import ufl
 from dolfinx import fem, mesh
@@ -36,32 +38,56 @@ except ImportError:  # dolfinx 0.5: elements come from UFL itself
 
 @functools.cache
 def _compiler_options() -> dict[str, Any]:
-    """Options of FFCx's compiler: a cache of our own, kept free of what a killed process began to compile."""
+    """Options of FFCx's compiler, with a cache of our own."""
     defaults = dolfinx.jit.get_options if hasattr(dolfinx.jit, "get_options") else dolfinx.jit.get_parameters
     cache = Path(defaults()["cache_dir"]) / "porousmold"
     cache.mkdir(parents=True, exist_ok=True)
-    lock_cache(cache)
     # unsafe mathematics turns powers into roots and products: half the time of a residual, the same to rounding. Given to the
     # compiler alone, not to the linker, it leaves denormal numbers as they are in all other code
     flags = ["-O2", "-funsafe-math-optimizations", "-fno-math-errno"]
     return {"cffi_extra_compile_args": flags, "cache_dir": cache, "timeout": 300}
 
 
-@functools.cache
-def lock_cache(cache: Path) -> Any:
-    """Lock on the cache, held until the process ends and shared by all that may compile.
+LOCK_INTERVAL = 0.05
+"""Seconds between two looks at what another process compiles."""
+_LOCKS: list[Any] = []
+"""Open locks on what this process compiles: the system frees them when it ends, however it ends."""
 
-    FFCx takes an unfinished C file for the work of another process and waits for it; who gets the lock alone knows that
-    unfinished files are nobody's work.
+
+def claim(module_name: str, cache: Path) -> None:
+    """Return once a module stands in the cache, or once it is this process's to compile.
+
+    FFCx takes an unfinished C file for the work of another process and waits for it, minutes if that was killed. Who compiles
+    holds a lock on the file's name; who gets it finds the work of a process that is gone, and clears it away.
     """
-    lock = open(cache / "lock", "w")  # noqa: SIM115
-    with contextlib.suppress(BlockingIOError):
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        for begun in cache.glob("*.c"):
-            if not begun.with_suffix(".c.cached").exists():
+    cache.mkdir(parents=True, exist_ok=True)
+    begun, ready = (cache / f"{module_name}{ending}" for ending in (".c", ".c.cached"))
+    if ready.exists():
+        return
+    lock = open(cache / f"{module_name}.lock", "w")  # noqa: SIM115
+    while not ready.exists():
+        with contextlib.suppress(BlockingIOError):
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if not ready.exists():
                 begun.unlink(missing_ok=True)
-    fcntl.flock(lock, fcntl.LOCK_SH)
-    return lock
+            _LOCKS.append(lock)
+            return
+        time.sleep(LOCK_INTERVAL)
+    lock.close()
+
+
+def _claim_what_is_compiled() -> None:
+    """Have FFCx `claim()` every module before it looks for it."""
+    look_up = ffcx.codegeneration.jit.get_cached_module
+
+    def claimed(module_name: str, object_names: Any, cache_dir: Any, timeout: int) -> Any:
+        claim(module_name, Path(cache_dir))
+        return look_up(module_name, object_names, cache_dir, timeout)
+
+    ffcx.codegeneration.jit.get_cached_module = claimed
+
+
+_claim_what_is_compiled()
 
 
 @contextlib.contextmanager

@@ -315,6 +315,10 @@ def _air_loop(specs: Specs, medium: Medium, heat: Heat, equations: EnergyEquatio
     return heat.supply
 
 
+NO_FLOW = 1e-6
+"""Of the expected mass flux: what iterations leave of a flow that is none."""
+
+
 def build_balances(medium: Medium, flow: Flow, heat: Heat, equations: EnergyEquations) -> Balances:
     """The forms of what flows in and out."""
     domain, weight = medium.domain, medium.equations.coordinates.weight
@@ -327,12 +331,16 @@ def build_balances(medium: Medium, flow: Flow, heat: Heat, equations: EnergyEqua
         solid, leaving = weight * (1.0 - equations.bed.porosity), equations.moving_beads.leaving
         bead_temperature = ufl.split(heat.unknown)[1]
         bead_outlet = fenicsx.DeferredForm(solid * bead_temperature * leaving), fenicsx.DeferredForm(solid * leaving)
+    outlet = ds(geometry.OUTLET)
     return Balances(
         domain.communicator,
+        NO_FLOW * medium.estimates.mass_flux,
         mass_in=fenicsx.DeferredForm(weight * equations.inward_mass_flux * ds(geometry.INLET)),
         mass_out=fenicsx.DeferredForm(outflow * ds(geometry.OUTLET)),
         inlet_pressure=fenicsx.DeferredForm(weight * flow.state.pressure / area * ds(geometry.INLET)),
         outlet_heat=fenicsx.DeferredForm(outflow * temperature * ds(geometry.OUTLET)),
+        outlet_area=fenicsx.DeferredForm(weight * outlet),
+        outlet_mean=fenicsx.DeferredForm(weight * temperature * outlet),
         bead_outlet=bead_outlet,
     )
 

@@ -36,7 +36,7 @@ FIRST_STEP = 0.05
 
 STEP_ERROR = 8e-3
 """Estimated error of a step that is allowed, of temperatures, over the differences there are."""
-CURE_ERROR = {2: 2e-4, 3: 1e-3}
+CURE_ERROR = {2: 6e-5, 3: 3e-4}
 """The same of a degree of cure, by the order of the estimate: that of the backward Euler method is its own error, that of three
 stages the far larger one of their embedded method."""
 COARSEST_ERRORS = 0.6
@@ -45,6 +45,7 @@ FLOW_ERROR = 3e-3
 """Relative error of the mass flow in a step that is allowed."""
 LEAST_DIFFERENCE = 0.02
 """Temperature difference (K) below which none counts."""
+
 STEPS_OF_CHANGE = 4.0
 """Steps like the last one whose change counts as a difference: of what is heated evenly."""
 LARGEST_PART = 0.5

@@ -53,14 +53,19 @@ class _Forms:
     mass_out: Any
     inlet_pressure: Any
     outlet_heat: Any
+    outlet_area: Any
+    outlet_mean: Any
     bead_outlet: tuple[Any, Any] | None
 
 
 class Balances:
-    """Compiled forms of what flows through inlet and outlet, and their present values."""
+    """Compiled forms of what flows through inlet and outlet, and their present values.
 
-    def __init__(self, communicator: Communicator, **forms: Any) -> None:
-        self._communicator, self._forms = communicator, _Forms(**forms)
+    Below the mass flux `no_flow` (kg/m2/s) nothing flows but what rounding leaves.
+    """
+
+    def __init__(self, communicator: Communicator, no_flow: float, **forms: Any) -> None:
+        self._communicator, self._no_flow, self._forms = communicator, no_flow, _Forms(**forms)
 
     def _value(self, form: Any) -> float:
         """Value of a compiled scalar form, the sum over all ranks."""
@@ -84,9 +89,11 @@ class Balances:
 
     @property
     def outlet_temperature(self) -> float:
-        """Mean temperature of what flows out, K; NaN where nothing does."""
-        mass_flow = self.mass_flow
-        return self._value(self._forms.outlet_heat) / mass_flow if mass_flow else float("nan")
+        """Mean temperature of what flows out, K; that of the outlet's area where nothing does."""
+        mass_flow, area = self.mass_flow, self._value(self._forms.outlet_area)
+        if abs(mass_flow) <= self._no_flow * area:
+            return self._value(self._forms.outlet_mean) / area
+        return self._value(self._forms.outlet_heat) / mass_flow
 
     @property
     def bead_outlet_temperature(self) -> float | None:

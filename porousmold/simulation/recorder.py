@@ -1,5 +1,6 @@
 """What is recorded of a march: the history's rows, the heating times, and snapshots of the fields."""
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -70,11 +71,21 @@ class Recorder:
         self._look_at_targets()
         if not self._heat.is_heated_by_inflow(self._time.margin):
             return  # the wall's temperature is given, or its heat comes from elsewhere: nothing to wait for
-        times, margin = self.history["time"], self._time.margin
-        if self.heating_time is None:
-            self.heating_time = crossing_time(times, self.history["deficit_wall"], margin)
-        if self.heating_time_bed_side is None:
-            self.heating_time_bed_side = crossing_time(times, self.history["deficit_bed_side"], margin)
+        self.heating_time = self._heated_at(self.heating_time, "wall")
+        self.heating_time_bed_side = self._heated_at(self.heating_time_bed_side, "bed_side")
+
+    def _heated_at(self, before: float | None, place: str) -> float | None:
+        """Time (s) at which a place came within the margin, `before` as far as it is known.
+
+        An inlet temperature that only passes the wall's on its way, as from one set point to the next, heats nothing: the place
+        has to stay within the margin up to the next breakpoint of the inlet's temperature.
+        """
+        times, deficits, margin = self.history["time"], self.history[f"deficit_{place}"], self._time.margin
+        if before is None:
+            return crossing_time(times, deficits, margin)
+        ahead = [one for one in self._heat.inlet_temperature.breakpoints if one >= before]
+        is_lost = deficits[-1] > margin and times[-1] <= min(ahead, default=-math.inf) * (1.0 + 1e-12)
+        return None if is_lost else before
 
     def _look_at_targets(self) -> None:
         for target in self._time.targets:

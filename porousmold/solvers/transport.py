@@ -1,14 +1,17 @@
 """Transport coefficients of a time step, frozen at its start, with monotone cells where temperatures violate bounds."""
 
+import functools
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import ufl
 from dolfinx import fem
 from numpy.typing import NDArray
 
 from ..equations.energy import EnergyEquations, Transport
 from ..mesh import fenicsx, ranks
-from ..mesh.domain import Domain
+from ..mesh.domain import INLET, INTERFACE, Domain
 
 OVERSHOOT = 0.07
 """Kelvin out of bounds at which a cell becomes monotone."""
@@ -46,6 +49,10 @@ class FrozenTransport:
             None if transport.touching is None else cells.add(transport.touching),
             transport.streamline.held(cells.add, points.add),
         )
+        self._conduction = None
+        if not equations.two_temperatures:
+            self._conduction = ConductedHeat(domain, equations, temperature, self.frozen)
+            self.frozen = replace(self.frozen, heat_conducted=self._conduction.function)
         self._values = points, cells
         for values in self._values:
             values.compile()
@@ -54,6 +61,40 @@ class FrozenTransport:
         """Take the values of the present flow and temperature."""
         for values in self._values:
             values.renew()
+        if self._conduction is not None:
+            self._conduction.renew()
+
+
+class ConductedHeat:
+    """`function`: the heat (W/m3) that conduction in the bed brings to each node, div(K grad T) by a lumped mass matrix; 0 at
+    the inlet and the wall, where heat crosses the boundary."""
+
+    def __init__(
+        self, domain: Domain, equations: EnergyEquations, temperature: fem.Function, transport: Transport
+    ) -> None:
+        space = temperature.function_space
+        test = ufl.TestFunction(space)
+        self.function = fem.Function(space)
+        self._heat = fenicsx.DeferredForm(equations.heat_conducted(temperature, test, transport))
+        volumes = equations.coordinates.nodal_weight * test * equations.nodes_bed
+        self._volume_form = fenicsx.DeferredForm(volumes)
+        facets = np.concatenate([domain.facets(tag) for tag in (INLET, INTERFACE)])
+        dimension = domain.mesh.topology.dim
+        self._boundary = fem.locate_dofs_topological(space, dimension - 1, np.sort(facets).astype(np.int32))
+
+    @functools.cached_property
+    def _volumes(self) -> NDArray[Any]:
+        vector = fenicsx.petsc_vector(self.function)
+        fenicsx.assemble_vector(vector, self._volume_form.form)
+        return np.maximum(vector.array.copy(), 1e-300)  # none in the wall
+
+    def renew(self) -> None:
+        """Take the values of the present temperature (collective)."""
+        volumes, vector = self._volumes, fenicsx.petsc_vector(self.function)
+        fenicsx.assemble_vector(vector, self._heat.form)
+        vector.array[:] /= volumes
+        self.function.x.scatter_forward()
+        self.function.x.array[self._boundary] = 0.0
 
 
 class MonotoneCells:

@@ -1,5 +1,8 @@
 """The one module that knows dolfinx's versions."""
 
+import subprocess
+import sys
+import threading
 import uuid
 
 import numpy as np
@@ -10,19 +13,41 @@ from porousmold.mesh import fenicsx
 
 
 def test_a_killed_compilation_is_forgotten_but_not_that_of_a_living_process(tmp_path):
-    alone, shared = tmp_path / "alone", tmp_path / "shared"
-    for cache in (alone, shared):
-        cache.mkdir()
-        for name in ("begun.c", "ready.c", "ready.c.cached"):
-            (cache / name).touch()
-    other_process = fenicsx.lock_cache.__wrapped__(shared)
-    (shared / "begun.c").touch()
-    locks = [fenicsx.lock_cache(cache) for cache in (alone, shared)]
-    assert not (alone / "begun.c").exists()
-    assert (alone / "ready.c").exists()
-    assert (shared / "begun.c").exists()
-    for lock in (other_process, *locks):
-        lock.close()
+    begun, ready = tmp_path / "one.c", tmp_path / "one.c.cached"
+    begun.touch()
+    fenicsx.claim("one", tmp_path)  # nobody holds the lock of what was begun
+    assert not begun.exists()
+    begun.touch()  # this process is the one that compiles
+    waiting = threading.Thread(target=fenicsx.claim, args=("one", tmp_path))
+    waiting.start()
+    waiting.join(0.5)
+    assert waiting.is_alive()
+    assert begun.exists()
+    ready.touch()
+    waiting.join(30.0)
+    assert not waiting.is_alive()
+    assert begun.exists()
+
+
+def test_what_a_killed_process_began_is_compiled_anew_though_another_one_lives(tmp_path):
+    """FFCx alone waits for the file of the killed one until its time is out."""
+    begin = """
+import sys, time
+from pathlib import Path
+from porousmold.mesh import fenicsx
+cache = Path(sys.argv[1])
+fenicsx.claim("two", cache)
+(cache / "two.c").touch()
+print("begun", flush=True)
+time.sleep(60)
+"""
+    killed = subprocess.Popen([sys.executable, "-c", begin, str(tmp_path)], stdout=subprocess.PIPE, text=True)
+    assert killed.stdout is not None
+    assert killed.stdout.readline() == "begun\n"
+    killed.kill()
+    killed.wait()
+    fenicsx.claim("two", tmp_path)
+    assert not (tmp_path / "two.c").exists()
 
 
 def test_compiling_leaves_the_hash_of_a_mesh_alone():

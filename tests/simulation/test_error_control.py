@@ -198,3 +198,38 @@ def test_a_fast_logger_takes_no_step_a_row():
     )
     few = TimeSeries((0.0, 1.0, 1.001, 50.0), (1.0, 1.0, 2.0, 2.0))
     assert few.thinned() is few
+
+
+def test_a_set_point_that_passes_the_temperature_of_the_wall_does_not_count_as_heated():
+    """From 380 K down to 310 K and up to 360 K again, each within a second: the wall, between them, is passed twice."""
+    times, values = [0.0, 1200.0, 1201.0, 1500.0, 1501.0], [380.0, 380.0, 310.0, 310.0, 360.0]
+    given = {"initial_temperature": 300.0, "inlet_temperature": [times, values], "heating_margin": 1.0}
+    scene = coarse_scene().changed({f"operation.{name}": value for name, value in given.items()})
+    for refinement in (1.0, 8.0):  # the more so the shorter the steps
+        result = run(scene.changed({"solver.step_refinement": refinement}))
+        low = np.interp([1200.0, 1501.0], result["time"], result["lowest_wall"])
+        assert np.all(low > 312.0) and np.all(low < [378.0, 358.0])
+        assert result.heating_time > 1600.0
+
+
+def test_one_temperature_has_no_wiggles_behind_a_sharp_front():
+    """Of a front without dispersion nothing is left behind but the temperature of the inlet, though nothing keeps bounds."""
+    tables = tables_of_bed("pipe")
+    tables["bed"]["bead_conductivity"] = 0.05
+    tables["operation"] |= {"inlet_temperature": HOT, "pressure_drop": 4000.0, "end_time": 300.0}
+    tables["model"] |= {"flow": "plug", "wall": "insulated"}
+    tables["solver"] = {"keep_bounds": False}
+    result = run(Scene(tables))
+    front, behind = (heated_part(result[f"temperature_centre_{place}"]) for place in ("L/2", "L/8"))
+    passed = front > 0.4
+    assert passed.sum() > 3
+    assert np.abs(behind[passed] - 1.0).max() < 2e-3
+
+
+def test_the_outlet_of_a_bed_at_rest_has_a_temperature():
+    """Nothing flows: that of its area, not of what rounding carries."""
+    given = {"model.wall": "fixed-temperature", "operation.wall_temperature": HOT, "operation.end_time": 300.0}
+    result = run(bed_at_rest(given))
+    assert np.all(np.diff(result["outlet_temperature"]) > -1e-6)
+    at_outlet = result["temperature_centre_L"][-1], result["temperature_bed_side_L"][-1]
+    assert at_outlet[0] < result["outlet_temperature"][-1] < at_outlet[1]
