@@ -2,7 +2,10 @@
 
 import csv
 import difflib
+import re
+import stat
 import tomllib
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +17,10 @@ from ..errors import InputError
 from .units import to_si
 
 SEPARATORS = ";\t,"
+LARGEST_TEXT, DEEPEST_TOML = 200 * 2**20, 20
+"""Bytes of a text file, and levels of tables and lists in TOML, that are read."""
+FORMULA = re.compile(r"\s*(?:[=@]|[+-](?!\d[\d.]*(?:[eE][-+]?\d+)?(?: ?[A-Za-z°%][\w°%/*^]*)?$))")
+"""Beginning of a text that a spreadsheet would take for a formula, but for numbers with a unit."""
 NOT_UTF_8 = "must be text in UTF-8: save it so in the editor"
 
 
@@ -46,26 +53,72 @@ def _nearest(path: Path) -> str:
 def read_rows(key: str, path: Path) -> list[Any]:
     """Rows of a CSV file but for blank ones and those that start with #; `InputError` naming `key` if unreadable."""
     try:
+        _refuse_odd(key, path)
         with path.open(newline="", encoding="utf-8-sig") as file:
             return [row for row in csv.reader(file) if row and not row[0].lstrip().startswith("#")]
     except UnicodeDecodeError as error:
         raise InputError(key, str(path), NOT_UTF_8) from error
+    except InputError:
+        raise
     except (OSError, ValueError, csv.Error) as error:
         raise InputError(key, str(path), f"must be a readable CSV file: {error}") from error
 
 
 def read_toml(key: str, path: Path) -> Any:
-    """Tables of a TOML file; `InputError` naming `key` if it is not there, not readable or not valid."""
+    """Tables of a TOML file; `InputError` naming `key` if it is not there, not readable, not valid or no regular file."""
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        _refuse_odd(key, path)
+        return _parsed(key, path)
+    except RecursionError as error:
+        raise InputError(key, str(path), "is nested too deeply") from error
     except UnicodeDecodeError as error:
         raise InputError(key, str(path), f"{NOT_UTF_8} (line {_line_of(path, error)})") from error
     except FileNotFoundError as error:
         raise InputError(key, str(path), f"no such file{_nearest(path)}") from error
     except tomllib.TOMLDecodeError as error:
         raise InputError(key, str(path), f'is not valid TOML: {error}; texts need quotes, like "4 mm"') from error
+    except InputError:
+        raise
     except (OSError, ValueError) as error:  # no text, or a path with a null byte
         raise InputError(key, str(path), "must be a readable TOML text file") from error
+
+
+def _refuse_odd(key: str, path: Path) -> None:
+    """Raise `InputError` for what is no file of text: a pipe or a device, which may never end, or one of any size."""
+    status = path.stat()
+    if not stat.S_ISREG(status.st_mode):
+        raise InputError(key, str(path), "must be a regular file")
+    if status.st_size > LARGEST_TEXT:
+        raise InputError(key, str(path), f"must be smaller than {LARGEST_TEXT // 2**20} MiB")
+
+
+def _parsed(key: str, path: Path) -> dict[str, Any]:
+    text = path.read_text(encoding="utf-8-sig")
+    tables = tomllib.loads(text)
+    deepest = _depth(tables)
+    if deepest > DEEPEST_TOML:
+        raise InputError(key, str(path), f"is nested more than {DEEPEST_TOML} deep")
+    return tables
+
+
+def _depth(value: Any) -> int:
+    """Levels of tables and lists in a value, counted without recursion."""
+    depth, level = 0, [value]
+    while level := [
+        inner
+        for outer in level
+        if isinstance(outer, dict | list)
+        for inner in (outer.values() if isinstance(outer, dict) else outer)
+    ]:
+        depth += 1
+        if depth > DEEPEST_TOML:
+            break
+    return depth
+
+
+def text_cells(row: Iterable[Any]) -> list[Any]:
+    """A row to be written as CSV: texts that a spreadsheet would take for a formula begin with an apostrophe."""
+    return [f"'{cell}" if isinstance(cell, str) and FORMULA.match(cell) else cell for cell in row]
 
 
 @dataclass(frozen=True)
@@ -103,10 +156,13 @@ def read_columns(key: str, path: Path) -> Any:
     `InputError` naming the key, the file and the row (line) of whatever is wrong.
     """
     try:
+        _refuse_odd(key, path)
         with path.open(newline="", encoding="utf-8-sig") as file:
             text = [(n, line) for n, line in enumerate(file, 1) if line.strip() and not line.lstrip().startswith("#")]
     except UnicodeDecodeError as error:
         raise InputError(key, str(path), NOT_UTF_8) from error
+    except InputError:
+        raise
     except (OSError, ValueError) as error:  # a path with a null byte, too
         raise InputError(key, str(path), f"must be a readable CSV file: {error}") from error
     if len(text) < 2:

@@ -15,6 +15,13 @@ from .atomic_files import whole_file
 
 _NUMBER_AND_UNIT = re.compile(r"^\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*$")
 
+_FACTOR = r"(?:1|(?:[^\W\d]|[°%])[\w°%]*)(?: ?(?:\*\*|\^) ?[-+]?\d{1,2}(?:\.\d{1,2})?)?"
+_PRODUCT = rf"{_FACTOR}(?:(?: ?[*/·⋅] ?| ){_FACTOR})*"
+_GROUP = rf"(?:{_FACTOR}|\({_PRODUCT}\))"
+_UNIT = re.compile(rf"{_GROUP}(?:(?: ?[*/·⋅] ?| ){_GROUP})*")
+"""A product of units with short exponents, and no arithmetic that pint would evaluate."""
+LONGEST_UNIT = 60
+"""Characters of a unit."""
 
 _LARGE = 2.0**100
 """A number that leaves the zero of a unit behind, and only shifts the exponent of its size."""
@@ -107,6 +114,9 @@ def _converted(key: str, text: str, unit: str, where: str | None) -> Any:
     number, given = float(match.group(1)), match.group(2)
     if not given:
         return number
+    given = " ".join(given.split())
+    if len(given) > LONGEST_UNIT or not _UNIT.fullmatch(given):
+        raise InputError(key, text, allowed, where)
     try:
         scale = _scale_of(given, {"delta_degC": "kelvin", "": "dimensionless"}.get(unit, unit))
     except Exception as error:  # pint raises many kinds, AssertionError among them, for units that are no units

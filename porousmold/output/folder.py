@@ -13,6 +13,7 @@ from dolfinx import io
 
 from ..errors import InputError
 from ..files.atomic_files import Lock, locked, whole_file
+from ..files.tables import text_cells
 from ..mesh import fenicsx
 from ..mesh.aliases import Communicator
 from ..scene.scene import Scene
@@ -154,7 +155,7 @@ class RunFolder:
     def _write_table(self, name: str, table: Columns) -> None:
         with whole_file(self.path / name) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)
-            writer.writerow([f"{column} [{unit}]" for column, unit in table.units.items()])
+            writer.writerow(text_cells(f"{column} [{unit}]" for column, unit in table.units.items()))
             writer.writerows(zip(*table.columns.values(), strict=True))
 
     def _replace(self, name: str, text: str) -> None:

@@ -6,7 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
+from ..errors import InputError
 from ..laws.air_supply import AirSupply, Blower
+from ..laws.materials import Fluid
 from ..scene.air_loop import has_air_loop, read_curve, share_of
 from ..scene.chosen_laws import Laws
 from ..scene.geometries import GEOMETRIES, BedSize
@@ -15,6 +17,8 @@ from ..scene.series import TimeSeries
 
 CURVE_POINTS = 41
 """Of a blower's quadratic curve."""
+DENSER = 1.25
+"""Than a blower's curve says a fluid may be: air of -20 degC is 1.16 times as dense as in catalogues."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,8 +33,27 @@ class AirLoopSpec:
     price: float | None
 
 
-def blower_of(scene: Scene) -> Blower | None:
-    """The blower that drives the flow, if one does."""
+def _fresh_temperature(scene: Scene) -> float:
+    operation = scene.operation
+    return operation.initial_temperature if operation.fresh_temperature is None else operation.fresh_temperature
+
+
+def _blower_density(scene: Scene, fluid: Fluid) -> float:
+    """Density (kg/m3) at which the blower's curve holds: by default that of the fluid as it comes fresh.
+
+    Raises `InputError` where the fluid is so much denser than what is given that the curve would be exceeded.
+    """
+    given, temperature = scene.operation.blower_density, _fresh_temperature(scene)
+    fresh = float(fluid.density(scene.operation.outlet_pressure, temperature))
+    if given is not None and fresh > DENSER * given:
+        allowed = f"must be near the fluid's own, {fresh:.4g} kg/m3 at {temperature:.4g} K"
+        reason = f"the blower or pump would give {fresh / given:.3g} times the pressure of its curve"
+        raise InputError("operation.blower_density", given, f"{allowed}: {reason}")
+    return fresh if given is None else float(given)
+
+
+def blower_of(scene: Scene, fluid: Fluid) -> Blower | None:
+    """The blower that drives the flow, if one does. Raises `InputError` for a curve at another fluid's density."""
     operation = scene.operation
     if operation.blower is not None:
         flows, rises = read_curve(operation.blower)
@@ -40,17 +63,18 @@ def blower_of(scene: Scene) -> Blower | None:
         rises = tuple(((1.0 - parts**2) * operation.blower_pressure).tolist())
     else:
         return None
-    return Blower(flows, rises, operation.blower_density, operation.duct_resistance, operation.blower_efficiency)
+    density = _blower_density(scene, fluid)
+    return Blower(flows, rises, density, operation.duct_resistance, operation.blower_efficiency)
 
 
-def air_loop_of(scene: Scene) -> AirLoopSpec | None:
-    """Heater, blower and returned air of a scene; None where the inlet's temperature is given."""
-    operation, blower = scene.operation, blower_of(scene)
+def air_loop_of(scene: Scene, fluid: Fluid) -> AirLoopSpec | None:
+    """Heater, blower and returned air of a scene; None where the inlet's temperature is given. Raises as `blower_of`."""
+    operation, blower = scene.operation, blower_of(scene, fluid)
     if not has_air_loop(scene):
         return None
     supply = AirSupply(
         math.inf if operation.heater_power is None else operation.heater_power,
-        operation.initial_temperature if operation.fresh_temperature is None else operation.fresh_temperature,
+        _fresh_temperature(scene),
         operation.duct_conductance or 0.0,
     )
     return AirLoopSpec(

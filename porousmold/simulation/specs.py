@@ -186,7 +186,8 @@ class Specs:
 
 def specs_of(scene: Scene) -> Specs:
     """The parts of a scene."""
-    laws, air_loop = Laws.of(scene), air_loop_of(scene)
+    laws = Laws.of(scene)
+    air_loop = air_loop_of(scene, laws.fluid)
     return Specs(
         mesh=_mesh(scene, laws),
         flow=_flow(scene, laws, None if air_loop is None else air_loop.blower),

@@ -21,6 +21,7 @@ from typing import Any
 from ..errors import InputError, SolveError
 from ..files.atomic_files import InUseError, locked, whole_file
 from ..files.subprocesses import forked
+from ..files.tables import text_cells
 from ..mpi import IS_ALONE, MPI
 from ..scene.geometries import dimension_of
 from ..scene.identity import identity_of
@@ -293,7 +294,7 @@ def write_tables(study: Any, out: Path) -> Any:
         entries = []
         for row in rows:
             varied = {name: setting(row.case, name) for name in study.varied}
-            writer.writerow([*varied.values(), row.status, *row.values.values(), row.reason, row.case.name])
+            writer.writerow(text_cells([*varied.values(), row.status, *row.values.values(), row.reason, row.case.name]))
             entries.append(
                 {**varied, "status": row.status, **row.values, "reason": row.reason, "folder": row.case.name}
             )

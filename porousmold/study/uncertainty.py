@@ -28,6 +28,7 @@ from scipy.stats import norm, qmc
 
 from ..errors import InputError
 from ..files.atomic_files import output_file
+from ..files.tables import text_cells
 from ..laws.porosity import POROSITY_MODELS
 from ..scene.chosen_laws import Laws
 from ..scene.scene import Scene
@@ -274,7 +275,8 @@ def write(found: Budget, sample: Sample | None, out: Path) -> list[Path]:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["of", "tolerance", "standard deviation of ln t [1]", "share of the variance [1]", "reason"])
     for entry in found.contributions:
-        writer.writerow([entry.name, entry.tolerance, entry.deviation, found.shares.get(entry.name), entry.reason])
+        cells = entry.name, entry.tolerance, entry.deviation, found.shares.get(entry.name), entry.reason
+        writer.writerow(text_cells(cells))
     paths = [out / "uncertainty.json", out / "budget.csv"]
     for path, written in zip(paths, (json.dumps(content, indent=2) + "\n", text.getvalue()), strict=True):
         with output_file(path) as temporary:

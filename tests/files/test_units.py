@@ -3,6 +3,7 @@
 import pint
 import pytest
 
+from porousmold.errors import InputError
 from porousmold.files import units
 from porousmold.files.units import preferred_unit, to_si
 
@@ -65,3 +66,38 @@ def test_a_damaged_cache_is_done_without(cache, content):
     cache.parent.mkdir()
     cache.write_text(content)
     assert to_si("key", "5 mm", "m") == 0.005 and to_si("key", "6 mm", "m") == 0.006
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "5 mm*9**9**9**9",
+        "5 mm**99999",
+        "1 (m",
+        "5 m" + " m" * 100,
+        "5 mm + 3",
+        "5 __import__('os')",
+        "5 m^9^9",
+        "5 m*(1/0)",
+    ],
+)
+def test_no_arithmetic_is_evaluated(text):
+    with pytest.raises(InputError, match="must be a number with a unit of length"):
+        to_si("bed.bead_diameter", text, "m")
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        ("5 W/(m^2*K)", "W/(m^2*K)", 5.0),
+        ("5 W/m**2/K", "W/(m^2*K)", 5.0),
+        ("1 W m^-2 K^-1", "W/(m^2*K)", 1.0),
+        ("2 °C", "K", 275.15),
+        ("3 µm", "m", 3e-6),
+        ("1.5e5 1/s", "1/s", 1.5e5),
+        ("2e5 Pa*s^2/m^6", "Pa*s^2/m^6", 2e5),
+        ("5 kg / m ^ 3", "kg/m^3", 5.0),
+    ],
+)
+def test_products_of_units_are_read(text, unit, value):
+    assert to_si("key", text, unit) == pytest.approx(value)

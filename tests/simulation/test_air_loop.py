@@ -57,9 +57,9 @@ def test_a_loop_with_everything_balances():
 def test_the_flow_stays_at_the_blowers_operating_point():
     changes = {**BLOWER, "solver.flow_tolerance": 1e-3}
     simulation = simulation_of(coarse_scene(ALUMINIUM, changes), MPI.COMM_SELF).march()
-    blower = blower_of(coarse_scene(ALUMINIUM, changes))
     history = simulation.recorder.history
     fluid, pressure = simulation.specs.laws.fluid, simulation.specs.flow.outlet_pressure
+    blower = blower_of(coarse_scene(ALUMINIUM, changes), fluid)
     cold = fluid.density(pressure, simulation.specs.heat.initial_temperature)
     given = [blower.left_for_bed(2.0 * flow / cold, cold) for flow in history["mass_flow"]]
     assert history["pressure_drop"][10:] == pytest.approx(given[10:], rel=1e-3)
@@ -124,3 +124,13 @@ def test_a_curve_that_rises_first_has_an_operating_point(tmp_path):
 def test_the_summary_is_json(tmp_path):
     run(coarse_scene(ALUMINIUM, {**BLOWER, **LOOP, "operation.end_time": 20.0}), tmp_path, MPI.COMM_SELF)
     assert json.loads((tmp_path / "result.json").read_text())["energy"]["share"] == 2.0
+
+
+def test_a_pumps_curve_holds_at_the_density_of_its_liquid():
+    """A pump of 500 Pa gives no more, whatever its liquid weighs; a density of air for it is refused."""
+    pump = {"operation.pressure_drop": None, "operation.blower_pressure": 500.0, "operation.blower_flow": "3 m^3/h"}
+    pump |= {"fluid.material": "water", "model.flow": "plug", "model.turbulence": "none", "operation.end_time": 20.0}
+    result = run(coarse_scene(ALUMINIUM, pump), communicator=MPI.COMM_SELF)
+    assert 10.0 < np.max(result["pressure_drop"]) < 500.0
+    with pytest.raises(InputError, match=r"operation\.blower_density = 1\.2: .* 83\d times the pressure of its curve"):
+        run(coarse_scene(ALUMINIUM, pump | {"operation.blower_density": 1.2}), communicator=MPI.COMM_SELF)
