@@ -130,13 +130,13 @@ class Streamline:
         monotone: Value,
         straight: bool,
         *,
-        upwinded: bool = True,
+        upwinding: float = 1.0,
     ) -> Value:
         """For heat carried along `advection` (W/m2/K), conducted by `diffusion` (W/m/K), exchanged by `exchange` (W/m3/K
         or None).
 
-        `entrance` is 1 in the cells at the inlet, where conduction across flat cells must not weaken the upwinding. What is not
-        `upwinded` is upwinded in monotone cells alone.
+        `entrance` is 1 in the cells at the inlet, where conduction across flat cells must not weaken the upwinding. Cells
+        that are not monotone have the part `upwinding` of it.
         """
         metric_tensor = metric(coordinates.mesh)
         speed = ufl.sqrt(ufl.dot(advection, advection) + 1e-30)
@@ -154,7 +154,7 @@ class Streamline:
         spread = ufl.conditional(ufl.gt(entrance, 0.5), along, all_round)
         reaction = (1.0 - monotone) * exchange
         upwind = carried / ufl.sqrt(carried**2 + (3.0 * spread) ** 2 + reaction**2 + 1e-60)
-        upwind = monotone + (1.0 - monotone) * upwind if upwinded else monotone + 0.0 * carried
+        upwind = monotone + (1.0 - monotone) * upwinding * upwind
         # monotone only along the cells themselves: a slight slope crosses many of the flat ones
         side = direction / inverse if sides is None else sides.along
         fitting = 1.0 - (carried if sides is None else sides.rate) / (exchange + 1e-30)

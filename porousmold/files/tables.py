@@ -1,11 +1,15 @@
 """CSV and TOML files that the user gives."""
 
+import codecs
 import csv
+import datetime
 import difflib
+import itertools
+import math
 import re
 import stat
 import tomllib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,6 +21,13 @@ from ..errors import InputError
 from .units import to_si
 
 SEPARATORS = ";\t,"
+GAPS = ("", "nan", "na", "n/a", "null", "none", "-", "--")
+"""Cells of loggers, in small letters, that hold no number."""
+LONGEST_GAP = 5
+"""Such cells in succession that are interpolated."""
+_NAME_AND_UNIT = re.compile(r"\s*(?P<name>[^\[\]()]*?)\s*(?:\[(?P<a>[^\[\]]*)\]|\((?P<b>[^()]*)\))\s*")
+_TIME_OF_DAY = re.compile(r"(\d{1,4}):(\d\d)(?::(\d\d(?:\.\d+)?))?")
+_DATE = re.compile(r"\d{4}-\d\d-\d\d")
 LARGEST_TEXT, DEEPEST_TOML = 200 * 2**20, 20
 """Bytes of a text file, and levels of tables and lists in TOML, that are read."""
 FORMULA = re.compile(r"\s*(?:[=@]|[+-](?!\d[\d.]*(?:[eE][-+]?\d+)?(?: ?[A-Za-z°%][\w°%/*^]*)?$))")
@@ -123,7 +134,8 @@ def text_cells(row: Iterable[Any]) -> list[Any]:
 
 @dataclass(frozen=True)
 class Columns:
-    """A CSV file of numbers: `names` and `units` of its columns, `values` (rows, columns), and the `lines` they stand on."""
+    """A CSV file of numbers: `names` and `units` of its columns, `values` (rows, columns), the `lines` they stand on, and how
+    many values were missing (`gaps`) and are interpolated."""
 
     key: str
     path: str
@@ -131,6 +143,7 @@ class Columns:
     units: list[str]
     values: NDArray[Any]
     lines: list[int]
+    gaps: int = 0
 
     def in_si(self, column: int, unit: str) -> Any:
         """A column in SI. Raises `InputError` if it has another dimension."""
@@ -149,57 +162,142 @@ class Columns:
         return times
 
 
-def read_columns(key: str, path: Path) -> Any:
-    """`Columns` of a CSV file with a head `name [unit]` of every column, separated by commas, semicolons or tabs.
-
-    Beside semicolons a comma may stand for the decimal point. Blank lines and those that start with # are skipped. Raises
-    `InputError` naming the key, the file and the row (line) of whatever is wrong.
-    """
+def _text_of(key: str, path: Path) -> str:
+    """Text of a file in UTF-8, or UTF-16 with its mark, else in the code page of Western Windows. Raises `InputError`."""
     try:
         _refuse_odd(key, path)
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            text = [(n, line) for n, line in enumerate(file, 1) if line.strip() and not line.lstrip().startswith("#")]
+        content = path.read_bytes()
+        if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+            return content.decode("utf-16")
+        try:
+            return content.decode("utf-8-sig")
+        except UnicodeDecodeError:
+            return content.decode("cp1252")
     except UnicodeDecodeError as error:
         raise InputError(key, str(path), NOT_UTF_8) from error
     except InputError:
         raise
     except (OSError, ValueError) as error:  # a path with a null byte, too
         raise InputError(key, str(path), f"must be a readable CSV file: {error}") from error
+
+
+def _head(line: str) -> tuple[str, list[tuple[str, str] | None]]:
+    """Separator of a head and (name, unit) of its cells, None of those without a unit; the separator that makes most of them."""
+    best: tuple[str, list[tuple[str, str] | None]] = (",", [])
+    for separator in SEPARATORS:
+        cells: list[str] = next(csv.reader([line], delimiter=separator), [])
+        found = [_NAME_AND_UNIT.fullmatch(cell) for cell in cells]
+        heads = [None if match is None else (match["name"].strip(), match["a"] or match["b"] or "") for match in found]
+        if sum(head is not None for head in heads) > sum(head is not None for head in best[1]):
+            best = separator, heads
+    return best
+
+
+def _is_index(cells: Sequence[str]) -> bool:
+    """Whether cells count the rows."""
+    return all(cell.strip().isdecimal() for cell in cells) and all(
+        int(later) - int(cell) == 1 for cell, later in itertools.pairwise(cells)
+    )
+
+
+def read_columns(key: str, path: Path) -> Any:
+    """`Columns` of a CSV file with a head `name [unit]` or `name (unit)` of every column, between commas, semicolons or tabs.
+
+    Beside semicolons and tabs a comma may stand for the decimal point. Blank lines, those that start with #, empty columns at
+    the end and a column without a name that counts the rows are skipped. The first column may have times of day (`10:01:30`)
+    or dates (ISO 8601): these count from the first row. Up to `LONGEST_GAP` cells in succession that are empty or NaN are
+    interpolated. Raises `InputError` naming the key, the file and the row (line) of whatever is wrong.
+    """
+    text = [
+        (number, line)
+        for number, line in enumerate(_text_of(key, path).splitlines(), 1)
+        if line.strip() and not line.lstrip().startswith("#")
+    ]
     if len(text) < 2:
         raise InputError(key, str(path), "must have a head like 'time [s], name [unit]' and rows of numbers")
-    separator = next((s for s in SEPARATORS if s in text[0][1]), ",")
+    separator, heads = _head(text[0][1])
     try:
-        head, *rows = csv.reader((line for _, line in text), delimiter=separator, strict=True)
+        rows = list(csv.reader((line for _, line in text[1:]), delimiter=separator, strict=True))
     except csv.Error as error:
         raise InputError(key, str(path), f"must be a readable CSV file: {error}") from error
     lines = [number for number, _ in text[1:]]
-    if any(not 0 <= cell.find("[") < cell.find("]") for cell in head):
+    while heads and heads[-1] is None and not any("".join(row[len(heads) - 1 :]).strip() for row in rows):
+        heads = heads[:-1]
+    if (
+        not heads
+        or None in heads[1:]
+        or (heads[0] is None and not (len(heads) > 1 and _is_index([row[0] for row in rows])))
+    ):
         raise InputError(key, str(path), "needs a head with units, like 'time [s], temperature [degC]'")
+    rows = [row[: len(heads)] if not "".join(row[len(heads) :]).strip() else row for row in rows]
     for line, row in zip(lines, rows, strict=False):
-        if len(row) != len(head):
+        if len(row) != len(heads):
             raise InputError(
-                key, str(path), f"row {line} has {len(row)} cells, the head {len(head)}: are separators mixed?"
+                key, str(path), f"row {line} has {len(row)} cells, the head {len(heads)}: are separators mixed?"
             )
-    names, units = zip(*((cell[: cell.find("[")].strip(), cell[cell.find("[") + 1 : cell.find("]")]) for cell in head),
-                       strict=True)  # fmt: skip
-    if separator == ";":
+    if heads[0] is None:
+        heads, rows = heads[1:], [row[1:] for row in rows]
+    if separator != ",":
         rows = [[cell.replace(",", ".") for cell in row] for row in rows]
-    return Columns(key, str(path), list(names), list(units), _numbers(key, path, rows, lines), lines)
+    names, units = (list(parts) for parts in zip(*(head for head in heads if head is not None), strict=True))
+    if (seconds := _clock(key, path, [row[0] for row in rows], lines)) is not None:
+        units[0], rows = "s", [[repr(time), *row[1:]] for time, row in zip(seconds, rows, strict=True)]
+    values, gaps = _numbers(key, path, rows, lines)
+    return Columns(key, str(path), names, units, values, lines, gaps)
 
 
-def _numbers(key: str, path: Path, rows: list[list[str]], lines: list[int]) -> Any:
-    try:
-        values = np.array(rows, dtype=float)
-    except ValueError:
-        values = None
-    if values is not None and np.all(np.isfinite(values)):
-        return values
-    for line, row in zip(lines, rows, strict=True):
-        for cell in row:
+def _clock(key: str, path: Path, cells: list[str], lines: list[int]) -> list[float] | None:
+    """Seconds of times of day, h:mm:ss, as they stand, or of dates since the first row; None of other cells."""
+    day = [_TIME_OF_DAY.fullmatch(cell.strip()) for cell in cells]
+    if day[0] is not None:
+        for line, cell, match in zip(lines, cells, day, strict=True):
+            if match is None:
+                raise InputError(key, str(path), f"row {line} has {cell.strip()!r}, which is no time like 10:01:30")
+        return [float(sum(float(m[i] or 0) * 60 ** (2 - i) for i in range(3))) for m in map(_parts, day)]
+    if not _DATE.match(cells[0].strip()):
+        return None
+    first, seconds = None, []
+    for line, cell in zip(lines, cells, strict=True):
+        try:
+            date = datetime.datetime.fromisoformat(cell.strip())
+            seconds.append((date - (first := first or date)).total_seconds())
+        except (ValueError, TypeError) as error:  # no date, or with and without a time zone
+            allowed = f"row {line} has {cell.strip()!r}, which is no date like 2024-03-05 10:01:30"
+            raise InputError(key, str(path), allowed) from error
+    return seconds
+
+
+def _parts(match: Any) -> tuple[str, ...]:
+    return tuple(match.groups())
+
+
+def _numbers(key: str, path: Path, rows: list[list[str]], lines: list[int]) -> tuple[NDArray[Any], int]:
+    """The cells as numbers, short gaps interpolated, and how many were missing."""
+    values = np.empty((len(rows), len(rows[0])))
+    for number, (line, row) in enumerate(zip(lines, rows, strict=True)):
+        for column, cell in enumerate(row):
             try:
-                good = bool(np.isfinite(float(cell)))
+                values[number, column] = math.nan if cell.strip().lower() in GAPS else float(cell)
             except ValueError:
-                good = False
-            if not good:
+                values[number, column] = math.inf
+            if math.isinf(values[number, column]):
                 raise InputError(key, str(path), f"row {line} has {cell.strip()!r}, which is no number")
-    raise AssertionError("some cell is no number")
+    gaps = int(np.isnan(values).sum())
+    for column in range(values.shape[1]):
+        _fill(key, path, values, column, lines)
+    return values, gaps
+
+
+def _fill(key: str, path: Path, values: NDArray[Any], column: int, lines: list[int]) -> None:
+    """Interpolate a column's gaps along the first column. Raises `InputError` for long ones, and for those at the ends."""
+    gap = np.isnan(values[:, column])
+    if not gap.any():
+        return
+    ends = np.flatnonzero(np.diff(np.concatenate([[False], gap, [False]]).astype(int)))
+    for first, after in ends.reshape(-1, 2):
+        if column == 0 or first == 0 or after == len(gap) or after - first > LONGEST_GAP:
+            allowed = (
+                f"row {lines[first]} has no number; up to {LONGEST_GAP} rows between numbers are interpolated, not"
+            )
+            raise InputError(key, str(path), f"{allowed} {after - first} here or those at the ends")
+    values[gap, column] = np.interp(values[gap, 0], values[~gap, 0], values[~gap, column])

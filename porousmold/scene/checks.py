@@ -9,6 +9,7 @@ from .air_loop import has_air_loop, is_round, read_curve
 from .geometries import GEOMETRIES, dimension_of
 from .schema import KEYS
 from .sensors import sensor_names
+from .series import TimeSeries
 from .tolerances import tolerance_of
 
 ASKED: tuple[Literal["within", "above", "below", "spread", "cured"], ...] = (
@@ -39,6 +40,7 @@ def check_together(scene: Any) -> None:
         _cure,
         _bed,
         _moving_beads,
+        _series,
         _temperatures,
         _outer_wall,
         _solver,
@@ -249,6 +251,26 @@ def _moving_beads(scene: Any) -> None:
     ):
         if getattr(model, name) in ("one-temperature", "transient", "consistent", "as-published"):
             _refuse(scene, f"model.{name}", f"must be {needed!r} with operation.bead_velocity")
+
+
+def _series(scene: Any) -> None:
+    """No series begins when the run is over: its times would be those of a clock or a calendar."""
+    for name, series in series_of(scene).items():
+        begins, end = series.times[0], scene.operation.end_time
+        if len(series.times) > 1 and begins >= end:
+            allowed = (
+                f"begins at {begins:.10g} s, after the run's end at {end:g} s: let its times count from the run's start"
+            )
+            raise InputError(name, series.source, allowed, scene.source)
+
+
+def series_of(scene: Any) -> dict[str, TimeSeries]:
+    """Every `TimeSeries` of a scene's operation, by the name of its key."""
+    return {
+        f"operation.{name}": value
+        for name in KEYS["operation"]
+        if isinstance(value := getattr(scene.operation, name, None), TimeSeries)
+    }
 
 
 def _temperatures(scene: Any) -> None:

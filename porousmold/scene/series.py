@@ -35,13 +35,15 @@ def _name_of(function: Any) -> str:
 class TimeSeries:
     """Piecewise linear in time, constant beyond its ends. `times` in s, `values` in SI; `source` is the file, if any.
 
-    `corners` are the times at which the slope changes where these are not all `times`, as of a smooth function.
+    `corners` are the times at which the slope changes where these are not all `times`, as of a smooth function; `gaps` is how
+    many values the file lacked, which are interpolated.
     """
 
     times: tuple[float, ...]
     values: tuple[Any, ...]
     source: str | None = None
     corners: tuple[float, ...] | None = None
+    gaps: int = 0
 
     @classmethod
     def constant(cls, value: float) -> "TimeSeries":
@@ -108,7 +110,8 @@ class TimeSeries:
         """Of two `Columns`: time [s], name [unit]. Raises `InputError` if there are more, or times do not increase."""
         if len(columns.names) != 2:
             raise InputError(columns.key, columns.path, "must have two columns: time [s], value [unit]")
-        return cls(tuple(columns.times().tolist()), tuple(columns.in_si(1, unit).tolist()), columns.path)
+        times, values = columns.times(), columns.in_si(1, unit)
+        return cls(tuple(times.tolist()), tuple(values.tolist()), columns.path, gaps=columns.gaps)
 
     def thinned(self) -> "TimeSeries":
         """The same with `MOST_ROWS` rows or not many more: what changes faster is averaged, so that its integral over time stays.
@@ -195,4 +198,5 @@ def read_series(key: str, path: Path, unit: str, *, along: bool = False) -> Time
     if np.any(np.diff(positions) <= 0.0):
         raise InputError(key, str(path), "must have columns at increasing positions")
     values = np.column_stack([columns.in_si(number, unit) for number in range(1, len(columns.names))])
-    return ProfileSeries(tuple(columns.times().tolist()), tuple(values.tolist()), str(path), None, tuple(positions))
+    times = tuple(columns.times().tolist())
+    return ProfileSeries(times, tuple(values.tolist()), str(path), None, columns.gaps, tuple(positions))

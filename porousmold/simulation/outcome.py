@@ -14,7 +14,7 @@ from ..errors import SolveError
 from ..laws.porosity import LawPorosity, benyahia_oneill_mean_porosity, dixon_mean_porosity, mean_porosity
 from ..laws.stirring import SOLID_FRACTIONS
 from ..output.quantities import JOULES_A_KWH
-from ..scene.checks import SMALLEST_RATIO
+from ..scene.checks import SMALLEST_RATIO, series_of
 from ..scene.chosen_laws import width_ratio
 from ..scene.closures import departures
 from ..scene.plausibility import implausible_values
@@ -200,10 +200,23 @@ def versions(ranks: int) -> dict[str, Any]:
 
 def warnings_of(scene: Scene, simulation: Simulation, bounds: list[float] | None) -> list[str]:
     """Warnings of a run: limits of the model that it exceeds (collective)."""
-    found = _of_the_outcome(simulation) + _of_the_scene(scene, simulation)
+    found = _of_the_outcome(simulation) + _of_the_scene(scene, simulation) + _of_series(scene, simulation.time)
     if bounds is not None:
         return found + _of_what_was_reached(simulation, bounds)
     return found + outside_ranges(simulation.specs, simulation.problem.has_wall, {})
+
+
+def _of_series(scene: Scene, end: float) -> list[str]:
+    """Of values that a file lacks, and of series that had not begun when the run ended."""
+    found = []
+    for name, series in series_of(scene).items():
+        if series.gaps:
+            found.append(f"{name}: {series.gaps} missing value(s) of {series.source}, interpolated")
+        if len(series.times) > 1 and series.times[0] >= end:
+            found.append(
+                f"{name} begins at {series.times[0]:g} s, after the run's end: it was its first value all the time"
+            )
+    return found
 
 
 def outside_ranges(specs: Specs, has_wall: bool, reached: Mapping[str, tuple[float, float]]) -> list[str]:

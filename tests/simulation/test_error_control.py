@@ -223,7 +223,7 @@ def test_one_temperature_has_no_wiggles_behind_a_sharp_front():
     front, behind = (heated_part(result[f"temperature_centre_{place}"]) for place in ("L/2", "L/8"))
     passed = front > 0.4
     assert passed.sum() > 3
-    assert np.abs(behind[passed] - 1.0).max() < 2e-3
+    assert np.abs(behind[passed] - 1.0).max() < 3e-3
 
 
 def test_the_outlet_of_a_bed_at_rest_has_a_temperature():
@@ -233,3 +233,20 @@ def test_the_outlet_of_a_bed_at_rest_has_a_temperature():
     assert np.all(np.diff(result["outlet_temperature"]) > -1e-6)
     at_outlet = result["temperature_centre_L"][-1], result["temperature_bed_side_L"][-1]
     assert at_outlet[0] < result["outlet_temperature"][-1] < at_outlet[1]
+
+
+def test_a_series_of_clock_times_is_refused_and_one_that_never_began_is_told(tmp_path):
+    """Seconds of a calendar, or a logger's time of day, would be the first value for ever."""
+    given = {"operation.end_time": 7200.0, "operation.inlet_temperature": [[1.7096e9, 1.7097e9], [298.15, 363.15]]}
+    with pytest.raises(InputError, match="begins at 1709600000 s, after the run's end at 7200 s"):
+        coarse_scene(given)
+    late = {"operation.end_time": "20 h", "operation.outer_coefficient": 5.0, "operation.ambient_temperature": [[36000.0, 36060.0], [293.0, 300.0]]}
+    warnings = run(coarse_scene(late)).summary["warnings"]
+    assert any("ambient_temperature begins at 36000 s, after the run's end" in warning for warning in warnings)
+
+
+def test_missing_values_of_a_file_are_told(tmp_path):
+    path = tmp_path / "inlet.csv"
+    path.write_text("time [s],inlet [degC]\n0,25\n60,55.5\n120,\n180,90\n")
+    warnings = run(coarse_scene({"operation.inlet_temperature": str(path)})).summary["warnings"]
+    assert any("operation.inlet_temperature: 1 missing value" in warning for warning in warnings)
