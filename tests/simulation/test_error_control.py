@@ -240,7 +240,12 @@ def test_a_series_of_clock_times_is_refused_and_one_that_never_began_is_told(tmp
     given = {"operation.end_time": 7200.0, "operation.inlet_temperature": [[1.7096e9, 1.7097e9], [298.15, 363.15]]}
     with pytest.raises(InputError, match="begins at 1709600000 s, after the run's end at 7200 s"):
         coarse_scene(given)
-    late = {"operation.end_time": "20 h", "operation.outer_coefficient": 5.0, "operation.ambient_temperature": [[36000.0, 36060.0], [293.0, 300.0]]}
+    late = {
+        "operation.end_time": "20 h",
+        "operation.heating_margin": 20.0,
+        "operation.outer_coefficient": 5.0,
+        "operation.ambient_temperature": [[36000.0, 36060.0], [293.0, 300.0]],
+    }
     warnings = run(coarse_scene(late)).summary["warnings"]
     assert any("ambient_temperature begins at 36000 s, after the run's end" in warning for warning in warnings)
 
