@@ -54,7 +54,7 @@ def from_file(
     if communicator.rank == 0:
         try:
             model = gmsh_model.open_model(path, dimension, required, REQUIRED, trusted=trusted)
-            facets = _prepared(model, dimension, regions, cells_at_wall)
+            facets = _prepared(model, dimension, regions, cells_at_wall, axisymmetric=axisymmetric)
         except Exception as error:  # gmsh raises plain Exception for everything
             problem = str(error)
     problem, facets = communicator.bcast((problem, facets))
@@ -73,11 +73,18 @@ def from_file(
 
 
 def _prepared(
-    model: Any, dimension: int, regions: Mapping[str, int], cells_at_wall: Callable[[float], NDArray[Any]] | None
+    model: Any,
+    dimension: int,
+    regions: Mapping[str, int],
+    cells_at_wall: Callable[[float], NDArray[Any]] | None,
+    *,
+    axisymmetric: bool,
 ) -> Facets:
     """Leave the model with nothing but the groups, their tags, and the cells at the wall if they are asked for; the facets of
     its boundary."""
     plain = gmsh_model.read_model(model, dimension, regions, BOUNDARY_NAMES)
+    require_place(plain, dimension, axisymmetric=axisymmetric)
+    require_connection(plain, {tag: name for name, tag in regions.items()})
     if cells_at_wall is not None:
         widths = gaps(plain, BED, INTERFACE)
         depths = cells_at_wall(float(np.median(widths)))
@@ -85,6 +92,62 @@ def _prepared(
             plain = with_cells_at_wall(plain, BED, INTERFACE, widths, depths / depths[-1])
     gmsh_model.replace_model(model, dimension, plain)
     return {tag: plain.points[nodes][:, :, :dimension] for tag, nodes in plain.facets.items()}
+
+
+SIDES = {  # corners of the sides of a cell, in gmsh's order, by dimension and number of its corners
+    (2, 3): ((0, 1), (1, 2), (2, 0)),
+    (2, 4): ((0, 1), (1, 2), (2, 3), (3, 0)),
+    (3, 4): ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3)),
+    (3, 8): ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
+}
+TOUCHING = 1e-3
+"""Distance of sides of two regions, over their size, below which they are meant to be one."""
+
+
+def require_place(mesh: gmsh_model.PlainMesh, dimension: int, *, axisymmetric: bool) -> None:
+    """Raise `ValueError` for a plane mesh outside the x-y plane, and for an axisymmetric one whose flow is not along x."""
+    extent = np.ptp(mesh.points, axis=0)
+    if dimension == 2 and extent[2] > 1e-9 * extent.max():
+        plane = "x-z" if extent[1] <= 1e-9 * extent.max() else "x-y"
+        raise ValueError(
+            f"it does not lie in the x-y plane{'' if plane == 'x-y' else ' but in the x-z plane: turn it'}"
+        )
+    if not axisymmetric:
+        return
+    if mesh.points[:, 1].min() < -1e-6 * extent.max():
+        raise ValueError("it reaches below y = 0, which is the axis of an axisymmetric mesh")
+    across = np.ptp(mesh.points[np.unique(mesh.facets[INLET])], axis=0)
+    if across[1] < across[0]:
+        raise ValueError(
+            "its inlet does not lie across x: the axis of an axisymmetric mesh is y = 0, and its flow along x"
+        )
+
+
+def require_connection(mesh: gmsh_model.PlainMesh, names: Mapping[int, str]) -> None:
+    """Raise `ValueError` where regions, by the tags of their `names`, lie side by side without common nodes:
+    no heat would pass."""
+    dimension = 2 if next(iter(mesh.facets.values())).shape[1] == 2 else 3
+    sides, owners = [], []
+    for tag, cells in mesh.cells.items():
+        corners = np.concatenate([cells[:, list(side)] for side in SIDES[dimension, cells.shape[1]]])
+        sides.append(corners)
+        owners.append(np.full(len(corners), tag))
+    corners, owner = np.concatenate(sides), np.concatenate(owners)
+    _, first, counts = np.unique(np.sort(corners, axis=1), axis=0, return_index=True, return_counts=True)
+    single = first[counts == 1]
+    corners, owner = corners[single], owner[single]
+    places = mesh.points[corners][:, :, :dimension]
+    middles, sizes = places.mean(axis=1), np.linalg.norm(np.ptp(places, axis=1), axis=1)
+    for tag in np.unique(owner)[:-1]:
+        own, others = owner == tag, owner > tag
+        near = distance_to_facets(middles[own], places[others]) < TOUCHING * sizes[own]
+        if near.any():
+            other = names[int(owner[others][cKDTree(middles[others]).query(middles[own][near][0])[1]])]
+            where = ", ".join(f"{value:.4g}" for value in middles[own][near][0])
+            raise ValueError(
+                f"{names[int(tag)]} and {other} have no common nodes at {int(near.sum())} sides of cells, as at ({where}) m: "
+                "mesh them as one geometry (gmsh: Coherence; or BooleanFragments)"
+            )
 
 
 def _along_curve(facets: Facets) -> tuple[float, Any]:

@@ -75,6 +75,9 @@ def read_model(model: Any, dimension: int, regions: Mapping[str, int], boundarie
         name = model.getPhysicalName(group, tag)
         if name in numbers.get(group, {}):
             found[group][numbers[group][name]] = _elements(model, group, tag)
+    shapes = {part.shape[1] for part in found[dimension].values()}
+    if len(shapes) > 1:
+        raise ValueError("its cells must all be of one kind, in bed and wall alike")
     used = np.unique(np.concatenate([part.ravel() for part in found[dimension].values()]))
     if not all(np.isin(part, used).all() for part in found[dimension - 1].values()):
         raise ValueError("it has facets that belong to no cell")

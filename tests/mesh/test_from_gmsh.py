@@ -1,5 +1,7 @@
 """Meshes of one's own: groups, the distance to the wall, cells put at the wall."""
 
+import functools
+
 import numpy as np
 import pytest
 import ufl
@@ -8,8 +10,9 @@ from mpi4py import MPI
 
 from porousmold.errors import InputError
 from porousmold.mesh import domain as geometry
-from porousmold.mesh.domain import graded_coordinates
-from porousmold.mesh.from_gmsh import distance_to_facets, from_file
+from porousmold.mesh.domain import BED, INLET, INTERFACE, OUTLET, WALL, graded_coordinates
+from porousmold.mesh.from_gmsh import distance_to_facets, from_file, require_connection, require_place
+from porousmold.mesh.gmsh_model import PlainMesh
 from porousmold.simulation.checking import first_cell
 
 from ..support import MESHES, integral
@@ -173,3 +176,78 @@ def test_a_bed_between_two_walls_gets_cells_along_their_edge(tmp_path):
     assert integral(domain.wall_distance * ds(geometry.INLET)) == pytest.approx(
         0.5 * 0.025**2 * 0.05 - 0.025**3 / 6.0, rel=0.02
     )
+
+
+def two_squares(cells_of_wall, *, shared):
+    """Plain mesh of a bed and a wall over it: its nodes on the interface are the bed's or its own, of as many cells as given."""
+    bed = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]]
+    x = np.linspace(0.0, 1.0, cells_of_wall + 1)
+    rows = [[[place, height, 0.0] for place in x] for height in (1.0, 2.0)]
+    points, number = np.array(bed + rows[0] + rows[1]), len(x)
+    cells = np.array([[4 + i, 5 + i, 5 + number + i, 4 + number + i] for i in range(cells_of_wall)])
+    if shared:
+        cells[cells == 4], cells[cells == 4 + cells_of_wall] = 3, 2
+    facets = {INLET: np.array([[3, 0]]), OUTLET: np.array([[1, 2]]), INTERFACE: np.array([[3, 2]])}
+    return PlainMesh(points, {BED: np.array([[0, 1, 2, 3]]), WALL: cells}, facets)
+
+
+@pytest.mark.parametrize("cells", [1, 2, 5])
+def test_a_wall_without_the_nodes_of_the_bed_is_refused(cells):
+    """Its nodes lie where the bed's do, or between them: either way it would stay cold for ever."""
+    with pytest.raises(ValueError, match="bed and wall have no common nodes"):
+        require_connection(two_squares(cells, shared=False), {BED: "bed", WALL: "wall"})
+
+
+def test_a_wall_with_the_nodes_of_the_bed_is_none_the_worse_for_its_corners():
+    require_connection(two_squares(1, shared=True), {BED: "bed", WALL: "wall"})
+
+
+GEO = """
+SetFactory("OpenCASCADE");
+Rectangle(1) = {{0, 0, 0, 0.2, 0.02}};
+Rectangle(2) = {{0, 0.02, 0, 0.2, 0.002}};
+{join}
+Physical Surface("bed") = {{1}}; Physical Surface("wall") = {{2}};
+Physical Curve("inlet") = {{Curve In BoundingBox {{-1e-4, -1e-4, -1, 1e-4, 0.0201, 1}}}};
+Physical Curve("outlet") = {{Curve In BoundingBox {{0.1999, -1e-4, -1, 0.2001, 0.0201, 1}}}};
+Physical Curve("interface") = {{Curve In BoundingBox {{-1e-4, 0.0199, -1, 0.2001, 0.0201, 1}}}};
+MeshSize {{:}} = 0.005;
+{turn}
+"""
+
+
+@pytest.mark.parametrize(
+    ("parts", "reason"),
+    [
+        ({"join": ""}, "bed and wall have no common nodes"),
+        ({"turn": "Recombine Surface {1};"}, "must all be of one kind"),
+        ({}, None),
+    ],
+)
+def test_drawings_that_do_not_fit_are_refused_in_one_line(tmp_path, parts, reason):
+    path = tmp_path / "mold.geo"
+    path.write_text(GEO.format(**({"join": "Coherence;", "turn": ""} | parts)))
+    read = functools.partial(from_file, MPI.COMM_SELF, path)
+    if reason is None:
+        assert read().length == pytest.approx(0.2)
+        return
+    with pytest.raises(InputError, match=reason) as refusal:
+        read()
+    assert "\n" not in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("axes", "shift", "axisymmetric", "reason"),
+    [
+        ((0, 2, 1), 0.0, False, "x-z plane: turn it"),
+        ((1, 0, 2), 0.0, True, "inlet does not lie across x"),
+        ((0, 1, 2), -0.5, True, "below y = 0"),
+        ((2, 0, 1), 0.0, False, "x-y plane"),
+    ],
+)
+def test_a_mesh_that_lies_elsewhere_is_refused(axes, shift, axisymmetric, reason):
+    mesh = two_squares(1, shared=True)
+    require_place(mesh, 2, axisymmetric=axisymmetric)
+    mesh.points = mesh.points[:, list(axes)] + [0.0, shift, 0.0]
+    with pytest.raises(ValueError, match=reason):
+        require_place(mesh, 2, axisymmetric=axisymmetric)
