@@ -11,6 +11,7 @@ from petsc4py import PETSc
 
 from .. import __version__
 from ..errors import SolveError
+from ..laws.phases import LARGEST_DEPARTURE, departure, other_phase
 from ..laws.porosity import LawPorosity, benyahia_oneill_mean_porosity, dixon_mean_porosity, mean_porosity
 from ..laws.stirring import SOLID_FRACTIONS
 from ..output.quantities import JOULES_A_KWH
@@ -231,6 +232,21 @@ def outside_ranges(specs: Specs, has_wall: bool, reached: Mapping[str, tuple[flo
             if low < first - LARGEST_OVERSHOOT or high > last + LARGEST_OVERSHOOT:
                 known, used = (f"{a - 273.15:.1f} to {b - 273.15:.1f} °C" for a, b in ((first, last), (low, high)))
                 found.append(f"{material.name} {name} is given for {known}, used for {used}")
+    return found + _of_the_phase(specs, reached.get("fluid", (min(given), max(given))))
+
+
+def _of_the_phase(specs: Specs, temperatures: tuple[float, float]) -> list[str]:
+    """Of a fluid that is no ideal gas, or of another phase, at these temperatures (K)."""
+    name, pressure = specs.laws.fluid.name, specs.flow.outlet_pressure
+    highest = pressure + (specs.flow.driven_by.range[1] if specs.flow.drive == "pressure_drop" else 0.0)
+    found = [text for one in temperatures if (text := other_phase(name, pressure, one)) is not None]
+    largest, at, where = max(
+        (abs(departure(name, highest, one)), departure(name, highest, one), one) for one in temperatures
+    )
+    if not found and largest > LARGEST_DEPARTURE:
+        more = "more" if at < 0.0 else "less"
+        state = f"{highest / 1e5:.4g} bar and {where - 273.15:.1f} °C"
+        found.append(f"{name} is no ideal gas at {state}: its density is about {largest:.1%} {more} (Peng-Robinson)")
     return found
 
 

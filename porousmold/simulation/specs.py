@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+from ..errors import InputError
 from ..laws.air_supply import Blower
 from ..laws.materials import Solid
+from ..laws.phases import other_phase
 from ..laws.porosity import Porosity
 from ..laws.turbulence_models import TurbulenceModel
 from ..scene.checks import ASKED, DRIVES, RESERVED_PLACES, SMALLEST_RATIO, target_name
@@ -187,6 +189,7 @@ class Specs:
 def specs_of(scene: Scene) -> Specs:
     """The parts of a scene."""
     laws = Laws.of(scene)
+    _require_phase(scene, laws)
     air_loop = air_loop_of(scene, laws.fluid)
     return Specs(
         mesh=_mesh(scene, laws),
@@ -200,6 +203,17 @@ def specs_of(scene: Scene) -> Specs:
         ),
         laws=laws,
     )
+
+
+def _require_phase(scene: Scene, laws: Laws) -> None:
+    """Raise `InputError` where a temperature that is given for the fluid makes another phase of it."""
+    operation = scene.operation
+    for name in ("initial_temperature", "inlet_temperature", "fresh_temperature"):
+        value = getattr(operation, name)
+        for temperature in () if value is None else value.range if isinstance(value, TimeSeries) else (value,):
+            text = other_phase(laws.fluid.name, operation.outlet_pressure, temperature)
+            if text is not None:
+                raise InputError(f"operation.{name}", temperature, f"does not fit fluid.material: {text}", scene.source)
 
 
 def _mesh(scene: Scene, laws: Laws) -> MeshSpec:
