@@ -6,9 +6,9 @@ with p_r, T_r over the critical point and w the acentric factor,
     Z^3 - (1 - B) Z^2 + (A - 2 B - 3 B^2) Z - (A B - B^2 - B^3) = 0,   A = 0.45724 a p_r/T_r^2,   B = 0.0778 p_r/T_r,
     a = [1 + k (1 - T_r^1/2)]^2,   k = 0.37464 + 1.54226 w - 0.26992 w^2,
 
-an estimate: Z is within 0.016 of published values for air at 60 bar, argon at 100, helium at 90 and carbon dioxide at 10, and 0.02
-too large for steam at 10 bar. Pressure of saturation of water by Wagner and Pruss (J. Phys. Chem. Ref. Data 22 (1993) 783, equation 1), of
-others by Lee and Kesler (AIChE J. 21 (1975) 510).
+an estimate: Z is within 0.016 of published values for air at 60 bar, argon at 100, helium at 90 and carbon dioxide at 10, and
+0.02 too large for steam at 10 bar. Pressure of saturation of water by Wagner and Pruss (J. Phys. Chem. Ref. Data 22 (1993) 783,
+equation 1), of others by Lee and Kesler (AIChE J. 21 (1975) 510).
 """
 
 import math
