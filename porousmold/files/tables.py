@@ -64,7 +64,7 @@ def _nearest(path: Path) -> str:
 def read_rows(key: str, path: Path) -> list[Any]:
     """Rows of a CSV file but for blank ones and those that start with #; `InputError` naming `key` if unreadable."""
     try:
-        _refuse_odd(key, path)
+        refuse_odd(key, path)
         with path.open(newline="", encoding="utf-8-sig") as file:
             return [row for row in csv.reader(file) if row and not row[0].lstrip().startswith("#")]
     except UnicodeDecodeError as error:
@@ -78,7 +78,7 @@ def read_rows(key: str, path: Path) -> list[Any]:
 def read_toml(key: str, path: Path) -> Any:
     """Tables of a TOML file; `InputError` naming `key` if it is not there, not readable, not valid or no regular file."""
     try:
-        _refuse_odd(key, path)
+        refuse_odd(key, path)
         return _parsed(key, path)
     except RecursionError as error:
         raise InputError(key, str(path), "is nested too deeply") from error
@@ -94,7 +94,7 @@ def read_toml(key: str, path: Path) -> Any:
         raise InputError(key, str(path), "must be a readable TOML text file") from error
 
 
-def _refuse_odd(key: str, path: Path) -> None:
+def refuse_odd(key: str, path: Path) -> None:
     """Raise `InputError` for what is no file of text: a pipe or a device, which may never end, or one of any size."""
     status = path.stat()
     if not stat.S_ISREG(status.st_mode):
@@ -162,10 +162,10 @@ class Columns:
         return times
 
 
-def _text_of(key: str, path: Path) -> str:
+def text_of(key: str, path: Path) -> str:
     """Text of a file in UTF-8, or UTF-16 with its mark, else in the code page of Western Windows. Raises `InputError`."""
     try:
-        _refuse_odd(key, path)
+        refuse_odd(key, path)
         content = path.read_bytes()
         if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
             return content.decode("utf-16")
@@ -210,7 +210,7 @@ def read_columns(key: str, path: Path) -> Any:
     """
     text = [
         (number, line)
-        for number, line in enumerate(_text_of(key, path).splitlines(), 1)
+        for number, line in enumerate(text_of(key, path).splitlines(), 1)
         if line.strip() and not line.lstrip().startswith("#")
     ]
     if len(text) < 2:

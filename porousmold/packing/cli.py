@@ -3,6 +3,7 @@
 import argparse
 import json
 import math
+import sys
 from pathlib import Path
 from time import monotonic
 from typing import Any
@@ -92,6 +93,12 @@ def _add_container(parser: argparse.ArgumentParser) -> None:
                         "slab between two walls (--gap, --width of its periodic side)")  # fmt: skip
     for name in SIZES:
         parser.add_argument(f"--{name}", metavar="LENGTH")
+    parser.add_argument("--axis", choices=("x", "y", "z"), default="z", help="upright axis of the file's coordinates")
+    parser.add_argument(
+        "--floor", default="0", metavar="LENGTH", help="where the container's floor stands along that axis"
+    )
+    parser.add_argument("--centre", nargs=2, default=("0", "0"), metavar="LENGTH",
+                        help="where its middle stands across: x, y (of axis y: z, x; of axis x: y, z)")  # fmt: skip
 
 
 def _container(options: argparse.Namespace) -> Any:
@@ -103,6 +110,23 @@ def _container(options: argparse.Namespace) -> Any:
             raise InputError("--container", None, "is missing: cylinder, box or slab")
         return None
     return container(options.container, sizes)
+
+
+def _placement(options: argparse.Namespace) -> Any:
+    from .files import Placement
+
+    first, second = (to_si("--centre", text, "m") for text in options.centre)
+    return Placement(options.axis, to_si("--floor", options.floor, "m"), (first, second))
+
+
+def _settled(options: argparse.Namespace, bead_diameter: float | None) -> Any:
+    """The packing of the options without beads in flight; what is left out is said."""
+    from .files import read_packing
+
+    packing, left_out = read_packing(options.packing, _container(options), bead_diameter, _placement(options)).settled()
+    if left_out:
+        print(f"left out: {left_out} bead(s) above the bed that touch none of its beads", file=sys.stderr)
+    return packing
 
 
 def _optional(options: argparse.Namespace, name: str, unit: str) -> Any:
@@ -201,7 +225,7 @@ class _Progress:
 def _porosity(options: argparse.Namespace) -> Any:
     from ..laws.porosity_profile import write_profile
     from .averaging import grid_profile, stratified_profile, thin_shell_porosity
-    from .files import check_writable, read_packing
+    from .files import check_writable
     from .fitting import profile_fits
 
     picture = None if options.quiet else Path(options.out).with_suffix(".png")
@@ -210,7 +234,7 @@ def _porosity(options: argparse.Namespace) -> Any:
     bead_diameter = _optional(options, "bead-diameter", "m")
     if bead_diameter == 0.0:
         raise InputError("--bead-diameter", bead_diameter, "must be > 0")
-    packing = read_packing(options.packing, _container(options), bead_diameter)
+    packing = _settled(options, bead_diameter)
     if spacing is None:
         profile = stratified_profile(packing, bed_height)
     elif 0.0 < spacing < packing.container.smallest_width:
@@ -236,7 +260,7 @@ def _porosity(options: argparse.Namespace) -> Any:
 def _conductivity(options: argparse.Namespace) -> str:
     from ..laws.material_library import FLUIDS, SOLIDS, named
     from .conduction import conduction, hertz_contact_radius, zehner_bauer_schluender
-    from .files import check_writable, read_packing
+    from .files import check_writable
     from .pictures import draw_conduction
 
     temperature, height = to_si("--temperature", options.temperature, "K"), _optional(options, "bed-height", "m")
@@ -255,7 +279,7 @@ def _conductivity(options: argparse.Namespace) -> str:
     files = table, table.with_suffix(".json"), table.with_suffix(".png")
     check_writable(*files, sources=[options.packing])
     beads, fluid = bead_material.conductivity(temperature), gas.conductivity(temperature)
-    packing = read_packing(options.packing, _container(options), _optional(options, "bead-diameter", "m"))
+    packing = _settled(options, _optional(options, "bead-diameter", "m"))
     if pressure is not None and modulus is not None:
         solid, contacts = 1.0 - packing.void_fraction(height), packing.bead_coordination_number
         radius = hertz_contact_radius(pressure, modulus, packing.bead_diameter, solid, contacts)

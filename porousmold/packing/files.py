@@ -4,11 +4,15 @@
 |-------------------------------|---------------------------|------------------------------------------------------------------|
 | porousmold HDF5               | its signature             | everything, container included                                   |
 | LIGGGHTS / LAMMPS text dump   | `ITEM: TIMESTEP`          | last frame, columns by name: id, x y z (or xu yu zu, or scaled   |
-|                               |                           | xs ys zs), radius or diameter; atoms in any order                |
-| YADE text (x_y_z_r)           | lines of four numbers     | centre and radius; further columns are left alone                |
+|                               |                           | xs ys zs, xsu ysu zsu, also of a tilted box), radius or          |
+|                               |                           | diameter; atoms in any order; `ITEM: UNITS`                      |
+| YADE text (x_y_z_r)           | `#format`, or lines of    | columns by the names of `#format`, else centre and radius;       |
+|                               | four numbers              | further columns are left alone                                   |
 | extended XYZ                  | a count, then Properties= | last frame; pos, and radius or diameter                          |
-| CSV                           | suffix .csv               | columns x, y, z, and radius or diameter, by name; m, or [mm] and |
-|                               |                           | the like in the head                                             |
+| XYZ                           | a count, rows of five     | name, x, y, z, radius                                            |
+| CSV                           | suffix .csv               | columns x, y, z (ParaView: Points:0), and radius or diameter, by |
+|                               |                           | name; m, or [mm] and the like; commas, semicolons or tabs        |
+| any of these, by gzip         | its signature             | the same                                                         |
 | NPY                           | its signature             | array (n, 4): x, y, z, radius; or (n, 3) with a given diameter   |
 
 All lengths are in m unless the file says otherwise. Where a file holds no radius, the caller gives the bead diameter;
@@ -16,14 +20,18 @@ all but our own need the container from the caller. Written: HDF5, extended XYZ,
 all. The readers are small on purpose: general ones know atoms, not radii.
 """
 
+import csv
+import gzip
 import io
 import json
 import os
 import re
+import tempfile
 import tokenize
+import zlib
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import h5py
 import numpy as np
@@ -31,7 +39,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..files.atomic_files import output_file
-from ..files.tables import read_rows
+from ..files.tables import LARGEST_TEXT, SEPARATORS, refuse_odd, text_of
 from ..files.units import to_si
 from .container import container, description
 from .packing import Packing
@@ -39,18 +47,39 @@ from .packing import Packing
 KEY = "packing"
 
 
-def read_packing(path: str | Path, box: Any = None, bead_diameter: Any = None) -> Any:
-    """The `Packing` in a file; `box` (a container) and `bead_diameter` (m) for what the file does not hold.
+class Placement(NamedTuple):
+    """Where a container stands in a file: its upright `axis`, the height of its `floor` along that (m), and its `centre` across
+    (m), in the order of the two axes that follow it (of z: x, y; of y: z, x; of x: y, z)."""
+
+    axis: str = "z"
+    floor: float = 0.0
+    centre: tuple[float, float] = (0.0, 0.0)
+
+    def upright(self, positions: NDArray[Any]) -> NDArray[Any]:
+        """Positions (n, 3) with the container's axis as z, its floor at 0 and its centre at the origin."""
+        upright = "xyz".index(self.axis)
+        turned = positions[:, [(upright + 1) % 3, (upright + 2) % 3, upright]]
+        return np.asarray(turned - [*self.centre, self.floor])
+
+
+def read_packing(
+    path: str | Path, box: Any = None, bead_diameter: Any = None, placement: Placement | None = None
+) -> Any:
+    """The `Packing` in a file; `box` (a container) and `bead_diameter` (m) for what the file does not hold, `placement` where the
+    file has it elsewhere.
 
     Raises `InputError` with one line for a file that is missing, broken, of no known format, without beads, or that
     lacks a container or diameters which were not given.
     """
     path = Path(path)
     try:
+        refuse_odd(KEY, path)
         with path.open("rb") as file:
             start = file.read(4096)
     except OSError as error:
         raise InputError(KEY, str(path), f"must be a readable file: {error.strerror}") from error
+    if start.startswith(b"\x1f\x8b"):
+        return _read_compressed(path, box, bead_diameter, placement)
     if not start.strip():
         raise InputError(KEY, str(path), "is empty")
     if start.startswith(b"\x89HDF"):
@@ -67,7 +96,25 @@ def read_packing(path: str | Path, box: Any = None, bead_diameter: Any = None) -
         diameters = np.full(len(positions), bead_diameter)
     if box is None:
         raise InputError(KEY, str(path), "holds no container: give its kind and sizes")
-    return _packing(path, positions, diameters, box, {"file": str(path)})
+    return _packing(path, (placement or Placement()).upright(positions), diameters, box, {"file": str(path)})
+
+
+def _read_compressed(path: Path, box: Any, bead_diameter: Any, placement: Placement | None) -> Any:
+    """The packing in a file packed by gzip, `LARGEST_TEXT` long at most when it is unpacked."""
+    with tempfile.TemporaryDirectory() as folder:
+        plain = Path(folder) / (path.name.removesuffix(".gz") or "packing")
+        try:
+            with gzip.open(path) as packed, plain.open("wb") as file:
+                while part := packed.read(2**20):
+                    file.write(part)
+                    if file.tell() > LARGEST_TEXT:
+                        raise OSError(f"it holds more than {LARGEST_TEXT // 2**20} MiB")
+        except (OSError, EOFError, zlib.error) as error:
+            raise InputError(KEY, str(path), f"is packed by gzip, but cannot be unpacked: {error}") from error
+        try:
+            return read_packing(plain, box, bead_diameter, placement)
+        except InputError as error:
+            raise InputError(error.key, str(path), error.allowed, error.where) from error
 
 
 def _packing(path: str | Path, positions: Any, diameters: NDArray[Any], box: Any, made: Any) -> Any:
@@ -100,18 +147,28 @@ def _read_npy(path: str | Path) -> tuple[Any, ...]:
     return table[:, :3].astype(float), (2.0 * table[:, 3].astype(float) if table.shape[1] == 4 else None)
 
 
+NAMES = {
+    **{name: name for name in ("x", "y", "z", "radius", "diameter")},
+    **{"r": "radius", "d": "diameter", "points:0": "x", "points:1": "y", "points:2": "z"},
+    **{"points_0": "x", "points_1": "y", "points_2": "z"},
+}
+"""Columns of tables, in small letters: plain ones, and ParaView's."""
+
+
 def _read_csv(path: str | Path) -> Any:
-    head, *rows = read_rows(KEY, Path(path)) or [[]]
-    names, units = [], []
-    for cell in head:
-        match = re.fullmatch(r"\s*([^\[(]*?)\s*(?:[\[(](.*)[\])])?\s*", cell)
-        names.append(match.group(1).lower() if match else cell)
-        units.append(match.group(2) if match else None)
+    text = text_of(KEY, Path(path))
+    lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
+    separator = max(SEPARATORS, key=lambda one: lines[0].count(one) if lines else 0)
+    head, *rows = list(csv.reader(lines, delimiter=separator)) or [[]]
+    if separator != ",":
+        rows = [[cell.replace(",", ".") for cell in row] for row in rows]
     columns = {}
-    for name in ("x", "y", "z", "radius", "diameter"):
-        if name in names:
-            at = names.index(name)
-            scale = to_si(f"{KEY} column {name}", f"1 {units[at]}", "m", str(path)) if units[at] else 1.0
+    for at, cell in enumerate(head):
+        match = re.fullmatch(r"\s*([^\[(]*?)\s*(?:[\[(](.*)[\])])?\s*", cell)
+        name = NAMES.get((match.group(1) if match else cell).lower())
+        if name is not None:
+            unit = match.group(2) if match else None
+            scale = to_si(f"{KEY} column {name}", f"1 {unit}", "m", str(path)) if unit else 1.0
             columns[name] = scale * _numbers(path, [row[at : at + 1] for row in rows], 1)[:, 0]
     return _places(path, columns)
 
@@ -125,7 +182,21 @@ def _read_text(path: str | Path) -> Any:
         return _read_dump(path, lines)
     if lines[0].strip().isdecimal() and len(lines) > 1 and "Properties=" in lines[1]:
         return _read_extxyz(path, lines)
+    if lines[0].strip().isdecimal() and len(lines) > 2 and len(lines[2].split()) == 5:  # plain XYZ with a radius
+        count = _whole(path, lines[0])
+        rows = [line.split()[1:] for line in lines[2 : 2 + count]]
+        if len(rows) < count:
+            raise InputError(KEY, str(path), f"ends early: {len(rows)} of {count} rows")
+        table = _numbers(path, rows, 4)
+        return table[:, :3], 2.0 * table[:, 3]
     rows = [line.split() for line in lines if line.strip() and not line.lstrip().startswith("#")]
+    if lines[0].startswith("#format ") and rows:
+        names = [NAMES.get(name.lower()) for name in lines[0].removeprefix("#format ").strip().split("_")]
+        at = {name: number for number, name in enumerate(names) if name is not None}
+        return _places(
+            path,
+            {name: _numbers(path, [row[place : place + 1] for row in rows], 1)[:, 0] for name, place in at.items()},
+        )
     if not rows or len(rows[0]) < 4:
         raise InputError(KEY, str(path), "is of no known format: dump, extended XYZ, CSV, NPY, HDF5, or lines x y z r")
     table = _numbers(path, [row[:4] for row in rows], 4)
@@ -138,7 +209,7 @@ def _read_dump(path: str | Path, lines: Any) -> Any:
     counts = [number for number, line in enumerate(lines) if line.startswith("ITEM: NUMBER OF ATOMS")]
     if not heads or not counts or counts[-1] > heads[-1] or counts[-1] + 1 >= len(lines):
         raise InputError(KEY, str(path), "is a dump without ITEM: NUMBER OF ATOMS and ITEM: ATOMS in its last frame")
-    names = lines[heads[-1]].split()[2:]
+    names = [name.lower() for name in lines[heads[-1]].split()[2:]]
     count = _whole(path, lines[counts[-1] + 1])
     rows = [line.split() for line in lines[heads[-1] + 1 :] if line.strip()]
     if len(rows) != count:
@@ -146,9 +217,8 @@ def _read_dump(path: str | Path, lines: Any) -> Any:
             KEY, str(path), f"is cut short: {len(rows)} rows in its last frame, where {count} atoms are due"
         )
     # columns of words, such as the element's name, are left alone
-    wanted = [
-        name for name in names if name in {"id", "radius", "diameter", *"xyz", "xu", "yu", "zu", "xs", "ys", "zs"}
-    ]
+    placed = {axis + kind for axis in "xyz" for kind in ("", "u", "s", "su")}
+    wanted = [name for name in names if name in {"id", "radius", "diameter", *placed}]
     at = [names.index(name) for name in wanted]
     if any(len(row) != len(names) for row in rows):
         raise InputError(KEY, str(path), f"has rows that are not of {len(names)} columns, as its ITEM: ATOMS says")
@@ -156,20 +226,41 @@ def _read_dump(path: str | Path, lines: Any) -> Any:
     if "id" in wanted:
         table = table[np.argsort(table[:, wanted.index("id")], kind="stable")]
     columns = {name: table[:, i] for i, name in enumerate(wanted)}
-    for axis, name in enumerate("xyz"):
-        if name not in columns and name + "u" in columns:
-            columns[name] = columns[name + "u"]
-        elif name not in columns and name + "s" in columns:
-            low, high = _bounds(path, lines, heads[-1], axis)
-            columns[name] = low + (high - low) * columns[name + "s"]
-    return _places(path, columns)
+    for kind in ("u", "s", "su"):
+        if not set("xyz") <= columns.keys() and {name + kind for name in "xyz"} <= columns.keys():
+            places = [columns[name + kind] for name in "xyz"]
+            columns |= dict(
+                zip("xyz", places if kind == "u" else _unscaled(path, lines, heads[-1], places), strict=True)
+            )
+    scale = _unit_of_length(path, lines)
+    lengths = {name: scale * values for name, values in columns.items() if name in ("radius", "diameter", *"xyz")}
+    return _places(path, lengths)
 
 
-def _bounds(path: str | Path, lines: Any, end: Any, axis: int) -> Any:
+def _unit_of_length(path: str | Path, lines: Any) -> float:
+    """Metres of the unit that `ITEM: UNITS` names; 1 where there is none, or numbers without a unit (lj)."""
+    at = next((number for number, line in enumerate(lines) if line.startswith("ITEM: UNITS")), None)
+    name = "si" if at is None or at + 1 >= len(lines) else lines[at + 1].strip()
+    units = {"si": 1.0, "lj": 1.0, "cgs": 1e-2, "micro": 1e-6, "nano": 1e-9, "real": 1e-10, "metal": 1e-10}
+    if name not in units:
+        raise InputError(KEY, str(path), f"has ITEM: UNITS {name!r}, which is none of {', '.join(units)}")
+    return units[name]
+
+
+def _unscaled(path: str | Path, lines: Any, end: Any, scaled: Any) -> list[NDArray[Any]]:
+    """Places from those in parts of the box; of a tilted box the dump has the limits of what bounds it (LAMMPS's manual on
+    triclinic boxes)."""
     heads = [number for number, line in enumerate(lines[:end]) if line.startswith("ITEM: BOX BOUNDS")]
     if not heads or heads[-1] + 3 >= end:
         raise InputError(KEY, str(path), "has scaled coordinates without ITEM: BOX BOUNDS")
-    return _numbers(path, [lines[heads[-1] + 1 + axis].split()[:2]], 2)[0]
+    is_tilted = lines[heads[-1]].split()[3:6] == ["xy", "xz", "yz"]
+    rows = _numbers(path, [lines[heads[-1] + 1 + axis].split()[: 2 + is_tilted] for axis in range(3)], 2 + is_tilted)
+    xy, xz, yz = rows[:, 2].tolist() if is_tilted else [0.0, 0.0, 0.0]
+    low = rows[:, 0] - [min(0.0, xy, xz, xy + xz), min(0.0, yz), 0.0]
+    high = rows[:, 1] - [max(0.0, xy, xz, xy + xz), max(0.0, yz), 0.0]
+    x, y, z = scaled
+    sizes = high - low
+    return [low[0] + sizes[0] * x + xy * y + xz * z, low[1] + sizes[1] * y + yz * z, low[2] + sizes[2] * z]
 
 
 def _read_extxyz(path: str | Path, lines: Any) -> Any:
@@ -190,7 +281,7 @@ def _read_extxyz(path: str | Path, lines: Any) -> Any:
     if len(parts) % 3 or not parts:
         raise InputError(KEY, str(path), "has no Properties=name:type:columns:... in the comment of its last frame")
     offset, spans = 0, {}
-    for name, width in zip(parts[::3], parts[2::3], strict=True):
+    for name, width in zip(map(str.lower, parts[::3]), parts[2::3], strict=True):
         spans[name] = (offset, _whole(path, width))
         if not spans[name][1]:
             raise InputError(KEY, str(path), f"has no column for {name} in its Properties")

@@ -1,14 +1,21 @@
 """A packing: beads in a container, with the checks that tell whether it is one."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from ..errors import InputError
+
+HELD = 0.1
+"""Gap between beads, over their diameter, up to which one holds the other."""
+MOST_IN_FLIGHT = 0.05
+"""Part of a packing's beads that may be in flight."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +55,31 @@ class Packing:
 
     def _plane_distances(self) -> list[Any]:
         return [self.positions @ np.array(plane[:3]) + plane[3] for plane in self.container.planes]
+
+    def settled(self) -> tuple["Packing", int]:
+        """The packing without beads in flight, and how many these are: above the highest bead that is held, from the floor up, by
+        beads no further apart than `HELD` of their diameter.
+
+        Raises `InputError` where they are more than `MOST_IN_FLIGHT` of all: then this is no bed yet.
+        """
+        radii = 0.5 * self.diameters
+        first, second = self.tree.query_pairs((1.0 + HELD) * self.diameters.max(), output_type="ndarray").T
+        apart = np.linalg.norm(self.shortest(self.positions[second] - self.positions[first]), axis=1)
+        near = apart < radii[first] + radii[second] + HELD * np.minimum(self.diameters[first], self.diameters[second])
+        count = len(radii)
+        graph = coo_matrix((np.ones(near.sum()), (first[near], second[near])), shape=(count, count))
+        groups = connected_components(graph, directed=False)[1]
+        bottoms = self.positions[:, 2] - radii
+        on_floor = bottoms < max(bottoms.min(), 0.0) + HELD * self.diameters
+        held = np.isin(groups, groups[on_floor])
+        stays = held | (self.positions[:, 2] <= self.positions[held, 2].max())
+        left_out = int(count - stays.sum())
+        if left_out > MOST_IN_FLIGHT * count:
+            allowed = "are above the bed and touch none of its beads: let them settle, or leave them out"
+            raise InputError("packing", f"{left_out} of {count} beads", allowed)
+        if not left_out:
+            return self, 0
+        return replace(self, positions=self.positions[stays], diameters=self.diameters[stays]), left_out
 
     @property
     def bead_diameter(self) -> float:

@@ -1,5 +1,7 @@
 """Packings of other codes, each from a small file written by hand to its documented format."""
 
+import gzip
+
 import h5py
 import meshio
 import numpy as np
@@ -7,7 +9,7 @@ import pytest
 
 from porousmold.errors import InputError
 from porousmold.packing.container import Cylinder
-from porousmold.packing.files import check_writable, read_packing, write_packing
+from porousmold.packing.files import Placement, check_writable, read_packing, write_packing
 from porousmold.packing.packing import Packing
 
 BOX = Cylinder(0.1)
@@ -54,6 +56,49 @@ FILES = {"dump": PLAIN, "scaled.dump": SCALED, "unwrapped.lammpstrj": UNWRAPPED,
          "mark.csv": "\ufeff" + CSV_METRES}  # fmt: skip
 
 
+TILTED = """ITEM: UNITS
+cgs
+ITEM: TIMESTEP
+0
+ITEM: NUMBER OF ATOMS
+3
+ITEM: BOX BOUNDS xy xz yz pp pp ff
+-6 7 2
+-4 5.5 -1
+-1 9 1.5
+ITEM: ATOMS id type {0} radius
+"""
+
+
+def tilted(kind):
+    """A dump of a tilted box in cm: places as parts of its sides, after LAMMPS's manual on triclinic boxes."""
+    low, sides = np.array([-5.0, -4.0, -1.0]), np.array([[10.0, 2.0, -1.0], [0.0, 8.0, 1.5], [0.0, 0.0, 10.0]])
+    parts = np.linalg.solve(sides, (100.0 * POSITIONS - low).T).T
+    rows = [
+        f"{i} 1 {x:.12g} {y:.12g} {z:.12g} {50.0 * d}"
+        for i, ((x, y, z), d) in enumerate(zip(parts, DIAMETERS, strict=True))
+    ]
+    return TILTED.format(f"x{kind} y{kind} z{kind}") + "\n".join(rows) + "\n"
+
+
+FILES |= {
+    "tilted.dump": tilted("s"),
+    "tilted_unwrapped.dump": tilted("su"),
+    "capital.dump": PLAIN.replace("radius", "Radius"),
+    "format.txt": "#format id_x_y_z_r_matId\n"
+    + "".join(
+        f"{i} {x} {y} {z} {0.5 * d} 0\n" for i, ((x, y, z), d) in enumerate(zip(POSITIONS, DIAMETERS, strict=True))
+    ),
+    "capital.extxyz": EXTXYZ.replace("pos:", "Pos:").replace("radius:", "Radius:"),
+    "plain.xyz": "3\ncomment\n"
+    + "".join(f"C {x} {y} {z} {0.5 * d}\n" for (x, y, z), d in zip(POSITIONS, DIAMETERS, strict=True)),
+    "semicolons.csv": CSV_METRES.replace(",", ";").replace(".", ","),
+    "tabs.csv": CSV_METRES.replace(",", "\t"),
+    "paraview.csv": CSV_METRES.replace("x,y,z,radius", '"Points:0","Points:1","Points:2","Radius"'),
+    "short_names.csv": CSV_METRES.replace("radius", "r"),
+}
+
+
 @pytest.mark.parametrize("name", FILES)
 def test_reads_files_of_other_codes(tmp_path, name):
     path = tmp_path / name
@@ -62,6 +107,25 @@ def test_reads_files_of_other_codes(tmp_path, name):
     assert packing.positions == pytest.approx(POSITIONS)
     assert packing.diameters == pytest.approx(DIAMETERS)
     assert packing.container == BOX
+
+
+def test_reads_what_gzip_packed(tmp_path):
+    path = tmp_path / "bed.dump.gz"
+    path.write_bytes(gzip.compress(PLAIN.encode()))
+    assert read_packing(path, BOX).positions == pytest.approx(POSITIONS)
+    path.write_bytes(gzip.compress(PLAIN.encode())[:-20])
+    with pytest.raises(InputError, match="cannot be unpacked"):
+        read_packing(path, BOX)
+
+
+@pytest.mark.parametrize(("axis", "order"), [("x", (2, 0, 1)), ("y", (1, 2, 0)), ("z", (0, 1, 2))])
+def test_a_container_may_stand_elsewhere(tmp_path, axis, order):
+    moved = (POSITIONS + np.array([0.3, -0.2, 5.0]))[:, list(order)]
+    np.save(tmp_path / "bed.npy", np.column_stack((moved, 0.5 * DIAMETERS)))
+    placement = Placement(axis, 5.0, (0.3, -0.2))
+    assert read_packing(tmp_path / "bed.npy", BOX, placement=placement).positions == pytest.approx(POSITIONS)
+    with pytest.raises(InputError, match="lies outside its container"):
+        read_packing(tmp_path / "bed.npy", BOX)
 
 
 def test_reads_npy(tmp_path):

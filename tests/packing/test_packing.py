@@ -104,3 +104,27 @@ def test_distance_functions():
     assert Cylinder(2.0).wall_distance(points) == pytest.approx(1.0 - math.hypot(0.5, 0.8))
     assert Box(2.0, 3.0).wall_distance(points) == pytest.approx(0.5)
     assert Slab(2.0, 3.0).wall_distance(points) == pytest.approx(0.5)
+
+
+def test_beads_in_flight_are_left_out_and_many_are_refused():
+    """A column of five beads in a cylinder, and others above it that touch nothing."""
+    column = [[0.0, 0.0, 0.005 + 0.01 * number] for number in range(40)]
+    beside = [[0.012, 0.0, 0.02]]  # a bead in a cage below the surface stays
+    settled = Packing(np.array(column + beside), np.full(41, 0.01), Cylinder(0.05))
+    assert settled.settled() == (settled, 0)
+    stray = Packing(np.array([*column, *beside, [0.0, 0.0, 0.9]]), np.full(42, 0.01), Cylinder(0.05))
+    bed, left_out = stray.settled()
+    assert left_out == 1
+    assert np.array_equal(bed.positions, settled.positions)
+    assert bed.void_fraction() == pytest.approx(settled.void_fraction())
+    flying = [[0.0, 0.0, 0.6 + 0.02 * number] for number in range(5)]
+    many = Packing(np.array(column + flying), np.full(45, 0.01), Cylinder(0.05))
+    with pytest.raises(InputError, match=r"5 of 45 beads.* let them settle"):
+        many.settled()
+
+
+def test_contacts_across_periodic_sides_hold_a_bead():
+    places = np.array([[0.0, 0.0075, 0.005], [0.0, -0.0075, 0.0137]])
+    assert Packing(places, np.full(2, 0.01), Slab(0.01, 0.02)).settled()[1] == 0
+    with pytest.raises(InputError, match="1 of 2 beads"):
+        Packing(places, np.full(2, 0.01), Box(0.01, 0.04)).settled()
