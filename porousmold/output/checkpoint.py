@@ -2,9 +2,11 @@
 
 Arrays are stored by the places of their nodes, in an order that no partition changes: along x[0], then x[1], then x[2].
 Beside the fields stands what the next step depends on: step sizes, history, balance, and what the kept factors of the flow
-were made of, because iterations with other factors end elsewhere within their tolerance.
+were made of, because iterations with other factors end elsewhere within their tolerance. The file ends with the SHA-256 of what
+stands before, which HDF5 leaves alone.
 """
 
+import hashlib
 import io
 import json
 from dataclasses import dataclass
@@ -123,7 +125,16 @@ def packed(part: Stateful, outcomes: list[Any], orders: NodeOrders, identity: st
         file["numbers"] = np.frombuffer(content.encode(), dtype=np.uint8)
         for name, whole in wholes.items():
             file[f"fields/{name}"] = whole
-    return memory.getvalue()
+    content_of_file = memory.getvalue()
+    return content_of_file + hashlib.sha256(content_of_file).digest()
+
+
+def _sound(content: bytes) -> bytes:
+    """The HDF5 file before its digest. Raises `ValueError` where they do not fit: a flipped bit may look like a state."""
+    size = hashlib.sha256().digest_size
+    if hashlib.sha256(content[:-size]).digest() != content[-size:]:
+        raise ValueError("its checksum does not fit")
+    return content[:-size]
 
 
 def read(path: Path, communicator: Communicator) -> Checkpoint | None:
@@ -131,7 +142,7 @@ def read(path: Path, communicator: Communicator) -> Checkpoint | None:
     found = problem = None
     if communicator.rank == 0 and path.is_file():
         try:
-            with h5py.File(path) as file:
+            with h5py.File(io.BytesIO(_sound(path.read_bytes()))) as file:
                 content = json.loads(file["numbers"][()].tobytes())
                 arrays: dict[str, NDArray[Any]] = {}
 

@@ -11,7 +11,7 @@ from mpi4py import MPI
 from porousmold import InputError, Scene, run
 from porousmold.files.atomic_files import locked
 from porousmold.mesh import fenicsx
-from porousmold.output.checkpoint import NAME, NodeOrder
+from porousmold.output.checkpoint import NAME, NodeOrder, read
 from porousmold.scene.identity import identity_of
 from porousmold.simulation.running import RunInterrupted
 
@@ -210,3 +210,22 @@ def test_on_another_number_of_ranks_after_kills(tmp_path):
     assert found["heating_time"] == pytest.approx(whole.heating_time, rel=1e-8)
     assert found["energy_imbalance"] == pytest.approx(whole.summary["energy_imbalance"], abs=1e-8)
     assert found["time_steps"] == whole.summary["time_steps"]
+
+
+def test_a_flipped_bit_is_refused(tmp_path):
+    """Wherever it is: among numbers it would go on from another state to another answer."""
+    scene = coarse_scene({"output.pictures": False, "operation.heating_margin": 50.0, **LAMINAR})
+    interrupted(scene, tmp_path, 5)
+    sound = (tmp_path / NAME).read_bytes()
+    for place in np.random.default_rng(1).integers(0, len(sound), 200):
+        content = bytearray(sound)
+        content[place] ^= 1 << int(place) % 8
+        (tmp_path / NAME).write_bytes(content)
+        with pytest.raises(InputError, match="is damaged"):
+            read(tmp_path / NAME, MPI.COMM_SELF)
+    for content in (b"", sound[:-1], sound[:40], sound + b"0"):
+        (tmp_path / NAME).write_bytes(content)
+        with pytest.raises(InputError, match="is damaged"):
+            run(scene, tmp_path, MPI.COMM_SELF, resume=True)
+    (tmp_path / NAME).write_bytes(sound)
+    assert run(scene, tmp_path, MPI.COMM_SELF, resume=True).heating_time is not None
