@@ -89,9 +89,13 @@ def __getattr__(name: str) -> Any:
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
-def run(scene: "Scene", *arguments: Any, **options: Any) -> "Result":
-    """Run a scene and give its result: see `porousmold.simulation.running.run`, which has the same arguments."""
+def run(scene: Any, *arguments: Any, **options: Any) -> "Result":
+    """Run a scene and give its result: see `porousmold.simulation.running.run`, which has the same arguments.
+
+    Beside a `Scene` the name of its file will do, or its tables as a dict.
+    """
     from . import mpi  # noqa: F401 - before dolfinx
+    from .scene.scene import Scene
     from .simulation.running import run as run_scene  # on demand: a scene can be checked without dolfinx
 
-    return run_scene(scene, *arguments, **options)
+    return run_scene(scene if isinstance(scene, Scene) else Scene.load(scene), *arguments, **options)

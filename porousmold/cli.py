@@ -86,7 +86,7 @@ def main(arguments: list[str] | None = None) -> Any:
     return _status_of(options.command, options)
 
 
-def _printed(text: str) -> None:
+def _printed(text: object) -> None:
     """Print, and flush at once; a reader that closed the pipe (`| head`) ends the output, not the program."""
     try:
         print(text, flush=True)
@@ -277,9 +277,9 @@ def _run(options: argparse.Namespace) -> Any:
         if result.recalled:
             lacking = scene.output.fields and not (out / "fields.xdmf").is_file()
             note = ", without fields, which that run did not write" if lacking else ""
-            print(f"done already: the folder holds the result of this scene (--force computes it again){note}")
+            _printed(f"done already: the folder holds the result of this scene (--force computes it again){note}")
         if not options.quiet:
-            print(summary_text(scene, result.summary, out, pictures))
+            _printed(summary_text(scene, result.summary, out, pictures))
     return DONE
 
 
@@ -292,8 +292,8 @@ def _check(options: argparse.Namespace) -> Any:
 
     found = check(scene, MPI.COMM_WORLD)
     if _rank() == 0:
-        print("\n".join([*found.facts, *(f"warning: {text}" for text in found.warnings)]))
-        print("the scene can be run" + (", but see the warnings" if found.warnings else ""))
+        _printed("\n".join([*found.facts, *(f"warning: {text}" for text in found.warnings)]))
+        _printed("the scene can be run" + (", but see the warnings" if found.warnings else ""))
     return DONE
 
 
@@ -308,9 +308,9 @@ def _keys(options: argparse.Namespace) -> int:
     from .scene import json_schema, schema
 
     if options.json_schema:
-        print(json.dumps(result_keys.result_schema() if options.result else json_schema.scene_schema(), indent=2))
+        _printed(json.dumps(result_keys.result_schema() if options.result else json_schema.scene_schema(), indent=2))
     else:
-        print(result_keys.reference() if options.result else schema.reference(options.table), end="")
+        _printed((result_keys.reference() if options.result else schema.reference(options.table)).removesuffix("\n"))
     return DONE
 
 
@@ -319,7 +319,7 @@ def _show(options: argparse.Namespace) -> Any:
 
     if _rank() == 0:
         for path in [*draw(options.run), *([animate(options.run)] if options.animate else [])]:
-            print(path)
+            _printed(path)
     return DONE
 
 

@@ -6,10 +6,12 @@ import subprocess
 import sys
 
 import pytest
+from mpi4py import MPI
 
+from porousmold import InputError, run
 from porousmold.cli import EXAMPLES, STATUSES, _parser, main
 
-from .support import ALUMINIUM, COARSE
+from .support import ALUMINIUM, COARSE, coarse_scene
 
 SETTINGS = [word for name, value in COARSE.items() for word in ("--set", f"{name}={value}")]
 
@@ -60,3 +62,26 @@ def test_a_missing_package_is_told_in_one_line(tmp_path):
     assert done.returncode == 1 and "apt install python3-dolfinx" in done.stderr.splitlines()[-1]
     assert "Traceback" not in done.stderr
     assert not (tmp_path / "run").exists()
+
+
+def test_a_reader_that_leaves_early_is_no_crash():
+    """As `| head -1`: PETSc would take the closed pipe for a crash and end in MPI's abort."""
+    arguments = [sys.executable, "-m", "porousmold", "check", str(ALUMINIUM)]
+    process = subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    process.stdout.close()
+    assert process.stderr is not None
+    errors = process.stderr.read()
+    assert process.wait(timeout=100) == 0
+    assert errors == ""
+
+
+def test_a_run_takes_the_name_of_a_file_or_its_tables():
+    settings = {"operation.end_time": 20.0, "output.pictures": False}
+    tables = coarse_scene(settings).as_tables()
+    one, other = run(tables, communicator=MPI.COMM_SELF), run(coarse_scene(settings), communicator=MPI.COMM_SELF)
+    assert one["outlet_temperature"][-1] == other["outlet_temperature"][-1]
+    with pytest.raises(InputError, match="no such file"):
+        run("no_such_scene.toml")
+    with pytest.raises(InputError, match="must be the name of a file"):
+        run(3)

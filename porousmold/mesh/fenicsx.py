@@ -11,6 +11,8 @@ import importlib
 import inspect
 import logging
 import os
+import signal
+import threading
 import time
 from collections.abc import Iterator, Sequence
 from functools import partial
@@ -29,6 +31,10 @@ from petsc4py import PETSc
 
 from ..files.subprocesses import forked
 from .aliases import Communicator, Expression
+
+if threading.current_thread() is threading.main_thread():
+    # PETSc takes the signal of a pipe that was closed, as by `| head`, for a crash; Python raises BrokenPipeError
+    signal.signal(signal.SIGPIPE, signal.SIG_IGN)
 
 try:
     import basix.ufl as _basix_ufl

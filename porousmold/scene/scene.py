@@ -107,9 +107,17 @@ class Scene:
 
     @classmethod
     def load(
-        cls, path: str | Path, settings: Mapping[str, Any] | None = None, *, allow_extensions: bool = False
+        cls,
+        path: str | Path | Mapping[str, Any],
+        settings: Mapping[str, Any] | None = None,
+        *,
+        allow_extensions: bool = False,
     ) -> "Scene":
-        """Read a TOML file and apply settings {"table.key": value} on top."""
+        """Read a TOML file, or take its tables as a dict, and apply settings {"table.key": value} on top."""
+        if isinstance(path, Mapping):
+            return cls(_with(copy.deepcopy(dict(path)), settings or {}), allow_extensions=allow_extensions)
+        if not isinstance(path, str | Path):
+            raise InputError("scene", str(path), "must be the name of a file, or tables as a dict")
         tables = _with(read_toml("scene", Path(path)), settings or {})
         try:
             return cls(tables, path, allow_extensions=allow_extensions)
