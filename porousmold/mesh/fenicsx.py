@@ -83,12 +83,14 @@ def claim(module_name: str, cache: Path) -> None:
 
 
 def _claim_what_is_compiled() -> None:
-    """Have FFCx `claim()` every module before it looks for it."""
-    look_up = ffcx.codegeneration.jit.get_cached_module
+    """Have FFCx `claim()` every module before it looks for it; one that looks elsewhere is left alone."""
+    look_up = getattr(ffcx.codegeneration.jit, "get_cached_module", None)
+    if look_up is None:
+        return
 
-    def claimed(module_name: str, object_names: Any, cache_dir: Any, timeout: int) -> Any:
+    def claimed(module_name: str, object_names: Any, cache_dir: Any, *others: Any, **options: Any) -> Any:
         claim(module_name, Path(cache_dir))
-        return look_up(module_name, object_names, cache_dir, timeout)
+        return look_up(module_name, object_names, cache_dir, *others, **options)
 
     ffcx.codegeneration.jit.get_cached_module = claimed
 
