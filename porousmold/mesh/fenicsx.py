@@ -84,7 +84,7 @@ def claim(module_name: str, cache: Path) -> None:
 
 def _claim_what_is_compiled() -> None:
     """Have FFCx `claim()` every module before it looks for it; one that looks elsewhere is left alone."""
-    look_up = getattr(ffcx.codegeneration.jit, "get_cached_module", None)
+    look_up: Any = getattr(ffcx.codegeneration.jit, "get_cached_module", None)
     if look_up is None:
         return
 
