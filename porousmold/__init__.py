@@ -17,6 +17,9 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 from .errors import InputError, SolveError
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
     from .laws.conductivity import Anisotropic, LocalBed
     from .laws.extension import bead_conduction, dispersion, drag, nusselt, porosity, register, turbulence
     from .laws.materials import (
@@ -89,7 +92,7 @@ def __getattr__(name: str) -> Any:
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
-def run(scene: Any, *arguments: Any, **options: Any) -> "Result":
+def run(scene: "Scene | str | Path | Mapping[str, Any]", *arguments: Any, **options: Any) -> "Result":
     """Run a scene and give its result: see `porousmold.simulation.running.run`, which has the same arguments.
 
     Beside a `Scene` the name of its file will do, or its tables as a dict.

@@ -186,7 +186,7 @@ class EnergyEquations:
         Linear elements have no residual of conduction: where that is what advection balances, upwinding alone would conduct along
         the flow, an error of first order in the cells (2 % of the heating time with one temperature). Two temperatures with the
         whole bed's conduction need none, as the exchange spreads the front. With one temperature the residual is
-        `Transport.heat_conducted`, of the start of a step, and `OF_ONE_TEMPERATURE` is enough.
+        `Transport.heat_conducted`, and `OF_ONE_TEMPERATURE` is enough.
         """
         if self.two_temperatures:
             return 0.0 if self.bed.bead_conduction.whole_bed else 1.0

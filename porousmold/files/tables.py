@@ -10,6 +10,7 @@ import re
 import stat
 import tomllib
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -204,9 +205,9 @@ def read_columns(key: str, path: Path) -> Any:
     """`Columns` of a CSV file with a head `name [unit]` or `name (unit)` of every column, between commas, semicolons or tabs.
 
     Beside semicolons and tabs a comma may stand for the decimal point. Blank lines, those that start with #, empty columns at
-    the end and a column without a name that counts the rows are skipped. The first column may have times of day (`10:01:30`)
-    or dates (ISO 8601): these count from the first row. Up to `LONGEST_GAP` cells in succession that are empty or NaN are
-    interpolated. Raises `InputError` naming the key, the file and the row (line) of whatever is wrong.
+    the end and a column without a name that counts the rows are skipped. The first column may have times of day (`10:01:30`),
+    taken as they stand, or dates (ISO 8601), which count from the first row. Up to `LONGEST_GAP` cells in succession that are
+    empty or NaN are interpolated. Raises `InputError` naming the key, the file and the row (line) of whatever is wrong.
     """
     text = [
         (number, line)
@@ -223,11 +224,8 @@ def read_columns(key: str, path: Path) -> Any:
     lines = [number for number, _ in text[1:]]
     while heads and heads[-1] is None and not any("".join(row[len(heads) - 1 :]).strip() for row in rows):
         heads = heads[:-1]
-    if (
-        not heads
-        or None in heads[1:]
-        or (heads[0] is None and not (len(heads) > 1 and _is_index([row[0] for row in rows])))
-    ):
+    is_indexed = len(heads) > 1 and heads[0] is None and _is_index([row[0] for row in rows])
+    if not heads or None in heads[is_indexed:]:
         raise InputError(key, str(path), "needs a head with units, like 'time [s], temperature [degC]'")
     rows = [row[: len(heads)] if not "".join(row[len(heads) :]).strip() else row for row in rows]
     for line, row in zip(lines, rows, strict=False):
@@ -235,7 +233,7 @@ def read_columns(key: str, path: Path) -> Any:
             raise InputError(
                 key, str(path), f"row {line} has {len(row)} cells, the head {len(heads)}: are separators mixed?"
             )
-    if heads[0] is None:
+    if is_indexed:
         heads, rows = heads[1:], [row[1:] for row in rows]
     if separator != ",":
         rows = [[cell.replace(",", ".") for cell in row] for row in rows]
@@ -253,26 +251,27 @@ def _clock(key: str, path: Path, cells: list[str], lines: list[int]) -> list[flo
         for line, cell, match in zip(lines, cells, day, strict=True):
             if match is None:
                 raise InputError(key, str(path), f"row {line} has {cell.strip()!r}, which is no time like 10:01:30")
-        return [float(sum(float(m[i] or 0) * 60 ** (2 - i) for i in range(3))) for m in map(_parts, day)]
+        parts = (match.groups(default="0") for match in day if match is not None)
+        return [3600.0 * float(hours) + 60.0 * float(minutes) + float(seconds) for hours, minutes, seconds in parts]
     if not _DATE.match(cells[0].strip()):
         return None
-    first, seconds = None, []
+    first, since = None, []
     for line, cell in zip(lines, cells, strict=True):
         try:
             date = datetime.datetime.fromisoformat(cell.strip())
-            seconds.append((date - (first := first or date)).total_seconds())
+            since.append((date - (first := first or date)).total_seconds())
         except (ValueError, TypeError) as error:  # no date, or with and without a time zone
             allowed = f"row {line} has {cell.strip()!r}, which is no date like 2024-03-05 10:01:30"
             raise InputError(key, str(path), allowed) from error
-    return seconds
-
-
-def _parts(match: Any) -> tuple[str, ...]:
-    return tuple(match.groups())
+    return since
 
 
 def _numbers(key: str, path: Path, rows: list[list[str]], lines: list[int]) -> tuple[NDArray[Any], int]:
     """The cells as numbers, short gaps interpolated, and how many were missing."""
+    with suppress(ValueError):  # most tables, in a tenth of the time
+        whole = np.array(rows, dtype=float)
+        if np.all(np.isfinite(whole)):
+            return whole, 0
     values = np.empty((len(rows), len(rows[0])))
     for number, (line, row) in enumerate(zip(lines, rows, strict=True)):
         for column, cell in enumerate(row):

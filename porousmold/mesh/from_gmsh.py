@@ -108,10 +108,8 @@ def require_place(mesh: gmsh_model.PlainMesh, dimension: int, *, axisymmetric: b
     """Raise `ValueError` for a plane mesh outside the x-y plane, and for an axisymmetric one whose flow is not along x."""
     extent = np.ptp(mesh.points, axis=0)
     if dimension == 2 and extent[2] > 1e-9 * extent.max():
-        plane = "x-z" if extent[1] <= 1e-9 * extent.max() else "x-y"
-        raise ValueError(
-            f"it does not lie in the x-y plane{'' if plane == 'x-y' else ' but in the x-z plane: turn it'}"
-        )
+        in_x_z = extent[1] <= 1e-9 * extent.max()
+        raise ValueError("it does not lie in the x-y plane" + (" but in the x-z plane: turn it" if in_x_z else ""))
     if not axisymmetric:
         return
     if mesh.points[:, 1].min() < -1e-6 * extent.max():

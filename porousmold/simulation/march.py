@@ -45,7 +45,6 @@ FLOW_ERROR = 3e-3
 """Relative error of the mass flow in a step that is allowed."""
 LEAST_DIFFERENCE = 0.02
 """Temperature difference (K) below which none counts."""
-
 STEPS_OF_CHANGE = 4.0
 """Steps like the last one whose change counts as a difference: of what is heated evenly."""
 LARGEST_PART = 0.5

@@ -240,13 +240,13 @@ def _of_the_phase(specs: Specs, temperatures: tuple[float, float]) -> list[str]:
     name, pressure = specs.laws.fluid.name, specs.flow.outlet_pressure
     highest = pressure + (specs.flow.driven_by.range[1] if specs.flow.drive == "pressure_drop" else 0.0)
     found = [text for one in temperatures if (text := other_phase(name, pressure, one)) is not None]
-    largest, at, where = max(
-        (abs(departure(name, highest, one)), departure(name, highest, one), one) for one in temperatures
-    )
-    if not found and largest > LARGEST_DEPARTURE:
-        more = "more" if at < 0.0 else "less"
+    largest, where = max(((departure(name, highest, one), one) for one in temperatures), key=lambda pair: abs(pair[0]))
+    if not found and abs(largest) > LARGEST_DEPARTURE:
+        more = "more" if largest < 0.0 else "less"
         state = f"{highest / 1e5:.4g} bar and {where - 273.15:.1f} °C"
-        found.append(f"{name} is no ideal gas at {state}: its density is about {largest:.1%} {more} (Peng-Robinson)")
+        found.append(
+            f"{name} is no ideal gas at {state}: its density is about {abs(largest):.1%} {more} (Peng-Robinson)"
+        )
     return found
 
 

@@ -87,12 +87,16 @@ class Balances:
         """Mean pressure over the inlet above that at the outlet, Pa."""
         return self._value(self._forms.inlet_pressure)
 
+    @functools.cached_property
+    def _outlet_area(self) -> float:
+        return self._value(self._forms.outlet_area)
+
     @property
     def outlet_temperature(self) -> float:
         """Mean temperature of what flows out, K; that of the outlet's area where nothing does."""
-        mass_flow, area = self.mass_flow, self._value(self._forms.outlet_area)
-        if abs(mass_flow) <= self._no_flow * area:
-            return self._value(self._forms.outlet_mean) / area
+        mass_flow = self.mass_flow
+        if abs(mass_flow) <= self._no_flow * self._outlet_area:
+            return self._value(self._forms.outlet_mean) / self._outlet_area
         return self._value(self._forms.outlet_heat) / mass_flow
 
     @property
