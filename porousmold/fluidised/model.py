@@ -1,14 +1,17 @@
 r"""A fluidised bed that heats its wall: beads mixed to one temperature, the wall of one temperature, in seconds.
 
-    beads: M_s C_s dT_s/dt = m C_p (T_in - T_s) (1 - exp(-NTU)) - h A (T_s - T_w)
+    bed:   (M_s C_s + V rho C_p) dT_s/dt = m C_p (T_in - T_s) (1 - exp(-NTU)) - h A (T_s - T_w)
     wall:  M_w C_w dT_w/dt = h A (T_s - T_w) + outer heat
 
-m is the gas's mass flow, NTU = a_v h_sf H/(rho w C_p) its exchange with the beads over the height H of the expanded bed, h the
+V is the volume of the voids of the expanded bed: what their fluid stores is little of a gas and most of a liquid. m is the mass flow, NTU = a_v h_sf H/(rho w C_p) its exchange with the beads over the height H of the expanded bed, h the
 coefficient at the wall (`laws.fluidisation`), A the wall's area over that height. The gas rises; the bed at rest is as high as
 geometry.length, with the scene's bulk porosity. Properties are those at the present temperatures. The wall's layers are added up,
 which holds for h t/lambda well below 1; the summary has that Biot number.
 
-The heat balance m int C_p (T_in - T_out) dt + outer heat = gained by beads and wall closes to the tolerance of the integration.
+The pressure drop is the weight of the beads less their buoyancy, (1-phi)(rho_s - rho) g H: what a manometer shows beyond the
+column of fluid at rest. The coefficient at the wall is that of gases: of a liquid the summary says so.
+
+The heat balance m int C_p (T_in - T_out) dt + outer heat = gained by bed and wall closes to the tolerance of the integration.
 """
 
 import math
@@ -18,10 +21,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import solve_ivp
+from scipy.integrate import quad, solve_ivp
 
 from ..errors import InputError
 from ..laws import fluidisation
+from ..laws.materials import IdealGasDensity
 from ..laws.nusselt import prandtl_number, specific_surface
 from ..scene.chosen_laws import Laws
 from ..scene.geometries import GEOMETRIES, BedSize
@@ -39,8 +43,8 @@ LARGEST_RATIO = 10.0
 
 @dataclass(frozen=True)
 class State:
-    """The bed at a temperature, SI: velocities (superficial) of the gas, at minimum fluidisation and of a single bead; porosity,
-    height, coefficient at the wall (W/m2/K) and transfer units between gas and beads."""
+    """The bed at a temperature, SI: velocities (superficial) of the fluid, at minimum fluidisation and of a single bead; porosity,
+    height, coefficient at the wall (W/m2/K), transfer units between fluid and beads, mass flow and the fluid's density."""
 
     velocity: float
     minimum_velocity: float
@@ -50,6 +54,7 @@ class State:
     wall_coefficient: float
     transfer_units: float
     mass_flow: float
+    fluid_density: float
 
 
 class FluidisedBed:
@@ -122,6 +127,7 @@ class FluidisedBed:
             wall_coefficient=self._wall_coefficient(temperature, density, porosity, prandtl, archimedes),
             transfer_units=float(exchange * height / (density * velocity * capacity)),
             mass_flow=mass_flow,
+            fluid_density=density,
         )
 
     def _wall_coefficient(
@@ -155,8 +161,21 @@ class FluidisedBed:
         return float(nusselt * conductivity / diameter)
 
     @property
+    def _is_liquid(self) -> bool:
+        return not isinstance(self._laws.fluid.density, IdealGasDensity)
+
+    @property
     def _bead_volume(self) -> float:
         return self._size.area * self._size.length * (1.0 - self.porosity_at_rest)
+
+    def _void_volume(self, height: float) -> float:
+        return self._size.area * height - self._bead_volume
+
+    def _heat_of_fluid(self, height: float, start: float, end: float) -> float:
+        """Heat (J) that the fluid in a bed of that height takes up; what expands leaves it."""
+        fluid, pressure = self._laws.fluid, self.scene.operation.outlet_pressure
+        heat = quad(lambda value: fluid.density(pressure, value) * fluid.heat_capacity(value), start, end)[0]
+        return float(self._void_volume(height) * heat)
 
     def wall_biot_number(self, state: State) -> float:
         """h times the resistance of the wall's layers."""
@@ -185,9 +204,10 @@ class FluidisedBed:
             outer = self._size.walled_perimeter
             outer += 2.0 * math.pi * sum(t for t, _ in self._layers) if self._size.axisymmetric else 0.0
             outside = operation.outer_coefficient * outer * height * (operation.ambient_temperature(time) - wall)
-        of_beads = self._bead_volume * laws.beads.density(bead) * laws.beads.heat_capacity(bead)
+        of_bed = self._bead_volume * laws.beads.density(bead) * laws.beads.heat_capacity(bead)
+        of_bed += self._void_volume(height) * state.fluid_density * laws.fluid.heat_capacity(bead)
         of_wall = sum(v * solid.density(wall) * solid.heat_capacity(wall) for v, solid in self._wall_volumes(height))
-        rates = np.array([(from_gas - to_wall) / of_beads, (to_wall + outside) / of_wall])
+        rates = np.array([(from_gas - to_wall) / of_bed, (to_wall + outside) / of_wall])
         return rates, from_gas, outside
 
     def march(self) -> tuple[dict[str, Any], Mapping[str, NDArray[Any]]]:
@@ -221,6 +241,7 @@ class FluidisedBed:
         given = scale * float(found.y[2, -1]), scale * float(found.y[3, -1])
         bead, wall = found.y[:2]
         stored = _heat_taken(bead_volumes, start, bead[-1]) + _heat_taken(wall_volumes, start, wall[-1])
+        stored += self._heat_of_fluid(height, start, bead[-1])
         inlet = np.array([operation.inlet_temperature(time) for time in found.t])
         history = {"time": found.t, "inlet_temperature": inlet, "bead_temperature": bead, "wall_temperature": wall}
         return self._summary(warm, heated, float(found.t[-1]), given, stored), history
@@ -229,7 +250,7 @@ class FluidisedBed:
         self, warm: State, heated: float | None, end: float, given: tuple[float, float], stored: float
     ) -> dict[str, Any]:
         """Of the bed when it is warm, heating and end time (s), heat given by the gas and from outside, and heat stored (J)."""
-        density = self._laws.beads.density(self.scene.operation.initial_temperature)
+        density = self._laws.beads.density(self.scene.operation.initial_temperature) - warm.fluid_density
         biot = self.wall_biot_number(warm)
         return {
             "heating_time": heated,
@@ -248,12 +269,17 @@ class FluidisedBed:
             "heat_stored": stored,
             "energy_imbalance": (sum(given) - stored) / max(abs(sum(given)), abs(stored), 1e-6),
             "source": fluidisation.SOURCE,
-            "warnings": _warnings(self.scene, warm, biot, heated),
+            "warnings": _warnings(self.scene, self._is_liquid, warm, biot, heated),
         }
 
 
-def _warnings(scene: Scene, state: State, wall_biot_number: float, heated: float | None) -> list[str]:
+def _warnings(scene: Scene, liquid: bool, state: State, wall_biot_number: float, heated: float | None) -> list[str]:
     found: list[str] = []
+    if liquid:
+        found.append(
+            "the fluid is a liquid: the coefficient at the wall (Martin 1984) is that of bubbling beds in gases, and the heating "
+            "time follows from it; velocities, height and pressure drop hold"
+        )
     low, high = fluidisation.DIAMETER_RANGE
     if not low <= scene.bed.bead_diameter <= high:
         found.append(
@@ -262,7 +288,9 @@ def _warnings(scene: Scene, state: State, wall_biot_number: float, heated: float
         )
     if state.velocity > LARGEST_RATIO * state.minimum_velocity:
         ratio = state.velocity / state.minimum_velocity
-        found.append(f"the gas has {ratio:.2g} times the minimum fluidisation velocity; valid up to {LARGEST_RATIO:g}")
+        found.append(
+            f"the fluid has {ratio:.2g} times the minimum fluidisation velocity; valid up to {LARGEST_RATIO:g}"
+        )
     if wall_biot_number > 0.3:
         found.append(f"wall Biot number {wall_biot_number:.2g}: a lumped wall is heated too fast")
     if heated is None:

@@ -11,7 +11,7 @@ from porousmold import InputError, Scene
 from porousmold.cli import main
 from porousmold.fluidised.model import FluidisedBed
 
-from ..support import STUDIES
+from ..support import FIELD_CASES, STUDIES
 
 SCENE = STUDIES / "beds" / "fluidised.toml"
 CONSTANT = {
@@ -32,6 +32,7 @@ def test_two_bodies_warm_up_as_the_exponential_of_their_matrix():
     bed = FluidisedBed(Scene.load(SCENE, CONSTANT))
     state, (summary, history) = bed.state(0.0, 450.0), bed.march()
     beads = math.pi * 0.075**2 * 0.4 * 0.58 * 2600.0 * 800.0
+    beads += math.pi * 0.075**2 * (state.height - 0.4 * 0.58) * 0.8 * 1010.0  # the gas in the voids
     wall = math.pi * (0.15 + 0.004) * 0.004 * state.height * 7800.0 * 480.0
     film = state.wall_coefficient * math.pi * 0.15 * state.height
     gas = 0.009 * 1010.0 * -math.expm1(-state.transfer_units)
@@ -49,6 +50,20 @@ def test_faster_gas_expands_the_bed_and_heats_sooner():
     assert fast["porosity"] > slow["porosity"] > 0.42 and fast["height"] > slow["height"] > 0.4
     assert fast["heating_time"] < slow["heating_time"]
     assert fast["pressure_drop"] == slow["pressure_drop"] == pytest.approx(0.58 * 0.4 * 9.80665 * 2600.0, rel=0.05)
+
+
+def test_beads_in_a_liquid_are_lighter_by_their_buoyancy_and_store_less_heat_than_it():
+    """Alumina beads in water: (1-phi)(rho_s - rho) g H = 14.9 kPa, not 20.6; the water takes most of the heat."""
+    bed = FluidisedBed(Scene.load(FIELD_CASES / "16-fluidised" / "fb.toml"))
+    summary, _ = bed.march()
+    assert summary["minimum_fluidisation_velocity"] == pytest.approx(0.0526, rel=2e-3)
+    density = bed._laws.fluid.density(101325.0, 333.15)
+    assert summary["pressure_drop"] == pytest.approx(0.585 * (3586.0 - density) * 9.80665, rel=1e-6)
+    assert summary["pressure_drop"] == pytest.approx(14937.0, rel=0.01)  # of cold water
+    beads = math.pi * 0.05**2 * 0.585 * 3586.0 * 880.0 * 40.0
+    assert summary["heat_stored"] > 2.5 * beads
+    assert abs(summary["energy_imbalance"]) < 1e-6
+    assert any("is a liquid" in text for text in summary["warnings"])
 
 
 @pytest.mark.parametrize(
