@@ -103,7 +103,7 @@ def test_permeabilities_that_the_thesis_measured():
 def deviations(settings, folder):
     """Differences (K) from the three measured curves of the bed of steel beads."""
     porousmold.run(Scene.load(STEEL, {**LEVER, **settings}), out=folder)
-    found = [deviation for path in MEASUREMENTS for deviation in compare(folder, path)]
+    found = [deviation for path in MEASUREMENTS for deviation in compare(folder, path).deviations]
     assert len(found) == 3
     return [deviation.simulated - deviation.measured for deviation in found]
 

@@ -39,6 +39,12 @@ def add_commands(commands: Any) -> None:
                          help="'time [s], NAME [degC], ...' with the sensors' names, in one file or more; or a run")  # fmt: skip
     compare.add_argument("--bounds", nargs="+", default=[], metavar="RUN", help="runs with an input at the bounds of its "
                          "error, such as operation.outer_heat_flux_factor 0.95 and 1.05")  # fmt: skip
+    compare.add_argument(
+        "--column", action="append", default=[], metavar="SENSOR=COLUMN", help="the column of a sensor"
+    )
+    compare.add_argument(
+        "--time-offset", metavar="TIME", help="taken from the measured times; 'first': the first row's"
+    )
     compare.add_argument("--out", metavar="DIR", help="of two runs: folder to write (default: runs/RUN-beside-RUN)")
     compare.set_defaults(serial=_compare)
 
@@ -76,7 +82,13 @@ def _compare(options: argparse.Namespace) -> str:
     if Path(options.measured[0]).is_dir():
         return _beside(options)
     bounds = [Path(other) for other in options.bounds]
-    found = [deviation for path in options.measured for deviation in compare(folder, Path(path), bounds)]
+    columns = dict(text.partition("=")[::2] for text in options.column)
+    offset = {None: 0.0, "first": None}.get(options.time_offset, options.time_offset)
+    offset = to_si("--time-offset", offset, "s") if isinstance(offset, str) else offset
+    compared = [compare(folder, Path(path), bounds, columns, offset) for path in options.measured]
+    found = [deviation for each in compared for deviation in each.deviations]
+    if not found:
+        raise InputError("MEASURED", str(options.measured[0]), "has no value at the times of the run")
     names = [deviation.name for deviation in found]
     if twice := [name for name in names if names.count(name) > 1]:
         raise InputError("MEASURED", str(options.measured[-1]), f"has {twice[0]!r} a second time")
@@ -107,6 +119,10 @@ def _compare(options: argparse.Namespace) -> str:
         f"the run is uncertain by {np.max(d.uncertainty):.3f} K at most"
         for d in found
     ]
+    if left_out := [name for each in compared for name in each.left_out]:
+        lines.append(f"not compared, as they are no sensors of the run: {', '.join(left_out)}")
+    if gaps := sum(each.gaps for each in compared):
+        lines.append(f"{gaps} missing value(s) of the measurement left out")
     return "\n".join([*lines, f"written to {folder}: comparison.json, {picture.name}"])
 
 

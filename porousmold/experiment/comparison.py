@@ -1,15 +1,15 @@
 """A run beside a measurement at the same sensors: how far they are apart."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..files.tables import read_columns
+from ..files.tables import column_name, read_columns
 from ..output.stored import read_table
 
 SENSOR_ERROR = 1.1
@@ -22,7 +22,8 @@ POSITION_ERROR = 0.5e-3
 class Deviation:
     """Of one sensor over the times that run and measurement share: `measured` and `simulated` (K) at `time` (s).
 
-    `uncertainty` (K) is that of the simulated value, because of the sensor's place and of what the run was given.
+    `uncertainty` (K) is that of the simulated value, because of the sensor's place and of what the run was given. `whole` is the
+    run at that sensor from its start to its end, (times, temperatures).
     """
 
     name: str
@@ -30,6 +31,7 @@ class Deviation:
     measured: NDArray[Any]
     simulated: NDArray[Any]
     uncertainty: NDArray[Any]
+    whole: tuple[NDArray[Any], NDArray[Any]]
 
     @property
     def average(self) -> float:
@@ -52,42 +54,76 @@ class Deviation:
         return np.abs(self.measured - self.simulated) <= np.hypot(SENSOR_ERROR, self.uncertainty)
 
 
-def compare(folder: Path, path: Path, bounds: Any = ()) -> Any:
-    """`Deviation` of every sensor that both the run in `folder` (made with geometry.sensors) and the CSV file have.
+class Comparison(NamedTuple):
+    """The sensors that were compared, channels of the file that are no sensor of the run, and how many values it lacks."""
 
-    The file has the head `time [s], NAME [degC], ...` with the sensors' names; the run is interpolated linearly to its times.
-    `bounds` are folders of runs of the same scene with what it was given at the ends of its error, such as
-    operation.outer_heat_flux_factor 0.95 and 1.05: the largest distance from them, as long as they last, is one uncertainty,
-    `POSITION_ERROR` along the steepest gradient at the sensor the other. Raises `InputError` where run and measurement have
-    no sensor or no time in common.
+    deviations: list[Deviation]
+    left_out: tuple[str, ...]
+    gaps: int
+
+
+def compare(
+    folder: Path,
+    path: Path,
+    bounds: Sequence[Path] = (),
+    columns: Mapping[str, str] | None = None,
+    time_offset: float | None = 0.0,
+) -> Comparison:
+    """A `Deviation` of every sensor that both the run in `folder` (made with geometry.sensors) and the CSV file have.
+
+    The file has the head `time [s], NAME [degC], ...` with the sensors' names, or those that `columns` gives, {sensor: column};
+    `time_offset` (s; None: that of the first row) is taken from its times. The run is interpolated linearly to these. Other
+    channels, and values that are missing, are left out. `bounds` are folders of runs of the same scene with what it was given at
+    the ends of its error, such as operation.outer_heat_flux_factor 0.95 and 1.05: the largest distance from them, as long as they
+    last, is one uncertainty, `POSITION_ERROR` along the steepest gradient at the sensor the other. Raises `InputError` where run
+    and measurement have no sensor or no time in common.
     """
     history, sensors = _read_run("RUN", folder)
     others = [_read_run("--bounds", other) for other in bounds]
     for other, (_, found) in zip(bounds, others, strict=True):
         if set(found) != set(sensors):
             raise InputError("--bounds", str(other), f"must have the sensors of the run ({', '.join(sensors)})")
-    columns = read_columns("MEASURED", path)
-    time = columns.times()
-    shared = time <= history["time"][-1]
-    shared &= time >= history["time"][0]
-    if len(set(columns.names)) != len(columns.names) or len(columns.names) < 2:
+    names = {name: name for name in sensors}
+    for name, column in (columns or {}).items():
+        if name not in sensors:
+            raise InputError("--column", name, f"is no sensor of the run ({', '.join(sensors)})")
+        names[name] = column_name(column)
+    read = read_columns("MEASURED", path, lambda name: name in names.values(), keep_gaps=True)
+    if len(set(read.names)) != len(read.names):
         raise InputError("MEASURED", str(path), "must have columns of different sensors beside the time")
-    unknown = [name for name in columns.names[1:] if name not in sensors]
-    if unknown or not shared.any():
-        raise InputError("MEASURED", str(path), f"has {unknown[0]!r}, which is no sensor of the run ({', '.join(sensors)})"
-                         if unknown else "has no time within the run's")  # fmt: skip
-    times = time[shared]
+    if len(read.names) < 2 or any(column_name(column) not in read.names for column in (columns or {}).values()):
+        there = ", ".join(map(repr, (*read.names[1:], *read.others))) or "nothing but the time"
+        asked = ", ".join(map(repr, names.values()))
+        raise InputError("MEASURED", str(path), f"must have columns {asked}, or some of them: it has {there}; --column")
+    time = read.times()
+    time = time - (time[0] if time_offset is None else time_offset)
+    begins, ends = history["time"][0], history["time"][-1]
+    shared = (time >= begins) & (time <= ends)
+    if not shared.any():
+        allowed = f"has no time within the run's: {time[0]:g} to {time[-1]:g} s beside {begins:g} to {ends:g} s; --time-offset"
+        raise InputError("MEASURED", str(path), allowed)
     deviations = []
-    for number, name in enumerate(columns.names[1:], start=1):
-        simulated = np.interp(times, history["time"], sensors[name])
-        by_place = POSITION_ERROR * np.interp(times, history["time"], history[f"gradient_{name}"])
-        by_bounds = np.zeros(len(times))
-        for other, found in others:
-            there = np.interp(times, other["time"], found[name], left=np.nan, right=np.nan)
-            by_bounds = np.fmax(by_bounds, np.abs(there - simulated))
-        uncertainty = np.hypot(by_place, by_bounds)
-        deviations.append(Deviation(name, times, columns.in_si(number, "K")[shared], simulated, uncertainty))
-    return deviations
+    for name, column in names.items():
+        if column not in read.names:
+            continue
+        measured = read.in_si(read.names.index(column), "K")
+        there = shared & np.isfinite(measured)
+        if there.any():
+            deviations.append(_deviation(name, time[there], measured[there], (history, sensors), others))
+    return Comparison(deviations, read.others, int(np.isnan(read.values[shared]).sum()))
+
+
+def _deviation(name: str, times: NDArray[Any], measured: NDArray[Any], run: Any, others: Any) -> Deviation:
+    """Of a sensor at the times (s) of its measured values (K); `run` and `others` are (history, sensors)."""
+    history, sensors = run
+    simulated = np.interp(times, history["time"], sensors[name])
+    by_place = POSITION_ERROR * np.interp(times, history["time"], history[f"gradient_{name}"])
+    by_bounds = np.zeros(len(times))
+    for other, found in others:
+        there = np.interp(times, other["time"], found[name], left=np.nan, right=np.nan)
+        by_bounds = np.fmax(by_bounds, np.abs(there - simulated))
+    uncertainty = np.hypot(by_place, by_bounds)
+    return Deviation(name, times, measured, simulated, uncertainty, (history["time"], sensors[name]))
 
 
 def _read_run(key: str, folder: Path) -> tuple[Any, ...]:
@@ -95,7 +131,7 @@ def _read_run(key: str, folder: Path) -> tuple[Any, ...]:
     if not (folder / "history.csv").is_file():
         raise InputError(key, str(folder), "is not the folder of a run (no history.csv)")
     try:
-        history = read_table(folder / "history.csv")
+        history = {name: np.array(values) for name, values in read_table(folder / "history.csv").items()}
     except (ValueError, LookupError) as error:
         raise InputError(key, str(folder), f"has a damaged history.csv: {error}") from error
     sensors = {name.removeprefix("sensor_"): values for name, values in history.items() if name.startswith("sensor_")}

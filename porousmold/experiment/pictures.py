@@ -2,35 +2,37 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from ..output.figures import STYLE, plt, save
-from .comparison import SENSOR_ERROR
+from .comparison import SENSOR_ERROR, Deviation
+
+MOST_MARKERS = 40
+"""Measured points of a sensor that are drawn one by one."""
 
 
-def draw_comparison(path: Path, deviations: Sequence[Any]) -> Path:
-    """Measured points and the run as lines, by sensor, both with their errors as bands. Gives the path."""
+def draw_comparison(path: Path, deviations: Sequence[Deviation]) -> Path:
+    """Measured points and the whole run as lines, by sensor, both with their errors as bands; below, how far they are apart.
+    Gives the path."""
     with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(figsize=(10.5, 5.2))
-        figure.subplots_adjust(left=0.07, right=0.74, bottom=0.11, top=0.97)
+        figure, (axes, residuals) = plt.subplots(2, 1, figsize=(10.5, 7.0), sharex=True, height_ratios=(2.2, 1.0))
+        figure.subplots_adjust(left=0.07, right=0.74, bottom=0.08, top=0.97, hspace=0.08)
         for number, each in enumerate(deviations):
-            colour, minutes, celsius = f"C{number % 10}", each.time / 60.0, each.measured - 273.15
-            axes.fill_between(
-                minutes, celsius - SENSOR_ERROR, celsius + SENSOR_ERROR, color=colour, alpha=0.15, linewidth=0.0
-            )
-            axes.plot(minutes, celsius, ".", color=colour, markersize=3)
-            label = f"{each.name}: {each.average:.2f} K apart"
-            simulated = each.simulated - 273.15
-            axes.fill_between(
-                minutes,
-                simulated - each.uncertainty,
-                simulated + each.uncertainty,
-                color=colour,
-                alpha=0.35,
-                linewidth=0.0,
-            )
-            axes.plot(minutes, simulated, "-", color=colour, linewidth=1.2, label=label)
-        axes.set(xlabel="time, min", ylabel="temperature, °C")
+            colour, minutes = f"C{number % 10}", each.time / 60.0
+            marker = "osD^v<>pXP"[number // 10 % 10]
+            few = max(len(minutes) // MOST_MARKERS, 1)
+            times, values = each.whole
+            axes.plot(times / 60.0, values - 273.15, "-", color=colour, linewidth=1.4,
+                      label=f"{each.name}: {each.average:.2f} K apart")  # fmt: skip
+            for middle, error, alpha in ((each.simulated, each.uncertainty, 0.35), (each.measured, SENSOR_ERROR, 0.15)):
+                axes.fill_between(minutes, middle - error - 273.15, middle + error - 273.15, color=colour, alpha=alpha,
+                                  linewidth=0.0)  # fmt: skip
+            points = {"color": colour, "markersize": 4.5, "markerfacecolor": "white", "markevery": few}
+            axes.plot(minutes, each.measured - 273.15, marker, **points)
+            residuals.plot(minutes, each.simulated - each.measured, f"{marker}-", linewidth=0.8, **points)
+        axes.set(ylabel="temperature, °C")
+        residuals.axhspan(-SENSOR_ERROR, SENSOR_ERROR, color="0.9", zorder=0)
+        residuals.axhline(0.0, color="0.5", linewidth=0.8)
+        residuals.set(xlabel="time, min", ylabel="run - measured, K")
         axes.legend(
             fontsize=8,
             title=f"points: measured ± {SENSOR_ERROR:g} K\nlines: run ± its uncertainty",

@@ -9,7 +9,7 @@ import math
 import re
 import stat
 import tomllib
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -133,10 +133,16 @@ def text_cells(row: Iterable[Any]) -> list[Any]:
     return [f"'{cell}" if isinstance(cell, str) and FORMULA.match(cell) else cell for cell in row]
 
 
+def column_name(head: str) -> str:
+    """The name of a column by its head, whose unit may stand in brackets behind it."""
+    match = _NAME_AND_UNIT.fullmatch(head)
+    return head.strip() if match is None else match["name"].strip()
+
+
 @dataclass(frozen=True)
 class Columns:
-    """A CSV file of numbers: `names` and `units` of its columns, `values` (rows, columns), the `lines` they stand on, and how
-    many values were missing (`gaps`) and are interpolated."""
+    """A CSV file of numbers: `names` and `units` of its columns, `values` (rows, columns), the `lines` they stand on, how many
+    values were missing (`gaps`) and are interpolated, and the names of columns that were not asked for (`others`)."""
 
     key: str
     path: str
@@ -145,6 +151,7 @@ class Columns:
     values: NDArray[Any]
     lines: list[int]
     gaps: int = 0
+    others: tuple[str, ...] = ()
 
     def in_si(self, column: int, unit: str) -> Any:
         """A column in SI. Raises `InputError` if it has another dimension."""
@@ -182,14 +189,17 @@ def text_of(key: str, path: Path) -> str:
         raise InputError(key, str(path), f"must be a readable CSV file: {error}") from error
 
 
-def _head(line: str) -> tuple[str, list[tuple[str, str] | None]]:
+def _head(line: str) -> tuple[str, list[tuple[str, str | None]]]:
     """Separator of a head and (name, unit) of its cells, None of those without a unit; the separator that makes most of them."""
-    best: tuple[str, list[tuple[str, str] | None]] = (",", [])
+    best: tuple[str, list[tuple[str, str | None]]] = (",", [])
     for separator in SEPARATORS:
         cells: list[str] = next(csv.reader([line], delimiter=separator), [])
         found = [_NAME_AND_UNIT.fullmatch(cell) for cell in cells]
-        heads = [None if match is None else (match["name"].strip(), match["a"] or match["b"] or "") for match in found]
-        if sum(head is not None for head in heads) > sum(head is not None for head in best[1]):
+        heads = [
+            (cell.strip(), None) if match is None else (match["name"].strip(), match["a"] or match["b"] or "")
+            for cell, match in zip(cells, found, strict=True)
+        ]
+        if sum(unit is not None for _, unit in heads) > sum(unit is not None for _, unit in best[1]):
             best = separator, heads
     return best
 
@@ -201,13 +211,22 @@ def _is_index(cells: Sequence[str]) -> bool:
     )
 
 
-def read_columns(key: str, path: Path) -> Any:
+def read_columns(
+    key: str,
+    path: Path,
+    wanted: Callable[[str], bool] | None = None,
+    *,
+    unit: str | None = None,
+    keep_gaps: bool = False,
+) -> Columns:
     """`Columns` of a CSV file with a head `name [unit]` or `name (unit)` of every column, between commas, semicolons or tabs.
 
     Beside semicolons and tabs a comma may stand for the decimal point. Blank lines, those that start with #, empty columns at
     the end and a column without a name that counts the rows are skipped. The first column may have times of day (`10:01:30`),
     taken as they stand, or dates (ISO 8601), which count from the first row. Up to `LONGEST_GAP` cells in succession that are
-    empty or NaN are interpolated. Raises `InputError` naming the key, the file and the row (line) of whatever is wrong.
+    empty or NaN are interpolated; with `keep_gaps` all of them stay NaN. Of the columns after the first only those whose
+    names are `wanted` are read, whatever the others hold; `unit` is theirs where the head has none. Raises `InputError`
+    naming the key, the file and the row (line) of whatever is wrong.
     """
     text = [
         (number, line)
@@ -222,10 +241,11 @@ def read_columns(key: str, path: Path) -> Any:
     except csv.Error as error:
         raise InputError(key, str(path), f"must be a readable CSV file: {error}") from error
     lines = [number for number, _ in text[1:]]
-    while heads and heads[-1] is None and not any("".join(row[len(heads) - 1 :]).strip() for row in rows):
+    while heads and heads[-1] == ("", None) and not any("".join(row[len(heads) - 1 :]).strip() for row in rows):
         heads = heads[:-1]
-    is_indexed = len(heads) > 1 and heads[0] is None and _is_index([row[0] for row in rows])
-    if not heads or None in heads[is_indexed:]:
+    is_indexed = len(heads) > 1 and heads[0] == ("", None) and _is_index([row[0] for row in rows])
+    chosen = [at for at in range(is_indexed, len(heads)) if at == is_indexed or not wanted or wanted(heads[at][0])]
+    if not heads or (unit is None and any(heads[at][1] is None for at in chosen[1:])):
         raise InputError(key, str(path), "needs a head with units, like 'time [s], temperature [degC]'")
     rows = [row[: len(heads)] if not "".join(row[len(heads) :]).strip() else row for row in rows]
     for line, row in zip(lines, rows, strict=False):
@@ -233,15 +253,19 @@ def read_columns(key: str, path: Path) -> Any:
             raise InputError(
                 key, str(path), f"row {line} has {len(row)} cells, the head {len(heads)}: are separators mixed?"
             )
-    if is_indexed:
-        heads, rows = heads[1:], [row[1:] for row in rows]
+    others = tuple(heads[at][0] for at in range(is_indexed, len(heads)) if at not in chosen)
+    if len(chosen) < len(heads):
+        heads, rows = [heads[at] for at in chosen], [[row[at] for at in chosen] for row in rows]
     if separator != ",":
         rows = [[cell.replace(",", ".") for cell in row] for row in rows]
-    names, units = (list(parts) for parts in zip(*(head for head in heads if head is not None), strict=True))
+    names = [name for name, _ in heads]
+    units = [(unit or "") if own is None else own for _, own in heads]
     if (seconds := _clock(key, path, [row[0] for row in rows], lines)) is not None:
         units[0], rows = "s", [[repr(time), *row[1:]] for time, row in zip(seconds, rows, strict=True)]
-    values, gaps = _numbers(key, path, rows, lines)
-    return Columns(key, str(path), names, units, values, lines, gaps)
+    elif heads[0][1] is None:
+        raise InputError(key, str(path), "needs a head with units, like 'time [s], temperature [degC]'")
+    values, gaps = _numbers(key, path, rows, lines, keep_gaps=keep_gaps)
+    return Columns(key, str(path), names, units, values, lines, gaps, others)
 
 
 def _clock(key: str, path: Path, cells: list[str], lines: list[int]) -> list[float] | None:
@@ -266,8 +290,10 @@ def _clock(key: str, path: Path, cells: list[str], lines: list[int]) -> list[flo
     return since
 
 
-def _numbers(key: str, path: Path, rows: list[list[str]], lines: list[int]) -> tuple[NDArray[Any], int]:
-    """The cells as numbers, short gaps interpolated, and how many were missing."""
+def _numbers(
+    key: str, path: Path, rows: list[list[str]], lines: list[int], *, keep_gaps: bool
+) -> tuple[NDArray[Any], int]:
+    """The cells as numbers, short gaps interpolated unless they are kept, and how many were missing."""
     with suppress(ValueError):  # most tables, in a tenth of the time
         whole = np.array(rows, dtype=float)
         if np.all(np.isfinite(whole)):
@@ -282,7 +308,7 @@ def _numbers(key: str, path: Path, rows: list[list[str]], lines: list[int]) -> t
             if math.isinf(values[number, column]):
                 raise InputError(key, str(path), f"row {line} has {cell.strip()!r}, which is no number")
     gaps = int(np.isnan(values).sum())
-    for column in range(values.shape[1]):
+    for column in range(1 if keep_gaps else values.shape[1]):
         _fill(key, path, values, column, lines)
     return values, gaps
 

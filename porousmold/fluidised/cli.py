@@ -39,7 +39,8 @@ def _fluidised(options: argparse.Namespace) -> str:
     reached = f"{time:.1f} s ({time / 60.0:.1f} min)" if time is not None else "not reached"
     lines = [
         f"heating time (wall within {margin:g} K of the inlet): {reached}",
-        f"fluid: {summary['velocity']:.3g} m/s when hot; minimum fluidisation {summary['minimum_fluidisation_velocity']:.3g} m/s, "
+        f"fluid: {summary['velocity']:.3g} m/s when hot; "
+        f"minimum fluidisation {summary['minimum_fluidisation_velocity']:.3g} m/s, "
         f"terminal velocity {summary['terminal_velocity']:.3g} m/s",
         f"bed: porosity {summary['porosity']:.3f}, {summary['height']:.3g} m high, {summary['pressure_drop']:.4g} Pa",
         f"wall: {summary['wall_coefficient']:.4g} W/m2/K (30 %), Biot number {summary['wall_biot_number']:.2g}",

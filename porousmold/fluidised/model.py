@@ -3,10 +3,11 @@ r"""A fluidised bed that heats its wall: beads mixed to one temperature, the wal
     bed:   (M_s C_s + V rho C_p) dT_s/dt = m C_p (T_in - T_s) (1 - exp(-NTU)) - h A (T_s - T_w)
     wall:  M_w C_w dT_w/dt = h A (T_s - T_w) + outer heat
 
-V is the volume of the voids of the expanded bed: what their fluid stores is little of a gas and most of a liquid. m is the mass flow, NTU = a_v h_sf H/(rho w C_p) its exchange with the beads over the height H of the expanded bed, h the
-coefficient at the wall (`laws.fluidisation`), A the wall's area over that height. The gas rises; the bed at rest is as high as
-geometry.length, with the scene's bulk porosity. Properties are those at the present temperatures. The wall's layers are added up,
-which holds for h t/lambda well below 1; the summary has that Biot number.
+V is the volume of the voids of the expanded bed: what their fluid stores is little of a gas and most of a liquid. m is the mass
+flow, NTU = a_v h_sf H/(rho w C_p) its exchange with the beads over the height H of the expanded bed, h the coefficient at the
+wall (`laws.fluidisation`), A the wall's area over that height. The gas rises; the bed at rest is as high as geometry.length,
+with the scene's bulk porosity. Properties are those at the present temperatures. The wall's layers are added up, which holds
+for h t/lambda well below 1; the summary has that Biot number.
 
 The pressure drop is the weight of the beads less their buoyancy, (1-phi)(rho_s - rho) g H: what a manometer shows beyond the
 column of fluid at rest. The coefficient at the wall is that of gases: of a liquid the summary says so.
@@ -43,7 +44,7 @@ LARGEST_RATIO = 10.0
 
 @dataclass(frozen=True)
 class State:
-    """The bed at a temperature, SI: velocities (superficial) of the fluid, at minimum fluidisation and of a single bead; porosity,
+    """The bed at a temperature, SI: superficial velocities of the fluid, at minimum fluidisation and of a single bead; porosity,
     height, coefficient at the wall (W/m2/K), transfer units between fluid and beads, mass flow and the fluid's density."""
 
     velocity: float

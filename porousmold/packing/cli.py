@@ -90,7 +90,8 @@ def add_commands(commands: Any) -> None:
 
 def _add_container(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--container", metavar="KIND", help="cylinder (--diameter), box (--width --depth) or "
-                        "slab between two walls (--gap, --width of its periodic side)")  # fmt: skip
+                        "slab between two walls (--gap, --width of its periodic side); of a dump "
+                        "a box or slab without sizes is that of ITEM: BOX BOUNDS")  # fmt: skip
     for name in SIZES:
         parser.add_argument(f"--{name}", metavar="LENGTH")
     parser.add_argument("--axis", choices=("x", "y", "z"), default="z", help="upright axis of the file's coordinates")
@@ -104,7 +105,7 @@ def _add_container(parser: argparse.ArgumentParser) -> None:
 def _container(options: argparse.Namespace) -> Any:
     from .container import container
 
-    sizes = {name: to_si(f"--{name}", text, "m") for name in SIZES if (text := getattr(options, name)) is not None}
+    sizes = _sizes(options)
     if options.container is None:
         if sizes:
             raise InputError("--container", None, "is missing: cylinder, box or slab")
@@ -112,20 +113,32 @@ def _container(options: argparse.Namespace) -> Any:
     return container(options.container, sizes)
 
 
-def _placement(options: argparse.Namespace) -> Any:
-    from .files import Placement
+def _sizes(options: argparse.Namespace) -> dict[str, float]:
+    return {name: to_si(f"--{name}", text, "m") for name in SIZES if (text := getattr(options, name)) is not None}
 
+
+def _placed(options: argparse.Namespace) -> tuple[Any, Any]:
+    """Container and placement of the packing that a file has; a box or slab without sizes is that of the dump."""
+    from .files import Placement, placed_bounds
+
+    if options.container in ("box", "slab") and not _sizes(options):
+        return placed_bounds(options.packing, options.container, options.axis)
     first, second = (to_si("--centre", text, "m") for text in options.centre)
-    return Placement(options.axis, to_si("--floor", options.floor, "m"), (first, second))
+    return _container(options), Placement(options.axis, to_si("--floor", options.floor, "m"), (first, second))
 
 
 def _settled(options: argparse.Namespace, bead_diameter: float | None) -> Any:
-    """The packing of the options without beads in flight; what is left out is said."""
+    """The packing of the options without beads in flight; what is left out, and beads that reach into walls, are said."""
     from .files import read_packing
+    from .packing import REACH
 
-    packing, left_out = read_packing(options.packing, _container(options), bead_diameter, _placement(options)).settled()
+    box, placement = _placed(options)
+    packing, left_out = read_packing(options.packing, box, bead_diameter, placement).settled()
     if left_out:
         print(f"left out: {left_out} bead(s) above the bed that touch none of its beads", file=sys.stderr)
+    if packing.reaching.any():
+        count = f"{packing.reaching.sum()} of {packing.diameters.size} beads"
+        print(f"{count} reach into a wall by more than {REACH:.0%} of their diameter", file=sys.stderr)
     return packing
 
 

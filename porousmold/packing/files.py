@@ -247,6 +247,35 @@ def _unit_of_length(path: str | Path, lines: Any) -> float:
     return units[name]
 
 
+def placed_bounds(path: str | Path, kind: str, axis: str) -> tuple[Any, Placement]:
+    """The container of a `kind` ("box", or "slab" with a periodic side) that a dump's last ITEM: BOX BOUNDS give, and where it
+    stands, its upright `axis` being that of the file.
+
+    Raises `InputError` for a file that is no dump, a tilted box, and sides that are periodic where the container has walls.
+    """
+    text = text_of(KEY, Path(path))
+    lines = text.splitlines()
+    heads = [number for number, line in enumerate(lines) if line.startswith("ITEM: BOX BOUNDS")]
+    if not heads or len(lines) < heads[-1] + 4:
+        raise InputError(KEY, str(path), f"has no ITEM: BOX BOUNDS: give the sizes of the {kind}")
+    kinds = lines[heads[-1]].split()[3:]
+    if "xy" in kinds:
+        raise InputError(KEY, str(path), f"has a tilted box: give the sizes of the {kind}")
+    scale = _unit_of_length(path, lines)
+    bounds = scale * _numbers(path, [line.split()[:2] for line in lines[heads[-1] + 1 : heads[-1] + 4]], 2)
+    upright = "xyz".index(axis)
+    across = [(upright + 1) % 3, (upright + 2) % 3]
+    periodic = [kinds[side : side + 1] == ["pp"] for side in across]
+    if periodic != [False, kind == "slab"]:
+        sides = " and ".join("xyz"[side] for side, one in zip(across, periodic, strict=True) if one) or "neither side"
+        have = "a box has four walls" if kind == "box" else f"a slab of this axis has walls in {'xyz'[across[0]]} alone"
+        raise InputError(KEY, str(path), f"is periodic in {sides}, and {have}: give --container and its sizes")
+    first, second = (bounds[across, 1] - bounds[across, 0]).tolist()
+    sizes = {"width": first, "depth": second} if kind == "box" else {"gap": first, "width": second}
+    middle = bounds[across].mean(axis=1).tolist()
+    return container(kind, sizes), Placement(axis, float(bounds[upright, 0]), (middle[0], middle[1]))
+
+
 def _unscaled(path: str | Path, lines: Any, end: Any, scaled: Any) -> list[NDArray[Any]]:
     """Places from those in parts of the box; of a tilted box the dump has the limits of what bounds it (LAMMPS's manual on
     triclinic boxes)."""

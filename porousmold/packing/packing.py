@@ -16,14 +16,18 @@ HELD = 0.1
 """Gap between beads, over their diameter, up to which one holds the other."""
 MOST_IN_FLIGHT = 0.05
 """Part of a packing's beads that may be in flight."""
+REACH = 0.05
+"""Part of its diameter by which every bead may reach into a wall, as soft contacts of other codes do."""
+MOST_REACHING = 0.01
+"""Part of a packing's beads that may reach further, with their centres inside."""
 
 
 @dataclass(frozen=True)
 class Packing:
     """Centres (n, 3) and diameters (n) of beads in m, their container, and how they came about (`made`, plain values).
 
-    Raises `InputError` for arrays that are no beads, or beads that lie outside their container or below its
-    floor by more than a twentieth of their diameter.
+    Raises `InputError` for arrays that are no beads, for beads whose centres lie outside their container or below its floor, and
+    where more than `MOST_REACHING` of them reach into a wall or the floor by more than `REACH` of their diameter.
     """
 
     positions: NDArray[Any]
@@ -47,11 +51,26 @@ class Packing:
             bad = int(np.argmin(sound))
             what = f"bead {bad + 1}: centre {positions[bad]}, diameter {diameters[bad]:g}"
             raise InputError("packing", what, "must have finite centres and diameters > 0")
-        for gap in (self.container.wall_distance(positions), *self._plane_distances()):
-            worst = int(np.argmin(gap / diameters))
-            if gap[worst] < 0.45 * diameters[worst]:
-                raise InputError("packing", f"bead {worst + 1} at {positions[worst]} m",
-                                 f"lies outside its container, {self.container} with its floor at z = 0")  # fmt: skip
+        gaps = np.min([self.container.wall_distance(positions), *self._plane_distances()], axis=0)
+        place, count = f"{self.container} with its floor at z = 0", len(diameters)
+        worst = int(np.argmin(gaps / diameters))
+        for found, most, what in (
+            (gaps < 0.0, 0.0, f"have their centres outside {place}"),
+            (
+                self.reaching,
+                MOST_REACHING,
+                f"reach into the walls or the floor of {place} by more than {REACH:.0%} of their diameter",
+            ),
+        ):
+            if found.sum() > most * count:
+                first = f"; the worst is bead {worst + 1} at {positions[worst].round(6).tolist()} m"
+                raise InputError("packing", f"{found.sum()} of {count} beads", what + first)
+
+    @cached_property
+    def reaching(self) -> NDArray[Any]:
+        """Which beads (n) reach into a wall or the floor by more than `REACH` of their diameter."""
+        gaps = np.min([self.container.wall_distance(self.positions), *self._plane_distances()], axis=0)
+        return np.asarray(gaps < (0.5 - REACH) * self.diameters)
 
     def _plane_distances(self) -> list[Any]:
         return [self.positions @ np.array(plane[:3]) + plane[3] for plane in self.container.planes]

@@ -259,7 +259,8 @@ def _series(scene: Any) -> None:
         begins, end = series.times[0], scene.operation.end_time
         if len(series.times) > 1 and begins >= end:
             allowed = (
-                f"begins at {begins:.10g} s, after the run's end at {end:g} s: let its times count from the run's start"
+                f"begins at {begins:.10g} s, after the run's end at {end:g} s: let its times count from the run's start, "
+                'or give { file = "...", time_offset = "first" }'
             )
             raise InputError(name, series.source, allowed, scene.source)
 

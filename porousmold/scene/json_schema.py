@@ -45,4 +45,6 @@ def _key(key: Key) -> dict[str, Any]:
     for bound, value in (("minimum", key.low), ("maximum", key.high)):
         if abs(value) < INFINITY:
             number[bound if key.closed else f"exclusive{bound.capitalize()}"] = value
-    return found | {"anyOf": [number, {"type": "string"}, *([{"type": "array"}] if key.series else [])]}
+    return found | {
+        "anyOf": [number, {"type": "string"}, *([{"type": "array"}, {"type": "object"}] if key.series else [])]
+    }

@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 from ..errors import InputError
 from ..files.tables import existing_file
 from ..files.units import to_si
-from .series import TimeSeries, read_series
+from .series import TimeSeries, read_channel, read_series
 
 INFINITY = float("inf")
 COLDEST_WITHOUT_UNIT = 150.0
@@ -31,8 +31,8 @@ class Key:
     are `entries`), 'tolerance' (of a key whose unit is `tolerated`; such a value stays as it is written).
 
     Numbers lie strictly between `low` and `high` (or at them, if `closed`). `choices` are looked up when a value is checked.
-    `series` keys also take a CSV file, with `along` one of columns along the flow, a function of the time (s), or a pair
-    (times in s, values).
+    `series` keys also take a CSV file or a channel of one (`series.CHANNEL`), with `along` one of columns along the flow, a
+    function of the time (s), or a pair (times in s, values).
     """
 
     kind: str
@@ -229,6 +229,8 @@ def _checked_series(name: str, key: Key, value: Any, base: Path, where: str | No
         series = value
     elif isinstance(value, str) and value.lower().endswith(".csv") and "\0" not in value:
         series = read_series(name, (base / value).resolve(), key.kind, along=key.along)
+    elif isinstance(value, Mapping):
+        series = read_channel(name, value, base, key.kind, along=key.along, where=where)
     elif callable(value):
         series = TimeSeries.sampled(name, value, LONGEST_SPAN)
     elif isinstance(value, list | tuple):

@@ -1,6 +1,6 @@
 """Quantities that may vary in time, and along the flow: a number, or a CSV file."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError, first_line
-from ..files.tables import Columns, read_columns
+from ..files.tables import Columns, column_name, existing_file, read_columns
 from ..files.units import to_si
 
 SAMPLES, FINEST_SAMPLE, SAMPLING_TOLERANCE = 200, 0.05, 1e-4
@@ -36,7 +36,8 @@ class TimeSeries:
     """Piecewise linear in time, constant beyond its ends. `times` in s, `values` in SI; `source` is the file, if any.
 
     `corners` are the times at which the slope changes where these are not all `times`, as of a smooth function; `gaps` is how
-    many values the file lacked, which are interpolated.
+    many values the file lacked, which are interpolated; `channel` is the table {"file", "column", "unit", "time_offset"} that
+    named it.
     """
 
     times: tuple[float, ...]
@@ -44,6 +45,7 @@ class TimeSeries:
     source: str | None = None
     corners: tuple[float, ...] | None = None
     gaps: int = 0
+    channel: Mapping[str, str] | None = None
 
     @classmethod
     def constant(cls, value: float) -> "TimeSeries":
@@ -100,7 +102,9 @@ class TimeSeries:
         return cls(tuple(ordered), tuple(samples[time] for time in ordered), None, tuple(sorted(set(corners))))
 
     def as_value(self) -> Any:
-        """What a TOML file would have: the file's name, a number, or the pair of times and values."""
+        """What a TOML file would have: the file's name, its channel, a number, or the pair of times and values."""
+        if self.channel is not None:
+            return {**self.channel, "file": self.source}
         if self.source or len(self.times) == 1:
             return self.source or self.values[0]
         return [list(self.times), list(self.values)]
@@ -109,7 +113,10 @@ class TimeSeries:
     def of(cls, columns: Columns, unit: str) -> "TimeSeries":
         """Of two `Columns`: time [s], name [unit]. Raises `InputError` if there are more, or times do not increase."""
         if len(columns.names) != 2:
-            raise InputError(columns.key, columns.path, "must have two columns: time [s], value [unit]")
+            several = ", ".join(map(repr, columns.names[1:]))
+            allowed = "must have two columns: time [s], value [unit]"
+            allowed += f'; of {several} name one, {{ file = "...", column = "..." }}' if several else ""
+            raise InputError(columns.key, columns.path, allowed)
         times, values = columns.times(), columns.in_si(1, unit)
         return cls(tuple(times.tolist()), tuple(values.tolist()), columns.path, gaps=columns.gaps)
 
@@ -150,7 +157,7 @@ class TimeSeries:
     @property
     def content(self) -> list[Any]:
         """All that the series is, whatever file it came from."""
-        return [value for name, value in vars(self).items() if name != "source"]
+        return [value for name, value in vars(self).items() if name not in ("source", "channel")]
 
     @property
     def breakpoints(self) -> tuple[float, ...]:
@@ -188,9 +195,43 @@ def read_series(key: str, path: Path, unit: str, *, along: bool = False) -> Time
 
     Raises `InputError` that names the key, the file and the line.
     """
-    columns = read_columns(key, path)
-    named, own = columns.names[-1].strip().lower().replace(" ", "_"), key.rpartition(".")[2]
-    if len(columns.names) == 2 and named != own and named in OTHER_QUANTITIES:
+    return _series_of(read_columns(key, path), key, path, unit, along=along)
+
+
+CHANNEL = ("file", "column", "unit", "time_offset")
+"""Keys of a table that names one channel of a logger's file."""
+
+
+def read_channel(
+    key: str, table: Mapping[str, Any], base: Path, unit: str, *, along: bool, where: str | None
+) -> TimeSeries:
+    """`TimeSeries` of a table with the `file` (relative to `base`), which `column` of it, its `unit` where the head has none, and
+    the `time_offset` that is taken from its times: a time, or "first" for that of the first row.
+
+    Raises `InputError` that names the key, the file and what is wrong.
+    """
+    for name, text in table.items():
+        if name not in CHANNEL or not isinstance(text, str):
+            allowed = f'must be a text, and one of {", ".join(CHANNEL)}, such as {{ file = "log.csv", column = "T 3" }}'
+            raise InputError(f"{key}.{name}", str(text), allowed, where)
+    path = existing_file(f"{key}.file", table.get("file"), base, where)
+    column, offset = table.get("column"), table.get("time_offset")
+    shift = 0.0 if offset in (None, "first") else to_si(f"{key}.time_offset", offset, "s", where)
+    wanted = None if column is None else column_name(column)
+    columns = read_columns(key, path, None if wanted is None else lambda name: name == wanted, unit=table.get("unit"))
+    if column is not None and len(columns.names) != 2:
+        there = "has no such column" if len(columns.names) == 1 else "has it twice"
+        names = ", ".join(map(repr, columns.others or columns.names))
+        raise InputError(f"{key}.column", column, f"{there} ({names})", str(path))
+    series = _series_of(columns, key, path, unit, along=along and column is None, named=column is not None)
+    shift = series.times[0] if offset == "first" else shift
+    times = tuple((np.array(series.times) - shift).tolist())
+    return replace(series, times=times, channel={name: text for name, text in table.items() if name != "file"})
+
+
+def _series_of(columns: Columns, key: str, path: Path, unit: str, *, along: bool, named: bool = False) -> TimeSeries:
+    named_for, own = columns.names[-1].strip().lower().replace(" ", "_"), key.rpartition(".")[2]
+    if len(columns.names) == 2 and not named and named_for != own and named_for in OTHER_QUANTITIES:
         raise InputError(key, columns.names[-1], f"is named for another quantity than {own}", str(path))
     if not along or len(columns.names) == 2:
         return TimeSeries.of(columns, unit)
@@ -199,4 +240,4 @@ def read_series(key: str, path: Path, unit: str, *, along: bool = False) -> Time
         raise InputError(key, str(path), "must have columns at increasing positions")
     values = np.column_stack([columns.in_si(number, unit) for number in range(1, len(columns.names))])
     times = tuple(columns.times().tolist())
-    return ProfileSeries(times, tuple(values.tolist()), str(path), None, columns.gaps, tuple(positions))
+    return ProfileSeries(times, tuple(values.tolist()), str(path), None, columns.gaps, positions=tuple(positions))

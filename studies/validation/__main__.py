@@ -261,7 +261,7 @@ def steel(page: Page, pictures: Path, runs: Path) -> None:
     for (name, settings), style in zip(choices.items(), ("C0-", "C0:", "C3-"), strict=True):
         folder = runs / name.replace(", ", "-").replace(" ", "-")
         porousmold.run(Scene.load(STEEL, {**DRAWN, **settings}), out=folder)
-        deviations: list[Deviation] = [each for path in files for each in compare(folder, path)]
+        deviations: list[Deviation] = [each for path in files for each in compare(folder, path).deviations]
         errors = [each.simulated - each.measured for each in deviations]
         end = [f"{each.measured[-1] - 273.15:.1f}" for each in deviations]
         all_errors = np.concatenate(errors)

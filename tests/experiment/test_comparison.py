@@ -36,7 +36,7 @@ def test_deviations_are_those_of_eq_7_30(folder):
     """Sensor a is 1 K above and 1 K below, b always 2 K above: S_ave 1.5 K; what lies outside the run does not count."""
     measured = folder / "measured.csv"
     measured.write_text("time [s], b [degC], a [degC]\n2.5, 34.85, 30.35\n7.5, 34.85, 33.35\n99, 0, 0\n")
-    b, a = compare(folder, measured)
+    a, b = compare(folder, measured).deviations
     assert (a.average, a.bias, a.largest) == pytest.approx((1.0, 0.0, 1.0))
     assert (b.average, b.bias, b.largest) == pytest.approx((2.0, 2.0, 2.0))
     assert average_deviation([a, b]) == pytest.approx(1.5)
@@ -60,7 +60,7 @@ def test_uncertainties_are_those_of_place_and_bounds(folder):
     measured = folder / "measured.csv"
     measured.write_text("time [s], b [degC], a [degC]\n2.5, 38.94, 30.35\n7.5, 38.98, 33.35\n")
     bounds = [written_run(folder / str(warmer), warmer) for warmer in (1.5, -0.5)]
-    b, a = compare(folder, measured, bounds)
+    a, b = compare(folder, measured, bounds).deviations
     assert a.uncertainty == pytest.approx([1.5, 1.5])
     assert b.uncertainty == pytest.approx([np.hypot(1.0, 1.5)] * 2)
     assert list(b.within) == [True, False]
@@ -68,7 +68,7 @@ def test_uncertainties_are_those_of_place_and_bounds(folder):
     assert json.loads((folder / "comparison.json").read_text())["sensors"]["b"]["within_errors"] == 0.5
     ends_early = folder / "1.5" / "history.csv"  # a bound that ends before the run takes no point from the comparison
     ends_early.write_text(ends_early.read_text().replace("10.0,", "5.0,"))
-    shorter = compare(folder, measured, bounds)[1]
+    shorter = compare(folder, measured, bounds).deviations[0]
     assert shorter.uncertainty == pytest.approx([4.0, 0.5])  # it rises twice as fast
     ends_early.write_text("time [s],sensor_a [K],gradient_a [K/m]\n0.0,300.0,0.0\n")
     with pytest.raises(InputError, match="--bounds"):
@@ -82,13 +82,40 @@ def test_uncertainties_are_those_of_place_and_bounds(folder):
         ("time [s], a [degC]\n50, 1\n60, 1\n", "no time"),
         ("time [s], a [m]\n0, 1\n1, 1\n", "temperature"),
         ("time [s], a [K], a [K]\n0, 1, 1\n1, 1, 1\n", "different sensors"),
-        ("time [s]\n0\n1\n", "different sensors"),
+        ("time [s]\n0\n1\n", "nothing but the time"),
     ],
 )
 def test_measurements_that_do_not_fit_the_run_are_refused(folder, text, word):
     (folder / "measured.csv").write_text(text)
     with pytest.raises(InputError, match=word):
         compare(folder, folder / "measured.csv")
+
+
+def test_a_gap_or_another_channel_costs_that_value_and_no_more(folder, capsys):
+    measured = folder / "measured.csv"
+    rows = "2.5, 30.35, ok, NaN\n5.0, , ok, 34.85\n7.5, 33.35, ERR, 34.85\n"
+    measured.write_text(f"time [s], Kanal 1 [degC], room, b [degC]\n{rows}")
+    columns = ["--column", "a=Kanal 1"]
+    assert main(["compare", str(folder), str(measured), *columns]) == 0
+    told = capsys.readouterr().out
+    assert "no sensors of the run: room" in told and "2 missing value(s)" in told
+    a, b = compare(folder, measured, columns={"a": "Kanal 1 [degC]"}).deviations
+    assert (list(a.time), list(b.time)) == ([2.5, 7.5], [5.0, 7.5])
+    assert (a.bias, b.bias) == pytest.approx((0.0, 2.0))
+    assert main(["compare", str(folder), str(measured), "--column", "c=Kanal 1"]) == 2
+    assert main(["compare", str(folder), str(measured), "--column", "a=Kanal 2"]) == 2
+    told = capsys.readouterr().err
+    assert "--column = 'c'" in told and "'Kanal 1'" in told
+
+
+@pytest.mark.parametrize("offset", ["first", "36000 s"])
+def test_a_clock_may_begin_with_the_run(folder, offset, capsys):
+    measured = folder / "measured.csv"
+    measured.write_text("time [s], a [degC]\n36000, 26.85\n36010, 36.85\n")
+    assert main(["compare", str(folder), str(measured)]) == 2
+    assert "36000 to 36010 s beside 0 to 10 s; --time-offset" in capsys.readouterr().err
+    assert main(["compare", str(folder), str(measured), "--time-offset", offset]) == 0
+    assert json.loads((folder / "comparison.json").read_text())["average_deviation"] == pytest.approx(0.0, abs=1e-9)
 
 
 def test_a_run_without_sensors_is_refused(tmp_path):
@@ -113,7 +140,7 @@ def test_the_comparison_tells_the_right_model_from_the_wrong_one(tmp_path):
         }
         run(Scene.load(EXPERIMENT / "experiment.toml", settings), tmp_path / turbulence, MPI.COMM_SELF)
         deviations[turbulence] = average_deviation(
-            compare(tmp_path / turbulence, EXPERIMENT / "measured_synthetic.csv")
+            compare(tmp_path / turbulence, EXPERIMENT / "measured_synthetic.csv").deviations
         )
     assert deviations["nakayama-kuwahara"] < NOISE
     assert deviations["none"] > 2.0 * NOISE

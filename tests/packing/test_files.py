@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from porousmold.errors import InputError
-from porousmold.packing.container import Cylinder
-from porousmold.packing.files import Placement, check_writable, read_packing, write_packing
+from porousmold.packing.container import Box, Cylinder, Slab
+from porousmold.packing.files import Placement, check_writable, placed_bounds, read_packing, write_packing
 from porousmold.packing.packing import Packing
 
 BOX = Cylinder(0.1)
@@ -124,7 +124,7 @@ def test_a_container_may_stand_elsewhere(tmp_path, axis, order):
     np.save(tmp_path / "bed.npy", np.column_stack((moved, 0.5 * DIAMETERS)))
     placement = Placement(axis, 5.0, (0.3, -0.2))
     assert read_packing(tmp_path / "bed.npy", BOX, placement=placement).positions == pytest.approx(POSITIONS)
-    with pytest.raises(InputError, match="lies outside its container"):
+    with pytest.raises(InputError, match="have their centres outside"):
         read_packing(tmp_path / "bed.npy", BOX)
 
 
@@ -175,7 +175,7 @@ BROKEN = {
     "floor.csv": (CSV_METRES.replace("0,0.004", "0,-0.004"), "floor"),
     "zero.extxyz": (EXTXYZ.replace("radius:R:1", "radius:R:0"), "no column for radius"),
     "huge.extxyz": ("9" * 5000 + "\n" + EXTXYZ.split("\n", 1)[1], "whole number"),
-    "outside.csv": (CSV_METRES.replace("0.01,0.02", "0.1,0.02"), "outside its container"),
+    "outside.csv": (CSV_METRES.replace("0.01,0.02", "0.1,0.02"), "have their centres outside"),
     "binary.txt": (b"\x00\xff\xfe\x01" * 20, "text file"),
     "broken.npy": (b"\x93NUMPY\x01\x00v\x00rubbish", "NPY"),
     "broken.h5": (b"\x89HDF\r\n\x1a\nrubbish", "damaged"),
@@ -228,3 +228,36 @@ def test_paths_that_cannot_be_written_are_found_first(tmp_path):
     for paths, sources in ((("a", "a"), ()), (("a",), ("a",))):
         with pytest.raises(InputError, match="needed for another"):
             check_writable(*(tmp_path / name for name in paths), sources=[tmp_path / name for name in sources])
+
+
+def test_a_few_beads_may_reach_into_a_wall_and_are_counted():
+    """As ten of 22 410 beads of a published packing do."""
+    heights = np.arange(1, 201) * 0.01
+    positions, diameters = np.column_stack([0.0 * heights, 0.0 * heights, heights]), np.full(200, 0.01)
+    positions[:2, 0] = 0.0459  # nine tenths of a millimetre into the wall: 9 % of the diameter
+    assert np.flatnonzero(Packing(positions, diameters, BOX).reaching).tolist() == [0, 1]
+    positions[:3, 0] = 0.0459
+    with pytest.raises(InputError, match=r"3 of 200 beads.*reach into the walls.*more than 5%.*bead 1 at"):
+        Packing(positions, diameters, BOX)
+    positions[:3, 0] = 0.0, 0.0501, 0.0
+    with pytest.raises(InputError, match=r"1 of 200 beads.*have their centres outside.*bead 2 at"):
+        Packing(positions, diameters, BOX)
+
+
+def test_a_box_without_sizes_is_that_of_the_dump(tmp_path):
+    path = tmp_path / "dump"
+    path.write_text(PLAIN.replace("-0.05 0.05\n0 0.1", "-0.03 0.05\n-0.01 0.1"))
+    box, placement = placed_bounds(path, "box", "z")
+    assert box == Box(pytest.approx(0.1), pytest.approx(0.08))
+    assert placement == Placement("z", -0.01, (pytest.approx(0.0), pytest.approx(0.01)))
+    assert read_packing(path, box, None, placement).positions[0] == pytest.approx([0.01, 0.01, 0.013])
+    box, placement = placed_bounds(path, "box", "y")
+    assert (box.width, box.depth, placement.floor) == pytest.approx((0.11, 0.1, -0.03))
+    path.write_text(PLAIN.replace("ff ff ff", "ff pp ff"))
+    assert placed_bounds(path, "slab", "z")[0] == Slab(0.1, 0.1)
+    for kind, axis, words in (("box", "z", "periodic in y, and a box has four walls"), ("slab", "y", "neither side")):
+        with pytest.raises(InputError, match=words):
+            placed_bounds(path, kind, axis)
+    path.write_text(CSV)
+    with pytest.raises(InputError, match="no ITEM: BOX BOUNDS"):
+        placed_bounds(path, "box", "z")

@@ -3,7 +3,7 @@
 import pytest
 
 from porousmold.errors import InputError
-from porousmold.scene.series import TimeSeries, read_series
+from porousmold.scene.series import TimeSeries, read_channel, read_series
 
 KEY = "operation.inlet_temperature"
 
@@ -70,3 +70,39 @@ def test_columns_along_the_flow_are_interpolated_in_time_and_give_their_places(t
 def test_columns_at_no_places_are_refused(tmp_path, head):
     with pytest.raises(InputError, match=r"positions|head|length"):
         read_series("q", write(tmp_path, f"time [s], {head}\n0, -1, -3\n10, -2, -9\n"), "W/m^2", along=True)
+
+
+LOGGER = """nr;Zeit;Zulufttemperatur;Status;Abluft [degC]
+1;2024-03-05 10:00:00;25,0;ok;20
+2;2024-03-05 10:01:00;55,5;OVERRANGE;21
+"""
+
+
+def test_one_channel_of_a_logger_is_named_by_a_table(tmp_path):
+    write(tmp_path, LOGGER.replace("nr;", "").replace("1;2024", "2024").replace("2;2024", "2024"))
+    table = {"file": "series.csv", "column": "Zulufttemperatur", "unit": "degC"}
+    series = read_channel(KEY, table, tmp_path, "K", along=False, where=None)
+    assert series.times == (0.0, 60.0) and series.values == pytest.approx((298.15, 328.65))
+    assert series.as_value() == {**table, "file": str(tmp_path / "series.csv")}
+    other = read_channel(KEY, {"file": "series.csv", "column": "Abluft [degC]"}, tmp_path, "K", along=False, where=None)
+    assert other.values == pytest.approx((293.15, 294.15))
+    for change, words in (
+        ({"column": "Zuluft"}, "has no such column"),
+        ({"unit": "m"}, "temperature"),
+        ({"channel": "1"}, "must be a text, and one of"),
+        ({"time_offset": "3 m"}, "time"),
+        ({"file": "no.csv"}, "must name an existing file"),
+    ):
+        with pytest.raises(InputError, match=words):
+            read_channel(KEY, table | change, tmp_path, "K", along=False, where=None)
+    del table["unit"]
+    with pytest.raises(InputError, match="needs a head with units"):
+        read_channel(KEY, table, tmp_path, "K", along=False, where=None)
+
+
+@pytest.mark.parametrize("offset", ["first", "36000 s", "10 h"])
+def test_a_clock_may_begin_at_its_first_row(tmp_path, offset):
+    write(tmp_path, "time [h], T [K]\n10.0, 300\n10.5, 330\n")
+    table = {"file": "series.csv", "time_offset": offset}
+    series = read_channel(KEY, table, tmp_path, "K", along=False, where=None)
+    assert series.times == pytest.approx((0.0, 1800.0))
