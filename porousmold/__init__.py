@@ -15,6 +15,9 @@ from typing import TYPE_CHECKING, Any
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 from .errors import InputError, SolveError
+from .files.cache_folder import provide_cache
+
+provide_cache()  # dolfinx looks for it when it is imported
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -69,6 +69,7 @@ EXAMPLES = {
     "keys": ["", "wall", "--result", "--json-schema"],
     "show": ["runs/mold", "runs/mold --animate"],
     "report": ["runs/mold"],
+    "cache": ["", "--prune '30 days'"],
 }
 """Arguments of each command as they are used, shown below its help."""
 
@@ -207,6 +208,11 @@ def _parser() -> Any:
     report = commands.add_parser("report", help="write a self-contained HTML report of a run or a study")
     report.add_argument("folder", metavar="RUN|STUDY")
     report.set_defaults(serial=_report)
+    cache = commands.add_parser("cache", help="show how much the compiled forms take, or prune them")
+    cache.add_argument(
+        "--prune", metavar="TIME", help="take away what was not used for so long, and what nobody reads of the rest"
+    )
+    cache.set_defaults(serial=_cache)
     for name, command in commands.choices.items():
         lines = [f"  porousmold {name} {arguments}".rstrip() for arguments in EXAMPLES[name]]
         command.epilog = "\n".join([f"example{'s' if len(lines) > 1 else ''}:", *lines])
@@ -331,3 +337,19 @@ def _report(options: argparse.Namespace) -> str:
 
 if __name__ == "__main__":
     sys.exit(main())
+
+
+def _cache(options: argparse.Namespace) -> str:
+    from .files.cache_folder import cache_home, contents, prune
+    from .files.units import to_si
+
+    folder = cache_home() / "fenics" / "porousmold"
+    found = contents(folder)
+    text = f"{folder}: {found.forms} compiled forms, {found.size / 1e6:.0f} MB"
+    if options.prune is None:
+        return f"{text}, {found.needless / 1e6:.0f} MB of them read by nobody (--prune '30 days')"
+    unused = to_si("--prune", options.prune, "s")
+    if unused < 0.0:
+        raise InputError("--prune", options.prune, "must not be negative")
+    left = prune(folder, unused)
+    return f"{text}\nleft: {left.forms} compiled forms, {left.size / 1e6:.0f} MB"

@@ -92,9 +92,9 @@ def compare(
     if len(set(read.names)) != len(read.names):
         raise InputError("MEASURED", str(path), "must have columns of different sensors beside the time")
     if len(read.names) < 2 or any(column_name(column) not in read.names for column in (columns or {}).values()):
-        there = ", ".join(map(repr, (*read.names[1:], *read.others))) or "nothing but the time"
+        has = ", ".join(map(repr, (*read.names[1:], *read.others))) or "nothing but the time"
         asked = ", ".join(map(repr, names.values()))
-        raise InputError("MEASURED", str(path), f"must have columns {asked}, or some of them: it has {there}; --column")
+        raise InputError("MEASURED", str(path), f"must have columns {asked}, or some of them: it has {has}; --column")
     time = read.times()
     time = time - (time[0] if time_offset is None else time_offset)
     begins, ends = history["time"][0], history["time"][-1]

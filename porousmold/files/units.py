@@ -4,7 +4,6 @@ import contextlib
 import functools
 import json
 import math
-import os
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import Any, NamedTuple
 
 from ..errors import InputError
 from .atomic_files import whole_file
+from .cache_folder import cache_home
 
 _NUMBER_AND_UNIT = re.compile(r"^\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*$")
 
@@ -55,7 +55,7 @@ def _scale_of(given: str, unit: str) -> _Scale:
 
 def _cache() -> Path:
     """File of the units that were read before."""
-    return Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache").expanduser() / "porousmold" / "units.json"
+    return cache_home() / "porousmold" / "units.json"
 
 
 @functools.cache

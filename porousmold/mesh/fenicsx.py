@@ -29,7 +29,10 @@ from dolfinx.fem import petsc as fem_petsc
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
+from ..errors import InputError
+from ..files.cache_folder import replacing_cache
 from ..files.subprocesses import forked
+from ..mpi import MPI
 from .aliases import Communicator, Expression
 
 if threading.current_thread() is threading.main_thread():
@@ -47,7 +50,14 @@ def _compiler_options() -> dict[str, Any]:
     """Options of FFCx's compiler, with a cache of our own."""
     defaults = dolfinx.jit.get_options if hasattr(dolfinx.jit, "get_options") else dolfinx.jit.get_parameters
     cache = Path(defaults()["cache_dir"]) / "porousmold"
-    cache.mkdir(parents=True, exist_ok=True)
+    try:
+        cache.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        allowed = f"must be a folder where compiled forms can be kept: {error.strerror}"
+        raise InputError("XDG_CACHE_HOME", str(cache), allowed) from error
+    if (other := replacing_cache()) is not None and MPI.COMM_WORLD.rank == 0:
+        message = "the user's cache cannot be written: compiled forms are kept in %s (or where XDG_CACHE_HOME says)"
+        logging.getLogger(__name__).warning(message, other)
     # unsafe mathematics turns powers into roots and products: half the time of a residual, the same to rounding. Given to the
     # compiler alone, not to the linker, it leaves denormal numbers as they are in all other code
     flags = ["-O2", "-funsafe-math-optimizations", "-fno-math-errno"]
@@ -69,6 +79,8 @@ def claim(module_name: str, cache: Path) -> None:
     cache.mkdir(parents=True, exist_ok=True)
     begun, ready = (cache / f"{module_name}{ending}" for ending in (".c", ".c.cached"))
     if ready.exists():
+        with contextlib.suppress(OSError):
+            os.utime(ready)  # the date of its last use
         return
     lock = open(cache / f"{module_name}.lock", "w")  # noqa: SIM115
     while not ready.exists():

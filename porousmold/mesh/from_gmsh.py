@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from dolfinx import fem
 from numpy.typing import NDArray
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from ..errors import InputError
@@ -37,9 +39,10 @@ def from_file(
     axisymmetric: bool = False,
     cells_at_wall: Callable[[float], NDArray[Any]] | None = None,
     trusted: bool = False,
+    conventions: gmsh_model.Conventions | None = None,
 ) -> Any:
-    """Domain of a gmsh file (.geo or .msh) whose physical groups are named bed, as the wall's `layers`, and by `BOUNDARY_NAMES`
-    (collective).
+    """Domain of a gmsh file (.geo or .msh) whose physical groups are named bed, as the wall's `layers`, and by `BOUNDARY_NAMES`,
+    unless `conventions` say otherwise (collective).
 
     Bed and layers are physical surfaces, in three dimensions volumes; the boundary's parts are curves, or surfaces. Symmetry,
     if any, lies along x[1] = constant, side along x[2] = constant, and in two dimensions the interface is a curve over x[0]. The
@@ -48,13 +51,24 @@ def from_file(
     processes or open files are run only if it is `trusted`. Raises `InputError` where the file cannot be read, holds such a
     command, lacks a group, or has no place for such cells.
     """
-    regions = {"bed": BED, **{name: WALL + number for number, name in enumerate(layers)}}
-    required = ["bed", *(layers if tuple(layers) != PLAIN_WALL else ())]
+    conventions = conventions or gmsh_model.Conventions()
+    known = ("bed", *layers, *BOUNDARY_NAMES)
+    if unknown := next((name for name in conventions.groups if name not in known), None):
+        raise InputError("geometry.groups", unknown, f"must be one of {', '.join(known)}", str(path))
+    regions = conventions.named({"bed": BED, **{name: WALL + number for number, name in enumerate(layers)}})
+    required = [
+        name
+        for name, tag in regions.items()
+        if tag == BED or tuple(layers) != PLAIN_WALL or conventions.groups.get("wall")
+    ]
+    boundaries = [
+        conventions.groups.get(name, name) for name in BOUNDARY_NAMES if name in (*REQUIRED, *conventions.groups)
+    ]
     problem, model, facets = None, None, None  # type: tuple[str | None, Any, Any]
     if communicator.rank == 0:
         try:
-            model = gmsh_model.open_model(path, dimension, required, REQUIRED, trusted=trusted)
-            facets = _prepared(model, dimension, regions, cells_at_wall, axisymmetric=axisymmetric)
+            model = gmsh_model.open_model(path, dimension, required, boundaries, trusted=trusted)
+            facets = _prepared(model, dimension, regions, cells_at_wall, conventions, axisymmetric=axisymmetric)
         except Exception as error:  # gmsh raises plain Exception for everything
             problem = str(error)
     problem, facets = communicator.bcast((problem, facets))
@@ -77,12 +91,16 @@ def _prepared(
     dimension: int,
     regions: Mapping[str, int],
     cells_at_wall: Callable[[float], NDArray[Any]] | None,
+    conventions: gmsh_model.Conventions,
     *,
     axisymmetric: bool,
 ) -> Facets:
     """Leave the model with nothing but the groups, their tags, and the cells at the wall if they are asked for; the facets of
     its boundary."""
-    plain = gmsh_model.read_model(model, dimension, regions, BOUNDARY_NAMES)
+    plain = gmsh_model.read_model(model, dimension, regions, conventions.named(BOUNDARY_NAMES))
+    plain.points *= conventions.scale
+    if conventions.join_nodes:
+        plain = joined(plain)
     require_place(plain, dimension, axisymmetric=axisymmetric)
     require_connection(plain, {tag: name for name, tag in regions.items()})
     if cells_at_wall is not None:
@@ -100,6 +118,8 @@ SIDES = {  # corners of the sides of a cell, in gmsh's order, by dimension and n
     (3, 4): ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3)),
     (3, 8): ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
 }
+SAME_PLACE = 1e-7
+"""Distance of nodes, over the extent of their mesh, below which they are one where that is asked for."""
 TOUCHING = 1e-3
 """Distance of sides of two regions, over their size, below which they are meant to be one."""
 
@@ -144,8 +164,25 @@ def require_connection(mesh: gmsh_model.PlainMesh, names: Mapping[int, str]) -> 
             where = ", ".join(f"{value:.4g}" for value in middles[own][near][0])
             raise ValueError(
                 f"{names[int(tag)]} and {other} have no common nodes at {int(near.sum())} sides of cells, as at ({where}) m: "
-                "mesh them as one geometry (gmsh: Coherence; or BooleanFragments)"
+                "mesh them as one geometry (gmsh: Coherence; or BooleanFragments), or where their nodes lie at the same places, "
+                "geometry.join_nodes = true"
             )
+
+
+def joined(mesh: gmsh_model.PlainMesh) -> gmsh_model.PlainMesh:
+    """The mesh with one node for all that lie within `SAME_PLACE` of its extent, and every facet once."""
+    reach = SAME_PLACE * float(np.ptp(mesh.points, axis=0).max())
+    pairs = cKDTree(mesh.points).query_pairs(reach, output_type="ndarray")
+    count = len(mesh.points)
+    graph = coo_matrix((np.ones(len(pairs)), tuple(pairs.T)), shape=(count, count))
+    node = connected_components(graph, directed=False)[1]
+    _, first, inverse = np.unique(node, return_index=True, return_inverse=True)
+    cells = {tag: inverse[part] for tag, part in mesh.cells.items()}
+    facets = {}
+    for tag, part in mesh.facets.items():
+        new = inverse[part]
+        facets[tag] = new[np.unique(np.sort(new, axis=1), axis=0, return_index=True)[1]]
+    return gmsh_model.PlainMesh(mesh.points[first], cells, facets)
 
 
 def _along_curve(facets: Facets) -> tuple[float, Any]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,20 @@ KINDS = {1: "physical curve", 2: "physical surface", 3: "physical volume"}
 """Of gmsh's groups, by their dimension."""
 ELEMENTS = {(1, 2): 1, (2, 3): 2, (2, 4): 3, (3, 4): 4, (3, 8): 5}
 """gmsh's number of a first-order element, by its dimension and the number of its nodes."""
+
+
+@dataclass(frozen=True)
+class Conventions:
+    """How a file differs from the one expected: the factor `scale` to m on its coordinates, the names of its physical `groups`
+    by ours, and whether nodes at one place are to be joined (`join_nodes`)."""
+
+    scale: float = 1.0
+    groups: Mapping[str, str] = field(default_factory=dict)
+    join_nodes: bool = False
+
+    def named(self, tags: Mapping[str, int]) -> dict[str, int]:
+        """The tags by the names that the file has."""
+        return {self.groups.get(name, name): tag for name, tag in tags.items()}
 
 
 @dataclass
@@ -57,12 +71,17 @@ def _require_groups(model: Any, required: Mapping[int, Sequence[str]]) -> None:
     """Raises `ValueError` that names what is missing and what there is."""
     names: dict[int, list[str]] = {dimension: [] for dimension in required}
     for dimension, tag in model.getPhysicalGroups():
-        names.setdefault(dimension, []).append(model.getPhysicalName(dimension, tag) or f"number {tag}, without a name")
+        names.setdefault(dimension, []).append(_group_name(model, dimension, tag))
     missing = [(KINDS[d], name) for d, wanted in required.items() for name in wanted if name not in names[d]]
     if missing:
         lacks = " and ".join(f"no {kind} named {name!r}" for kind, name in missing)
         there = "; ".join(f"{KINDS[d]}s: {', '.join(names[d]) or 'none'}" for d in sorted(names, reverse=True) if d)
         raise ValueError(f"it has {lacks} ({there})")
+
+
+def _group_name(model: Any, dimension: int, tag: int) -> str:
+    """Of a physical group; its number where it has none."""
+    return model.getPhysicalName(dimension, tag) or str(tag)
 
 
 def read_model(model: Any, dimension: int, regions: Mapping[str, int], boundaries: Mapping[str, int]) -> PlainMesh:
@@ -72,7 +91,7 @@ def read_model(model: Any, dimension: int, regions: Mapping[str, int], boundarie
     numbers = {dimension: regions, dimension - 1: boundaries}
     found: dict[int, dict[int, NDArray[Any]]] = {dimension: {}, dimension - 1: {}}
     for group, tag in model.getPhysicalGroups():
-        name = model.getPhysicalName(group, tag)
+        name = _group_name(model, group, tag)
         if name in numbers.get(group, {}):
             found[group][numbers[group][name]] = _elements(model, group, tag)
     shapes = {part.shape[1] for part in found[dimension].values()}

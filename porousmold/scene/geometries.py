@@ -6,7 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-OF_A_MESH = ("geometry.mesh", "geometry.symmetry", "geometry.refine_wall", "geometry.parts")
+OF_A_MESH = tuple(
+    f"geometry.{name}" for name in ("mesh", "symmetry", "refine_wall", "scale", "groups", "join_nodes", "parts")
+)
 """Keys that only a mesh of one's own has."""
 
 

@@ -37,6 +37,8 @@ def _key(key: Key) -> dict[str, Any]:
         return found | {"type": "string"} | ({} if "material" in key.meaning else {"enum": sorted(key.choices)})
     if key.kind == "list":
         return found | {"type": "array", "items": _table(key.entries)}
+    if key.kind == "names":
+        return found | {"type": "object", "additionalProperties": {"type": "string"}}
     if key.kind in ("file", "text"):
         return found | {"type": "string"}
     if key.kind == "flag":

@@ -20,15 +20,16 @@ from .series import TimeSeries, read_channel, read_series
 INFINITY = float("inf")
 COLDEST_WITHOUT_UNIT = 150.0
 """Temperature (K) below which a number needs a unit."""
-WITHOUT_UNIT = ("choice", "flag", "file", "text", "list", "tolerance", "integer")
+WITHOUT_UNIT = ("choice", "flag", "file", "text", "names", "list", "tolerance", "integer")
 LONGEST_SPAN = 1e5
 """Time (s) up to which a given function of the time is sampled."""
 
 
 @dataclass(frozen=True)
 class Key:
-    """One key: `kind` is a unit of `units.to_si`, or 'choice', 'integer', 'flag', 'file', 'text', 'list' (of tables, whose keys
-    are `entries`), 'tolerance' (of a key whose unit is `tolerated`; such a value stays as it is written).
+    """One key: `kind` is a unit of `units.to_si`, or 'choice', 'integer', 'flag', 'file', 'text', 'names' (a table of texts),
+    'list' (of tables, whose keys are `entries`), 'tolerance' (of a key whose unit is `tolerated`; such a value stays as it is
+    written).
 
     Numbers lie strictly between `low` and `high` (or at them, if `closed`). `choices` are looked up when a value is checked.
     `series` keys also take a CSV file or a channel of one (`series.CHANNEL`), with `along` one of columns along the flow, a
@@ -189,6 +190,14 @@ def _checked_value(name: str, key: Key, value: Any, base: Path, where: str | Non
         if not isinstance(value, str) or not value.strip() or set(value) & set('[].,"\n'):
             raise InputError(name, str(value), "must be a text without brackets, dots, commas and quotes", where)
         return value
+    if key.kind == "names":
+        if (
+            not isinstance(value, Mapping)
+            or not value
+            or not all(isinstance(text, str) and text for text in value.values())
+        ):
+            raise InputError(name, str(value), 'must be a table of texts, such as { wall = "skin" }', where)
+        return dict(value)
     if key.kind == "list":
         return _checked_list(name, key, value, base, where)
     if key.kind == "flag":

@@ -84,7 +84,9 @@ def build_domain(
     assert mesh.file is not None
     names = [layer.name for layer in specs.heat.layers] or ["wall"]
     shape = {"dimension": mesh.dimension, "axisymmetric": mesh.axisymmetric}
-    read = partial(from_file, communicator, mesh.file, names, **shape, trusted=mesh.trusted)
+    read = partial(
+        from_file, communicator, mesh.file, names, **shape, trusted=mesh.trusted, conventions=mesh.conventions
+    )
     domain = read()
     size = _size_of(domain)
     estimates = estimate(specs, size)

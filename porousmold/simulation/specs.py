@@ -13,6 +13,7 @@ from ..laws.materials import Solid
 from ..laws.phases import other_phase
 from ..laws.porosity import Porosity
 from ..laws.turbulence_models import TurbulenceModel
+from ..mesh.gmsh_model import Conventions
 from ..scene.checks import ASKED, DRIVES, RESERVED_PLACES, SMALLEST_RATIO, target_name
 from ..scene.chosen_laws import Laws
 from ..scene.geometries import GEOMETRIES, BedSize, dimension_of
@@ -34,8 +35,8 @@ RevTerms = Literal["off", "consistent", "as-published"]
 
 @dataclass(frozen=True, kw_only=True)
 class MeshSpec:
-    """The mesh: `size` of a straight bed, or the `file` of a mesh, whose commands are run if it is `trusted`. `layers` are those
-    of a wall with cells of its own.
+    """The mesh: `size` of a straight bed, or the `file` of a mesh, whose commands are run if it is `trusted`, read by its
+    `conventions`. `layers` are those of a wall with cells of its own.
 
     Cells are those of the scene before `refinement`, which counts `axial_refinement` times along the flow. `sensors` is the file
     of recorded places, `scene_file` is named in errors.
@@ -44,6 +45,7 @@ class MeshSpec:
     size: BedSize | None
     file: Path | None
     trusted: bool
+    conventions: Conventions
     dimension: int
     axisymmetric: bool
     refine_wall: bool
@@ -228,6 +230,7 @@ def _mesh(scene: Scene, laws: Laws) -> MeshSpec:
         size=size,
         file=geometry.mesh,
         trusted=scene.allow_extensions,
+        conventions=Conventions(geometry.scale, geometry.groups or {}, geometry.join_nodes),
         dimension=dimension,
         refine_wall=geometry.refine_wall,
         axisymmetric=geometry.symmetry == "axisymmetric" if size is None else size.axisymmetric,

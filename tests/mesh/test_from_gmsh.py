@@ -12,10 +12,10 @@ from porousmold.errors import InputError
 from porousmold.mesh import domain as geometry
 from porousmold.mesh.domain import BED, INLET, INTERFACE, OUTLET, WALL, graded_coordinates
 from porousmold.mesh.from_gmsh import distance_to_facets, from_file, require_connection, require_place
-from porousmold.mesh.gmsh_model import PlainMesh
+from porousmold.mesh.gmsh_model import Conventions, PlainMesh
 from porousmold.simulation.checking import first_cell
 
-from ..support import MESHES, integral
+from ..support import FIELD_CASES, MESHES, integral
 
 
 def test_distance_to_segments():
@@ -251,3 +251,35 @@ def test_a_mesh_that_lies_elsewhere_is_refused(axes, shift, axisymmetric, reason
     mesh.points = mesh.points[:, list(axes)] + [0.0, shift, 0.0]
     with pytest.raises(ValueError, match=reason):
         require_place(mesh, 2, axisymmetric=axisymmetric)
+
+
+def test_a_mesh_may_be_in_millimetres_with_groups_of_other_names(tmp_path):
+    text = (MESHES / "mold.geo").read_text()
+    path = tmp_path / "mold.geo"
+    path.write_text(text.replace('"wall"', '"Haut"').replace('"inlet"', "7").replace('"interface"', '"Grenze"'))
+    groups = {"wall": "Haut", "inlet": "7", "interface": "Grenze"}
+    domain = from_file(MPI.COMM_SELF, path, conventions=Conventions(1e-3, groups))
+    assert domain.length == pytest.approx(1e-3) and domain.has_wall
+    for changed, words in (
+        ({}, "no physical curve named 'inlet' and"),
+        (groups | {"wall": "skin"}, "no physical surface named 'skin'.*Haut"),
+        (groups | {"outer": "aussen"}, "no physical curve named 'aussen'"),
+        (groups | {"Haut": "wall"}, "must be one of bed, wall, inlet"),
+    ):
+        with pytest.raises(InputError, match=words):
+            from_file(MPI.COMM_SELF, path, conventions=Conventions(1.0, changed))
+
+
+def test_nodes_at_one_place_are_joined_on_request():
+    path, shape = FIELD_CASES / "11-gmsh-users" / "dupnodes.msh", {"axisymmetric": True}
+    with pytest.raises(InputError, match=r"no common nodes at 24 sides.*join_nodes"):
+        from_file(MPI.COMM_SELF, path, **shape)
+    joined = from_file(MPI.COMM_SELF, path, **shape, conventions=Conventions(join_nodes=True))
+    whole = from_file(MPI.COMM_SELF, path.with_name("v41.msh"), **shape)
+    assert joined.has_wall and joined.length == pytest.approx(whole.length)
+    for tag in (BED, WALL):
+        volumes = [
+            integral(fem.Constant(one.mesh, 1.0) * ufl.Measure("dx", one.mesh, subdomain_data=one.cell_tags)(tag))
+            for one in (joined, whole)
+        ]
+        assert volumes[0] == pytest.approx(volumes[1], rel=1e-3)
