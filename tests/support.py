@@ -36,7 +36,7 @@ STUDIES = Path(__file__).parent.parent / "studies"
 MESHES = STUDIES.parent / "meshes"
 FIELD_CASES = Path(__file__).parent / "field_cases"
 """Inputs as users of other programs brought them; README.md has the right values."""
-AIR, CERAMIC = FLUIDS["air"], SOLIDS["ceramic"]
+AIR, CERAMIC = FLUIDS["thesis_air"], SOLIDS["ceramic"]
 ALUMINIUM, FRP, PIPE = (
     STUDIES / "mold" / "aluminium.toml",
     STUDIES / "mold" / "frp.toml",

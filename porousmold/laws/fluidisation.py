@@ -30,7 +30,7 @@ from .functions import Value
 
 GRAVITY = 9.80665
 STEFAN_BOLTZMANN = 5.670374419e-8
-GAS_CONSTANTS = {"air": 2.8, "nitrogen": 2.8, "carbon_dioxide": 2.4, "argon": 2.2, "helium": 50.0}
+GAS_CONSTANTS = {"air": 2.8, "thesis_air": 2.8, "nitrogen": 2.8, "carbon_dioxide": 2.4, "argon": 2.2, "helium": 50.0}
 """C_A by material (VDI Heat Atlas, chapter M5); 2.8 for others."""
 CONTACT_CONSTANT = 2.6
 SOURCE = "Martin, Chem. Eng. Process. 18 (1984) 157-169, 199-223; VDI Heat Atlas, chapter M5"

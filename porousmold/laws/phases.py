@@ -77,7 +77,7 @@ class Phase:
 
 
 PHASES = {
-    "air": Phase(132.5, 3.79e6, 0.035),
+    **dict.fromkeys(("air", "thesis_air"), Phase(132.5, 3.79e6, 0.035)),
     "nitrogen": Phase(126.2, 3.39e6, 0.037),
     "argon": Phase(150.9, 4.90e6, -0.002),
     "helium": Phase(10.47, 0.676e6, 0.0),  # effective constants of a quantum gas (Prausnitz)

@@ -11,6 +11,7 @@ from ..laws.material_library import FLUIDS, SOLIDS
 from ..laws.materials import UNITS, ConstantDensity, Fluid, Solid, constant
 from ..laws.nusselt import NUSSELT_CORRELATIONS, NusseltCorrelation
 from ..laws.porosity import POROSITY_MODELS, Porosity
+from ..laws.real_gas import real_gas
 from ..laws.registry import Registry
 from ..laws.turbulence_models import TURBULENCE_MODELS, TurbulenceModel
 from .geometries import GEOMETRIES
@@ -119,6 +120,8 @@ def _fluid(scene: Scene) -> Fluid:
     given = scene.fluid
     fluid = scene.materials.get(given.material, FLUIDS.get(given.material))
     assert isinstance(fluid, Fluid), "checked with the scene"
+    if given.real_gas:
+        fluid = real_gas(fluid, scene.operation.outlet_pressure, scene.source)
     changed = _with_constants(
         fluid, viscosity=given.viscosity, heat_capacity=given.heat_capacity, conductivity=given.conductivity
     )

@@ -94,7 +94,9 @@ KEYS: dict[str, dict[str, Key]] = {
         }),
     },
     "fluid": {
-        "material": _choice("material of the fluid", FLUIDS, "air"),
+        "material": _choice("material of the fluid", FLUIDS, _THESIS["fluid.material"]),
+        "real_gas": Key("flag", "properties of the real gas about operation.outlet_pressure, 1 to 50 bar, in place of the ideal "
+                                "gas and properties at 1 bar", False),
         "density": _property("kg/m^3", "constant density: makes the fluid a liquid"),
         "viscosity": _property("Pa*s", "constant viscosity; overrides the material's"),
         "heat_capacity": _property("J/(kg*K)", "constant heat capacity; overrides the material's"),

@@ -13,6 +13,7 @@ from .. import __version__
 from ..errors import SolveError
 from ..laws.phases import LARGEST_DEPARTURE, departure, other_phase
 from ..laws.porosity import LawPorosity, benyahia_oneill_mean_porosity, dixon_mean_porosity, mean_porosity
+from ..laws.real_gas import RealGasDensity
 from ..laws.stirring import SOLID_FRACTIONS
 from ..output.quantities import JOULES_A_KWH
 from ..scene.checks import SMALLEST_RATIO, series_of
@@ -241,11 +242,12 @@ def _of_the_phase(specs: Specs, temperatures: tuple[float, float]) -> list[str]:
     highest = pressure + (specs.flow.driven_by.range[1] if specs.flow.drive == "pressure_drop" else 0.0)
     found = [text for one in temperatures if (text := other_phase(name, pressure, one)) is not None]
     largest, where = max(((departure(name, highest, one), one) for one in temperatures), key=lambda pair: abs(pair[0]))
-    if not found and abs(largest) > LARGEST_DEPARTURE:
+    if not found and not isinstance(specs.laws.fluid.density, RealGasDensity) and abs(largest) > LARGEST_DEPARTURE:
         more = "more" if largest < 0.0 else "less"
         state = f"{highest / 1e5:.4g} bar and {where - 273.15:.1f} °C"
         found.append(
-            f"{name} is no ideal gas at {state}: its density is about {abs(largest):.1%} {more} (Peng-Robinson)"
+            f"{name} is no ideal gas at {state}: its density is about {abs(largest):.1%} {more} (Peng-Robinson); "
+            "fluid.real_gas"
         )
     return found
 
