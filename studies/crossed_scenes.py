@@ -36,6 +36,8 @@ PATIENCE = 240.0
 """CPU seconds after which a run counts as without answer."""
 NARROW_CELLS = 0.4
 """Refinement of the cells in three dimensions, where twice finer ones would take hours."""
+NOTHING = 0.01
+"""K of difference between all temperatures of a run below which nothing happens in it, and it has no answer to compare."""
 HARDLY_ANY = 0.1
 """Part of the scenes that differ by 0.2 K only."""
 HOTTEST_CURE = 470.0
@@ -347,6 +349,8 @@ def answers_of(scene: Scene, result: Result) -> dict[str, tuple[float | None, fl
     found: dict[str, tuple[float | None, float]] = {}
     given = abs(scene.operation.initial_temperature - float(np.max(history["inlet_temperature"])))
     difference = max(given, float(np.max(history["highest_temperature"]) - np.min(history["lowest_temperature"])))
+    if difference < NOTHING:
+        return {}
     if summary["heating_time"] is not None:
         found["heating time"] = summary["heating_time"], summary["heating_time"]
     for name, instant in summary["targets"].items():

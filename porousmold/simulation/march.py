@@ -49,6 +49,8 @@ STEPS_OF_CHANGE = 4.0
 """Steps like the last one whose change counts as a difference: of what is heated evenly."""
 LARGEST_PART = 0.5
 """Of the time in which differences that decay would be gone, that one step may take."""
+INLET_CHANGE = 0.1
+"""K by which air that comes back may get warmer within a step, beside twice its last change, before cells become monotone."""
 
 BACKWARDS = 1e-3
 """Mass flow, as a part of the expected one, by which a flow may run backwards: that of rounding."""
@@ -230,10 +232,15 @@ class Simulation:
         return LARGEST_PART * gone_after / self.specs.time.refinement
 
     def _bounds_now(self) -> tuple[float, float]:
-        """Bounds of the temperatures (K) in the next step: a heater cannot cool air that comes back too warm."""
+        """Bounds of the temperatures (K) in the next step: a heater cannot cool air that comes back too warm, which then enters
+        as warm as it did, but for what changes within a step."""
         low, high = self._bounds
         air_loop = self.problem.air_loop
-        return low, math.inf if air_loop is not None and air_loop.is_too_warm else high
+        if air_loop is not None and air_loop.is_too_warm:
+            entered = self.recorder.history["inlet_temperature"][-2:]
+            warmest = max(self.recorder.history["highest_temperature"][-1], entered[-1])
+            high = max(high, warmest + INLET_CHANGE + 2.0 * abs(entered[-1] - entered[0]))
+        return low, high
 
     def _heated_for_good(self) -> bool:
         """Whether the wall is heated, or all targets are met, and the inlet's temperature has no change ahead."""

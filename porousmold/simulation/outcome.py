@@ -401,12 +401,13 @@ def _of_what_was_reached(simulation: Simulation, bounds: list[float]) -> list[st
     )  # air that came back warmer than the set-point
     beyond = max(lowest - bounds[0], bounds[1] - highest)
     if beyond > LARGEST_OVERSHOOT:
-        finer = (
-            "more solver.axial_cells lessen"
-            if simulation.specs.mesh.file is None
-            else "a finer mesh along the flow lessens"
-        )
-        found.append(
-            f"temperatures reached {beyond:.2g} K beyond those given, behind the sharp first front: {finer} it"
-        )
+        history = simulation.recorder.history
+        in_bed = max(lowest - min(history["lowest_bed"]), max(history["highest_bed"]) - highest)
+        if in_bed < LARGEST_OVERSHOOT:
+            remedy = "in the wall, where heat has entered less than a cell: solver.mesh_refinement lessens"
+        elif simulation.specs.mesh.file is None:
+            remedy = "behind the sharp first front: more solver.axial_cells lessen"
+        else:
+            remedy = "behind the sharp first front: a finer mesh along the flow lessens"
+        found.append(f"temperatures reached {beyond:.2g} K beyond those given, {remedy} it")
     return found

@@ -87,6 +87,18 @@ def test_the_workshops_mold_on_any_number_of_ranks():
         assert together.recorder.history[name] == pytest.approx(alone.recorder.history[name], rel=1e-5), name
 
 
+def test_air_that_the_blower_makes_too_warm_is_a_bound_like_any_other():
+    """It was none: behind the first front temperatures were 31 K above the air that enters."""
+    settings = {
+        **{"model.flow": "plug", "operation.pressure_drop": None, "bed.bead_diameter": 1.4e-3},
+        **{"operation.blower_pressure": 6e4, "operation.blower_flow": 0.5, "operation.end_time": 60.0},
+        **{"operation.initial_temperature": 393.0, "operation.inlet_temperature": 450.0, "output.pictures": False},
+    }
+    history = run(coarse_scene(settings), communicator=MPI.COMM_SELF).history
+    assert max(history["inlet_temperature"]) > 480.0
+    assert max(history["highest_temperature"]) < max(history["inlet_temperature"]) + 0.2
+
+
 @pytest.mark.parametrize(
     ("changes", "named"),
     [
