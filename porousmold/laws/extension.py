@@ -155,7 +155,12 @@ def _called(law: str, function: Function, *arguments: Any) -> Any:
     try:
         return function(*arguments)
     except Exception as error:
-        hint = " (roots, exp and ln are those of porousmold.laws.functions)" if "ufunc" in str(error) else ""
+        functions = "exp, ln, sqrt, maximum, minimum, where_less and smooth_step"
+        hint = (
+            f" (in place of numpy's functions: {functions} of porousmold.laws.functions)"
+            if "ufunc" in str(error)
+            else ""
+        )
         raise InputError(f"{law} law", None, f"fails: {first_line(error)}{hint}") from error
 
 

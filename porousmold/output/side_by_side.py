@@ -73,7 +73,8 @@ def _read(folder: Path) -> tuple[dict[str, Any], dict[str, Any], Columns]:
         scene = tomllib.loads((folder / "scene.toml").read_text(encoding="utf-8"))
         return summary, scene, read_table(folder / "history.csv")
     except (OSError, ValueError, LookupError) as error:
-        raise InputError("RUN", str(folder), f"is not the folder of a whole run: {error}") from error
+        reason = f"no {Path(error.filename).name}" if isinstance(error, FileNotFoundError) else str(error)
+        raise InputError("RUN", str(folder), f"is not the folder of a whole run: {reason}") from error
 
 
 def _entry(summary: Any, name: str) -> Any:

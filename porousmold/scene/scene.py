@@ -3,6 +3,7 @@
 import copy
 import hashlib
 import html
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -250,12 +251,18 @@ def _with(tables: dict[str, Any], settings: Mapping[str, Any]) -> dict[str, Any]
         if (listed := LISTED.fullmatch(full_name)) is not None:
             entries, key = _list_of(tables, listed["list"]), listed["key"]
             if not 1 <= int(listed["number"]) <= len(entries):
-                raise InputError(full_name, value, f"must have a number from 1 to {len(entries)}", "--set")
+                there = (
+                    f"must have a number from 1 to {len(entries)}" if entries else f"needs tables [[{listed['list']}]]"
+                )
+                raise InputError(full_name, value, there, "--set")
             entry = entries[int(listed["number"]) - 1]
             entry[key] = value
             if value is None:
                 del entry[key]
             continue
+        if (counted := re.fullmatch(r"(\w+(?:\.\w+)?)\.(\d+)\.(\w+)", full_name)) is not None:
+            meant = "{}[{}].{}".format(*counted.groups())
+            raise InputError(full_name, value, f"is not a known key; did you mean {meant!r}?", "--set")
         table, dot, key = full_name.partition(".")
         if not dot or table not in KEYS:
             raise InputError(full_name, value, unknown(full_name, full_names(KEYS)), "--set")

@@ -135,6 +135,9 @@ class _Search:
             raise InputError("--key", key, "is not a key of a scene") from None
         value = value_of(scene, laws, key) if described.kind not in WITHOUT_UNIT else None
         self._datum = scene.operation.initial_temperature if described.kind == "K" else 0.0
+        if scene.value(key) is None and value is None:
+            allowed = f"is not set in the scene: give it a value to begin from, --set {key}='VALUE'"
+            raise InputError("--key", key, allowed)
         if value is None or value - self._datum == 0.0:
             raise InputError("--key", key, "must be a positive number of the scene that does not change in time")
         self._unit, self._value = described.unit, value

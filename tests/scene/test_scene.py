@@ -170,3 +170,16 @@ def test_a_scene_shows_what_it_was_given():
     scene = Scene.load(ALUMINIUM, {"wall.thickness": "2 mm"})
     assert "wall.thickness = 2 mm" in repr(scene) and "aluminium.toml" in repr(scene)
     assert "<td>wall.thickness</td><td>2 mm</td><td>thickness of the wall</td>" in scene._repr_html_()
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("wall.layer.1.thickness", "did you mean 'wall.layer[1].thickness'"),
+        ("target.2.above", r"did you mean 'target\[2\].above'"),
+        ("wall.layer[1].thickness", r"needs tables \[\[wall.layer\]\]"),
+    ],
+)
+def test_a_value_in_a_list_is_named_by_its_number_in_brackets(name, words):
+    with pytest.raises(InputError, match=words.replace("layer[1]", r"layer\[1\]")):
+        Scene.load(ALUMINIUM, {name: "2 mm"})
