@@ -101,7 +101,7 @@ permeability: .venv/installed  ## falling-head tests of known permeability: docs
 kill-test: .venv/installed  ## 200 kills at random moments, resumed: the same answers
 	$(PYTHON) -m studies.kill_test
 
-fuzz-test: .venv/installed  ## 500 mutated scene and study files, and new examples of every property
+fuzz-test: .venv/installed  ## 10 000 mutated scenes, studies, packings, series and meshes, and new examples of every property
 	$(PYTHON) -m studies.fuzz
 	$(PYTHON) -m pytest -q -n $(PARTS) -m "hypothesis and not slow" --hypothesis-profile=new-examples tests
 

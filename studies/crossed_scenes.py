@@ -38,6 +38,8 @@ NARROW_CELLS = 0.4
 """Refinement of the cells in three dimensions, where twice finer ones would take hours."""
 NOTHING = 0.01
 """K of difference between all temperatures of a run below which nothing happens in it, and it has no answer to compare."""
+LEAST_HEAT = 1e-3
+"""J stored, below which it is the rounding of heat that passes."""
 HARDLY_ANY = 0.1
 """Part of the scenes that differ by 0.2 K only."""
 HOTTEST_CURE = 470.0
@@ -349,8 +351,6 @@ def answers_of(scene: Scene, result: Result) -> dict[str, tuple[float | None, fl
     found: dict[str, tuple[float | None, float]] = {}
     given = abs(scene.operation.initial_temperature - float(np.max(history["inlet_temperature"])))
     difference = max(given, float(np.max(history["highest_temperature"]) - np.min(history["lowest_temperature"])))
-    if difference < NOTHING:
-        return {}
     if summary["heating_time"] is not None:
         found["heating time"] = summary["heating_time"], summary["heating_time"]
     for name, instant in summary["targets"].items():
@@ -401,9 +401,14 @@ def finer(number: int) -> dict[str, Any]:
 
 
 def errors(own: Outcome, finer: Outcome) -> dict[str, float]:
-    """Relative error of every answer that both runs have; infinite where only one has it."""
-    found = {}
-    for name in {*own.answers, *finer.answers}:
+    """Relative error of every answer that both runs have; infinite where only one has it; none where nothing happens."""
+    found: dict[str, float] = {}
+    differences = [scale for name, (_, scale) in own.answers.items() if name.startswith(("temperature", "outlet"))]
+    if differences and max(differences) < NOTHING:
+        return found
+    for name in sorted({*own.answers, *finer.answers}):
+        if name == "heat stored" and own.answers.get(name, (0.0, 1.0))[1] < LEAST_HEAT:
+            continue
         if name not in own.answers or name not in finer.answers:
             found[name] = math.inf
             continue
@@ -422,6 +427,8 @@ def main() -> None:
     parser.add_argument("--every", type=int, default=COUNT // SAMPLE, help="one scene in so many against a finer run")
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--raw", type=Path, help="file for all outcomes as JSON")
+    parser.add_argument("--note", default="", help="a sentence for the page")
+    parser.add_argument("--page-of", type=Path, metavar="RAW", help="run nothing: the page of such a file")
     options = parser.parse_args()
     numbers = list(range(0, COUNT, options.step)) if options.only is None else options.only
     drawn = [choice for choice, _ in scenes()]
@@ -434,6 +441,12 @@ def main() -> None:
         (n, "finer"): (n, finer(n), 10 * PATIENCE) for n in sample
     }
     results: dict[tuple[int, str], Outcome] = {}
+    if options.page_of:
+        for entry in json.loads(options.page_of.read_text()):
+            number, kind, _ = entry.pop("number"), entry.pop("kind"), entry.pop("drawn")
+            results[number, kind] = Outcome(**entry)
+        write_page(options.out, drawn, results, sample, options.note)
+        return
     with ProcessPoolExecutor(options.processes, multiprocessing.get_context("spawn")) as pool:
         for key, result in zip(tasks, pool.map(outcome, tasks.values()), strict=True):
             results[key] = result
@@ -449,7 +462,7 @@ def main() -> None:
         raw = [{"number": n, "kind": kind, "drawn": drawn[n], **vars(result)} for (n, kind), result in results.items()]
         options.raw.write_text(json.dumps(raw, indent=1))
     if options.only is None:
-        write_page(options.out, drawn, results, sample)
+        write_page(options.out, drawn, results, sample, options.note)
 
 
 def _text(found: Mapping[str, float]) -> str:
@@ -457,14 +470,16 @@ def _text(found: Mapping[str, float]) -> str:
 
 
 def write_page(
-    path: Path, drawn: list[dict[str, Any]], results: Mapping[tuple[int, str], Outcome], sample: list[int]
+    path: Path, drawn: list[dict[str, Any]], results: Mapping[tuple[int, str], Outcome], sample: list[int], note: str
 ) -> None:
     """The page: scenes without an answer, errors, and errors by feature."""
     own = {n: result for (n, kind), result in results.items() if kind == "own"}
     refused = [n for n, result in own.items() if result.reason.startswith("InputError")]
     failed = [n for n, result in own.items() if result.reason and n not in refused]
     both = [n for n in sample if not own[n].reason and not results[n, "finer"].reason]
-    worst = {n: max(errors(own[n], results[n, "finer"]).values(), default=0.0) for n in both}
+    found = {n: errors(own[n], results[n, "finer"]) for n in both}
+    worst = {n: max(found[n].values()) for n in both if found[n]}
+    both = list(worst)
     seconds = np.array([result.seconds for result in own.values() if not result.reason])
     values = np.array(list(worst.values()))
     page = Page(
@@ -481,8 +496,10 @@ def write_page(
         f"{max(abs(result.imbalance) for result in own.values()):.1e}, largest excess over the temperatures given "
         f"{max(result.beyond for result in own.values()):.2g} K.",
         "",
-        f"The worst answer of each of {len(both)} scenes, against twice the cells in each direction and twice the steps: median "
+        f"The worst answer of each of {len(both)} scenes in which anything happens, against twice the cells in each direction "
+        f"and twice the steps: median "
         f"{100 * np.median(values):.3f} %, 95 % {100 * np.quantile(values, 0.95):.3f} %, largest {100 * values.max():.3g} %.",
+        note,
         "",
         "## By feature",
     )

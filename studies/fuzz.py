@@ -1,8 +1,11 @@
-"""Mutated scene and study files: each must end in a run or in a refusal of one line. Run: make fuzz-test (minutes).
+"""Mutated scenes, studies, packings, series and meshes: each must end in a run or in a refusal of one line. Run: make fuzz-test
+(an hour and a half for 10 000 on one core; --cases for fewer).
 
-Lines of a small sound scene (or study) are deleted, doubled, garbled, or given other values, units and magnitudes. The program
-then runs on it as from the command line. It is wrong if it ends with a traceback, refuses with other than one line, or leaves a
-folder that is neither empty nor whole. What takes longer than a minute is stopped as by a user, and must have kept its results.
+Lines of a small sound file are deleted, doubled, garbled, or given other values, units and magnitudes; bytes of packings,
+series and meshes are changed, too. The program then runs on it as from the command line, in a process of its own. It is wrong
+if it ends with a traceback or by a signal, refuses with other than one line, leaves a folder that is neither empty nor whole,
+or takes more than `MOST_SECONDS` of CPU. What takes longer than a minute is stopped as by a user, and must have kept its
+results.
 """
 
 import argparse
@@ -98,7 +101,23 @@ VALUES = [
     ),
 ]
 DONE, REFUSED, FAILED, INTERRUPTED = 0, 2, 3, 130
-LONGEST = 60
+LONGEST, MOST_SECONDS = 60, 20.0
+FIELD_CASES = Path(__file__).parent.parent / "tests" / "field_cases"
+PACKINGS = (
+    *(
+        "02-triclinic-scaled-dump/scaled.dump",
+        "02-triclinic-scaled-dump/triclinic.dump",
+        "03-yade-id-format/yade_id.txt",
+    ),
+    *(
+        "20-csv-packings/exa.xyz",
+        "20-csv-packings/semi.csv",
+        "20-csv-packings/paraview.csv",
+        "20-csv-packings/plain.dump.gz",
+    ),
+)
+MESHES = ("11-gmsh-users/v41.msh", "11-gmsh-users/dupnodes.msh")
+SERIES = ("good", "semi_comma", "tab_comma", "stamp", "utf16", "idx", "parens", "trailing", "minutes2", "nan")
 
 
 def mutated(text, draw):
@@ -126,6 +145,72 @@ def mutated(text, draw):
                 place = draw.choice(digits)
                 lines[number] = line[:place] + draw.choice(["0", "1", "7", "-3", "10", "0.1"]) + line[place + 1 :]
     return "\n".join(lines) + "\n"
+
+
+def damaged(content: bytes, draw: random.Random) -> bytes:
+    """The bytes of a file with one to three places cut, doubled, or replaced."""
+    for _ in range(draw.randint(1, 3)):
+        place = draw.randrange(max(len(content), 1))
+        length = draw.choice((1, 1, 3, 20, 500))
+        kind = draw.choice(("cut", "double", "replace", "replace", "end"))
+        if kind == "end" and draw.random() < 0.3:
+            content = content[:place]
+        elif kind == "cut":
+            content = content[:place] + content[place + length :]
+        elif kind == "double":
+            content = content[: place + length] + content[place:]
+        else:
+            new = draw.choice(
+                (b"", b"-", b"9", b"1e300", b"nan", b"\n", b",", b" ", b"\x00", b"\xff", b"0", b"inf", b"\t", b";")
+            )
+            content = content[:place] + new + content[place + 1 :]
+    return content
+
+
+def case_of(number: int, here: Path) -> list[str]:
+    """Write the files of a case into a folder; the program's arguments."""
+    draw = random.Random(number)
+    kind = ("scene", "study", "packing", "series or mesh")[number % 4]
+    scene = here / "scene.toml"
+    scene.write_text(mutated(SCENE, draw) if kind == "scene" else SCENE, encoding="utf-8")
+    if kind == "scene":
+        return ["run", str(scene), "--quiet", "--out", str(here / "out")]
+    if kind == "study":
+        study = here / "study.toml"
+        study.write_text(mutated(STUDY, draw), encoding="utf-8")
+        return ["study", str(study), "--quiet", "--out", str(here / "out")]
+    if kind == "packing":
+        source = FIELD_CASES / draw.choice(PACKINGS)
+        path = here / source.name
+        path.write_bytes(damaged(source.read_bytes(), draw))
+        container = ["--container", "cylinder", "--diameter", "60 mm", "--bead-diameter", "5 mm"]
+        return ["porosity", str(path), *container, "--quiet", "--out", str(here / "profile.csv")]
+    if number % 8 == 3:
+        source = FIELD_CASES / "08-logger-csv" / f"{draw.choice(SERIES)}.csv"
+        (here / "series.csv").write_bytes(damaged(source.read_bytes(), draw))
+        return ["check", str(scene), "--set", "operation.inlet_temperature=series.csv"]
+    source = FIELD_CASES / draw.choice(MESHES)
+    (here / source.name).write_bytes(damaged(source.read_bytes(), draw))
+    scene.write_text((source.parent / "scene.toml").read_text(encoding="utf-8"), encoding="utf-8")
+    return ["check", str(scene), "--set", f"geometry.mesh={source.name}"]
+
+
+def apart(arguments: list[str], here: Path) -> tuple[int, str, float]:
+    """Status (negative: the signal), standard error and CPU seconds of the program in a process of its own."""
+    told = here / "told"
+    child = os.fork()
+    if not child:
+        status, errors = 1, "no end"
+        try:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+            os.dup2(os.open(here / "native", os.O_WRONLY | os.O_CREAT), 2)
+            status, errors = ended(arguments)
+        finally:
+            told.write_text(errors, encoding="utf-8")
+            os._exit(status or 0)
+    _, status, usage = os.wait4(child, 0)
+    errors = told.read_text(encoding="utf-8") if told.is_file() else ""
+    return os.waitstatus_to_exitcode(status), errors, usage.ru_utime + usage.ru_stime
 
 
 class TooLongError(Exception):
@@ -183,24 +268,25 @@ def wrong(status, errors, out):
 def main():
     """Mutate and run; status 1 if a case went wrong."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--cases", type=int, default=500)
-    cases, counts, bad = parser.parse_args().cases, {}, 0
-    for number in range(cases):
-        draw, study = random.Random(number), number % 4 == 3
+    parser.add_argument("--cases", type=int, default=10_000)
+    parser.add_argument("--first", type=int, default=0, help="number of the first case")
+    options, counts, bad, slowest = parser.parse_args(), {}, 0, 0.0
+    import porousmold.packing.cli
+    import porousmold.simulation.checking  # noqa: F401 - once, before processes are forked
+
+    for number in range(options.first, options.first + options.cases):
         with tempfile.TemporaryDirectory() as directory:
             here = Path(directory)
-            scene, study_file = here / "scene.toml", here / "study.toml"
-            scene.write_text(SCENE if study else mutated(SCENE, draw), encoding="utf-8")
-            study_file.write_text(mutated(STUDY, draw), encoding="utf-8")
-            chosen = ["study", str(study_file)] if study else ["run", str(scene)]
-            status, errors = ended([*chosen, "--quiet", "--out", str(here / "out")])
-            found = wrong(status, errors, here / "out")
-            counts[status] = counts.get(status, 0) + 1
+            arguments = case_of(number, here)
+            status, errors, seconds = apart(arguments, here)
+            found = wrong(status, errors, here / "out") or (seconds > MOST_SECONDS and f"{seconds:.0f} s of CPU")
+            counts[status], slowest = counts.get(status, 0) + 1, max(slowest, seconds)
             if found:
                 bad += 1
-                print(f"case {number}: {found}\n{errors}\n{(study_file if study else scene).read_text()}", flush=True)
+                print(f"case {number}: {found}: {arguments}\n{errors}", flush=True)
         if (number + 1) % 50 == 0:
-            print(f"{number + 1} files: statuses {dict(sorted(counts.items()))}, {bad} wrong", flush=True)
+            text = f"{number + 1} inputs: statuses {dict(sorted(counts.items()))}, {bad} wrong, slowest {slowest:.1f} s of CPU"
+            print(text, flush=True)
     return int(bad > 0)
 
 

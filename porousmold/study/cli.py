@@ -247,8 +247,14 @@ def _study(options: argparse.Namespace) -> Any:
             print(plot_in_terminal(entries, head))
     if signals:
         return INTERRUPTED
-    statuses = {row.status for row in rows}
-    return REFUSED if "refused" in statuses else FAILED if "failed" in statuses else DONE
+    for status, code in (("refused", REFUSED), ("failed", FAILED)):
+        some = [row for row in rows if row.status == status]
+        if some:
+            if first and options.quiet:
+                text = f"{len(some)} of {len(rows)} cases {status}, as {some[0].case.name}: {some[0].reason}"
+                print(f"porousmold: {text}", file=sys.stderr)
+            return code
+    return DONE
 
 
 def summary_text(study: Any, rows: Sequence[Any], out: Path, pictures: Sequence[Path] = ()) -> str:
