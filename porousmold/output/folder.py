@@ -20,7 +20,7 @@ from ..scene.scene import Scene
 from ..solvers.protocols import Stateful
 from .checkpoint import NAME, Checkpoint, NodeOrders, packed, read
 from .quantities import Columns
-from .stored import LOCK, read_table
+from .stored import LOCK, checksum_of, read_table
 from .xdmf import one_grid_a_time
 
 COMPARISON = ("comparison.json", "comparison.png")
@@ -105,15 +105,24 @@ class RunFolder:
             raise InputError("--out", str(self.path), refusals[found])
 
     def finished(self, identity: str) -> tuple[dict[str, Any], Columns] | None:
-        """Summary and history of the run of this identity that was done here, else None (collective)."""
-        found = None
+        """Summary and history of the run of this identity that was done here, else None (collective). Raises `InputError` where
+        they are no longer what was written."""
+        found, damaged = None, False
         if self._communicator.rank == 0:
             with suppress(OSError, ValueError, LookupError):
                 summary = json.loads((self.path / "result.json").read_text(encoding="utf-8"))
                 same = isinstance(summary, dict) and summary.get("identity") == identity
                 if same and summary.get("status") == "done":
+                    written = summary.pop("checksum", None)
                     found = summary, read_table(self.path / "history.csv")
-        return self._communicator.bcast(found)
+                    damaged = written != checksum_of(summary, self.path)
+        found, damaged = self._communicator.bcast((found, damaged))
+        if damaged:
+            self.close()
+            raise InputError(
+                "--out", str(self.path), "has tables that are not what was written: --force computes them again"
+            )
+        return found
 
     def saved(self) -> Checkpoint | None:
         """The checkpoint here (collective); None where there is none."""
@@ -150,7 +159,8 @@ class RunFolder:
         with self._on_first_rank() as first:
             if first:
                 self._replace("scene.toml", chosen + tomli_w.dumps(scene.as_tables()))
-                self._replace("result.json", json.dumps(summary, indent=2) + "\n")
+                content = {**summary, "checksum": checksum_of(summary, self.path)}
+                self._replace("result.json", json.dumps(content, indent=2) + "\n")
 
     def _write_table(self, name: str, table: Columns) -> None:
         with whole_file(self.path / name) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:

@@ -1,7 +1,9 @@
 """Read access to the folder of a run: its lock and its tables. No dolfinx."""
 
 import csv
+import hashlib
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -41,3 +43,11 @@ def read_study(folder: Path) -> tuple[list[dict[str, Any]], list[str]]:
     except (OSError, ValueError, TypeError, StopIteration) as error:
         raise InputError("RUN", str(folder), f"has a damaged table: {error}") from error
     return entries, head
+
+
+def checksum_of(summary: Mapping[str, Any], folder: Path) -> str:
+    """SHA-256 of the content of result.json, but for itself, and of history.csv, if that is there."""
+    content = json.dumps({name: value for name, value in summary.items() if name != "checksum"})
+    text = json.dumps(json.loads(content), sort_keys=True)
+    history = folder / "history.csv"
+    return hashlib.sha256(text.encode() + (history.read_bytes() if history.is_file() else b"")).hexdigest()

@@ -23,6 +23,7 @@ from ..files.atomic_files import InUseError, locked, whole_file
 from ..files.subprocesses import forked
 from ..files.tables import text_cells
 from ..mpi import IS_ALONE, MPI
+from ..output.stored import checksum_of
 from ..scene.geometries import dimension_of
 from ..scene.identity import identity_of
 from ..scene.keys import key_of
@@ -255,6 +256,8 @@ def row_of(case: Any, out: Path, record: Sequence[str]) -> Any:
     try:
         if recorded["status"] == "done":
             summary = json.loads((out / case.name / "result.json").read_text(encoding="utf-8"))
+            if summary["checksum"] != checksum_of(summary, out / case.name):
+                return missing
             values = {name: _entry(summary, name) for name in record}
             reasons = [text for text in summary["warnings"] if text.startswith("not heated")]
             return Row(case, "done", "; ".join(reasons), values)

@@ -229,3 +229,16 @@ def test_a_flipped_bit_is_refused(tmp_path):
             run(scene, tmp_path, MPI.COMM_SELF, resume=True)
     (tmp_path / NAME).write_bytes(sound)
     assert run(scene, tmp_path, MPI.COMM_SELF, resume=True).heating_time is not None
+
+
+@pytest.mark.parametrize("name", ["result.json", "history.csv"])
+def test_a_table_with_another_digit_is_not_taken_for_the_result(tmp_path, name):
+    scene = coarse_scene({"operation.end_time": 20.0, "output.pictures": False})
+    run(scene, tmp_path, MPI.COMM_SELF)
+    assert run(scene, tmp_path, MPI.COMM_SELF).recalled
+    text = (tmp_path / name).read_text()
+    place = next(i for i in range(len(text) // 2, len(text)) if text[i] in "12345678")
+    (tmp_path / name).write_text(text[:place] + str(int(text[place]) + 1) + text[place + 1 :])
+    with pytest.raises(InputError, match="are not what was written: --force"):
+        run(scene, tmp_path, MPI.COMM_SELF)
+    assert not run(scene, tmp_path, MPI.COMM_SELF, force=True).recalled
