@@ -6,7 +6,7 @@ Import MPI from here, before anything that imports dolfinx.
 import os
 import sys
 
-_LAUNCHERS = ("OMPI_", "PMIX_", "PMI_", "PRTE_", "SLURM_", "FLUX_", "PALS_", "HYDRA_")
+LAUNCHERS = ("OMPI_", "PMIX_", "PMI_", "PRTE_", "SLURM_", "FLUX_", "PALS_", "HYDRA_")
 """Beginnings of the names of variables that launchers give to their processes."""
 _ALONE = {
     "OMPI_MCA_ess_singleton_isolated": "1",
@@ -15,7 +15,7 @@ _ALONE = {
     "OMPI_MCA_osc": "^ucx",
 }
 
-IS_ALONE = "mpi4py.MPI" not in sys.modules and not any(name.startswith(_LAUNCHERS) for name in os.environ)
+IS_ALONE = "mpi4py.MPI" not in sys.modules and not any(name.startswith(LAUNCHERS) for name in os.environ)
 """Whether this process has no network to talk to others, and so may fork others that work for themselves."""
 
 if not IS_ALONE:

@@ -1,5 +1,8 @@
 """A mesh between gmsh and arrays: files opened and meshed, physical groups by their names, cells and facets as plain arrays."""
 
+import os
+import subprocess
+import sys
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field
@@ -9,12 +12,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..files.gmsh_files import without_companions
+from ..files.gmsh_files import is_mesh, without_companions
+from ..mpi import LAUNCHERS
 
 KINDS = {1: "physical curve", 2: "physical surface", 3: "physical volume"}
 """Of gmsh's groups, by their dimension."""
 ELEMENTS = {(1, 2): 1, (2, 3): 2, (2, 4): 3, (3, 4): 4, (3, 8): 5}
 """gmsh's number of a first-order element, by its dimension and the number of its nodes."""
+
+
+LONGEST_READING = 120
+"""Seconds that gmsh may take for a mesh."""
 
 
 @dataclass(frozen=True)
@@ -46,10 +54,13 @@ def open_model(
     """gmsh's model of a file, meshed if it was not, with physical groups of these names; until `close_model`.
 
     `dimension` is that of the `regions`. A file that is not `trusted` may hold no command that starts a process or opens a file
-    (`files.gmsh_files`). Raises `ValueError` that names a missing group or such a command, and gmsh's plain `Exception`.
+    (`files.gmsh_files`). Raises `ValueError` that names a missing group or such a command, or for a damaged mesh that makes gmsh
+    crash, and gmsh's plain `Exception`.
     """
     import gmsh
 
+    if is_mesh(path):
+        _read_apart(path)
     gmsh.initialize(readConfigFiles=False)
     gmsh.option.setNumber("General.Terminal", 0)
     with nullcontext(path) if trusted else without_companions(path) as file:
@@ -60,11 +71,39 @@ def open_model(
     return gmsh.model
 
 
+READING = """
+import gmsh, sys
+gmsh.initialize(readConfigFiles=False)
+gmsh.option.setNumber("General.Terminal", 0)
+try:
+    gmsh.open(sys.argv[1])
+    gmsh.model.mesh.getNodes()
+    gmsh.model.mesh.getElements()
+except Exception:  # which comes again, where it is told
+    pass
+"""
+
+
+def _read_apart(path: Path) -> None:
+    """Read a mesh in a process of its own first: gmsh follows a damaged reference to a node to wherever it leads. Raises
+    `ValueError` where that process is killed, or has not ended after `LONGEST_READING`."""
+    alone = {name: value for name, value in os.environ.items() if not name.startswith(LAUNCHERS)}
+    with without_companions(path) as file:
+        try:
+            command = [sys.executable, "-c", READING, str(file)]
+            ended = subprocess.run(command, env=alone, capture_output=True, timeout=LONGEST_READING, check=False)
+        except subprocess.TimeoutExpired:
+            raise ValueError("it is not read to its end: the file is damaged") from None
+    if ended.returncode < 0:
+        raise ValueError("it makes gmsh crash: the file is damaged")
+
+
 def close_model() -> None:
     """End gmsh, whose model is no longer needed."""
     import gmsh
 
-    gmsh.finalize()
+    if gmsh.isInitialized():  # not where the file was refused before
+        gmsh.finalize()
 
 
 def _require_groups(model: Any, required: Mapping[int, Sequence[str]]) -> None:

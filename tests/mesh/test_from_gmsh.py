@@ -283,3 +283,13 @@ def test_nodes_at_one_place_are_joined_on_request():
             for one in (joined, whole)
         ]
         assert volumes[0] == pytest.approx(volumes[1], rel=1e-3)
+
+
+def test_a_mesh_that_makes_gmsh_crash_is_refused(tmp_path):
+    """A cell with a node that is not there: gmsh follows it to nowhere (found by make fuzz-test)."""
+    text = (FIELD_CASES / "11-gmsh-users" / "dupnodes.msh").read_text()
+    path = tmp_path / "damaged.msh"
+    path.write_text(text.replace("\n411 423 446 4", "\n411 423 446 -"))
+    assert path.read_text() != text
+    with pytest.raises(InputError, match="makes gmsh crash: the file is damaged"):
+        from_file(MPI.COMM_SELF, path, axisymmetric=True)

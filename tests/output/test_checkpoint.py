@@ -12,6 +12,7 @@ from porousmold import InputError, Scene, run
 from porousmold.files.atomic_files import locked
 from porousmold.mesh import fenicsx
 from porousmold.output.checkpoint import NAME, NodeOrder, read
+from porousmold.output.folder import RunFolder
 from porousmold.scene.identity import identity_of
 from porousmold.simulation.running import RunInterrupted
 
@@ -242,3 +243,33 @@ def test_a_table_with_another_digit_is_not_taken_for_the_result(tmp_path, name):
     with pytest.raises(InputError, match="are not what was written: --force"):
         run(scene, tmp_path, MPI.COMM_SELF)
     assert not run(scene, tmp_path, MPI.COMM_SELF, force=True).recalled
+
+
+def test_two_hundred_flipped_bits_give_no_other_result(tmp_path):
+    """Of the checkpoint and of the tables: refused, computed again, or of no meaning."""
+    scene = coarse_scene({"operation.end_time": 20.0, "output.pictures": False, "output.checkpoint_interval": 0.0})
+    with pytest.raises(RunInterrupted):
+        run(scene, tmp_path / "stopped", MPI.COMM_SELF, **stopped_after(2))
+    run(scene, tmp_path / "done", MPI.COMM_SELF)
+    identity, draw = identity_of(scene), np.random.default_rng(7)
+    whole = (RunFolder(tmp_path / "done", MPI.COMM_SELF, kept=True)).finished(identity)
+    assert whole is not None
+    for name in (NAME, "result.json", "history.csv"):
+        path = tmp_path / ("stopped" if name == NAME else "done") / name
+        content = path.read_bytes()
+        for _ in range(100 if name == NAME else 50):
+            place = int(draw.integers(len(content)))
+            flipped = bytes([content[place] ^ (1 << int(draw.integers(8)))])
+            path.write_bytes(content[:place] + flipped + content[place + 1 :])
+            if name == NAME:
+                with pytest.raises(InputError):
+                    read(path, MPI.COMM_SELF)
+                continue
+            folder = RunFolder(tmp_path / "done", MPI.COMM_SELF, kept=True)
+            try:
+                found = folder.finished(identity)
+            except InputError:
+                found = None
+            folder.close()
+            assert found is None or found[0] == whole[0]
+        path.write_bytes(content)
