@@ -250,7 +250,7 @@ def wrong(status, errors, out):
     """What is wrong with how a case ended; empty if nothing is."""
     if status not in (DONE, REFUSED, FAILED, INTERRUPTED) or "Traceback" in errors:
         return f"status {status}"
-    if status == REFUSED and len(errors.strip().splitlines()) != 1:
+    if status == REFUSED and sum(line.startswith("porousmold: ") for line in errors.splitlines()) != 1:
         return "refusal of other than one line"
     for folder in [out, *out.glob("*/")] if out.is_dir() else []:
         names = {path.name for path in folder.iterdir() if path.is_file() and not path.name.startswith(".")}
