@@ -291,5 +291,5 @@ def test_a_mesh_that_makes_gmsh_crash_is_refused(tmp_path):
     path = tmp_path / "damaged.msh"
     path.write_text(text.replace("\n411 423 446 4", "\n411 423 446 -"))
     assert path.read_text() != text
-    with pytest.raises(InputError, match="makes gmsh crash: the file is damaged"):
+    with pytest.raises(InputError, match="is no mesh that can be used"):
         from_file(MPI.COMM_SELF, path, axisymmetric=True)
