@@ -19,7 +19,8 @@ MOST_IN_FLIGHT = 0.05
 REACH = 0.05
 """Part of its diameter by which every bead may reach into a wall, as soft contacts of other codes do."""
 MOST_REACHING = 0.01
-"""Part of a packing's beads that may reach further, with their centres inside."""
+"""Part of a packing's beads that may reach further, by `FURTHEST_REACH` of their diameter at most."""
+FURTHEST_REACH = 0.25
 
 
 @dataclass(frozen=True)
@@ -56,6 +57,11 @@ class Packing:
         worst = int(np.argmin(gaps / diameters))
         for found, most, what in (
             (gaps < 0.0, 0.0, f"have their centres outside {place}"),
+            (
+                gaps < (0.5 - FURTHEST_REACH) * diameters,
+                0.0,
+                f"reach into the walls or the floor of {place} by more than {FURTHEST_REACH:.0%} of their diameter",
+            ),
             (
                 self.reaching,
                 MOST_REACHING,

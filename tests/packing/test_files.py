@@ -239,6 +239,9 @@ def test_a_few_beads_may_reach_into_a_wall_and_are_counted():
     positions[:3, 0] = 0.0459
     with pytest.raises(InputError, match=r"3 of 200 beads.*reach into the walls.*more than 5%.*bead 1 at"):
         Packing(positions, diameters, BOX)
+    positions[:3, 0] = 0.0, 0.0480, 0.0
+    with pytest.raises(InputError, match=r"1 of 200 beads.*more than 25%.*bead 2 at"):
+        Packing(positions, diameters, BOX)
     positions[:3, 0] = 0.0, 0.0501, 0.0
     with pytest.raises(InputError, match=r"1 of 200 beads.*have their centres outside.*bead 2 at"):
         Packing(positions, diameters, BOX)
