@@ -335,10 +335,6 @@ def _report(options: argparse.Namespace) -> str:
     return str(write_report(options.folder))
 
 
-if __name__ == "__main__":
-    sys.exit(main())
-
-
 def _cache(options: argparse.Namespace) -> str:
     from .files.cache_folder import cache_home, contents, prune
     from .files.units import to_si
@@ -353,3 +349,7 @@ def _cache(options: argparse.Namespace) -> str:
         raise InputError("--prune", options.prune, "must not be negative")
     left = prune(folder, unused)
     return f"{text}\nleft: {left.forms} compiled forms, {left.size / 1e6:.0f} MB"
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -77,7 +77,7 @@ def from_file(
             raise InputError("geometry.mesh", str(path), f"is no mesh that can be used: {problem}")
         domain, cell_tags, facet_tags = fenicsx.mesh_of_gmsh(model, communicator, dimension)
     finally:
-        if communicator.rank == 0:
+        if model is not None:
             gmsh_model.close_model()
     space = fenicsx.lagrange_space(domain)
     distance = fem.Function(space)

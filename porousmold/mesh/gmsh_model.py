@@ -4,7 +4,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
-from contextlib import nullcontext, suppress
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -62,12 +62,16 @@ def open_model(
     if is_mesh(path):
         _read_apart(path)
     gmsh.initialize(readConfigFiles=False)
-    gmsh.option.setNumber("General.Terminal", 0)
-    with nullcontext(path) if trusted else without_companions(path) as file:
-        gmsh.open(str(file))
-        if len(gmsh.model.mesh.getNodes()[0]) == 0:
-            gmsh.model.mesh.generate(dimension)
-    _require_groups(gmsh.model, {dimension: regions, dimension - 1: boundaries})
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        with nullcontext(path) if trusted else without_companions(path) as file:
+            gmsh.open(str(file))
+            if len(gmsh.model.mesh.getNodes()[0]) == 0:
+                gmsh.model.mesh.generate(dimension)
+        _require_groups(gmsh.model, {dimension: regions, dimension - 1: boundaries})
+    except BaseException:
+        gmsh.finalize()
+        raise
     return gmsh.model
 
 
@@ -102,8 +106,7 @@ def close_model() -> None:
     """End gmsh, whose model is no longer needed."""
     import gmsh
 
-    with suppress(Exception):  # where the file was refused before gmsh began
-        gmsh.finalize()
+    gmsh.finalize()
 
 
 def _require_groups(model: Any, required: Mapping[int, Sequence[str]]) -> None:

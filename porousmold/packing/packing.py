@@ -52,7 +52,7 @@ class Packing:
             bad = int(np.argmin(sound))
             what = f"bead {bad + 1}: centre {positions[bad]}, diameter {diameters[bad]:g}"
             raise InputError("packing", what, "must have finite centres and diameters > 0")
-        gaps = np.min([self.container.wall_distance(positions), *self._plane_distances()], axis=0)
+        gaps = self._gaps
         place, count = f"{self.container} with its floor at z = 0", len(diameters)
         worst = int(np.argmin(gaps / diameters))
         for found, most, what in (
@@ -75,8 +75,12 @@ class Packing:
     @cached_property
     def reaching(self) -> NDArray[Any]:
         """Which beads (n) reach into a wall or the floor by more than `REACH` of their diameter."""
-        gaps = np.min([self.container.wall_distance(self.positions), *self._plane_distances()], axis=0)
-        return np.asarray(gaps < (0.5 - REACH) * self.diameters)
+        return np.asarray(self._gaps < (0.5 - REACH) * self.diameters)
+
+    @cached_property
+    def _gaps(self) -> NDArray[Any]:
+        """Distance (n) of the centres to the nearest wall or the floor, negative outside, in m."""
+        return np.asarray(np.min([self.container.wall_distance(self.positions), *self._plane_distances()], axis=0))
 
     def _plane_distances(self) -> list[Any]:
         return [self.positions @ np.array(plane[:3]) + plane[3] for plane in self.container.planes]
