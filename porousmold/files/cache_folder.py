@@ -26,10 +26,12 @@ def cache_home() -> Path:
 def provide_cache() -> None:
     """Have a folder for compiled forms that can be written, before dolfinx asks for it: where the user's cannot, as in a
     container or on a compute node without a home, a private one for temporary files."""
-    with suppress(OSError):
-        (cache_home() / "fenics").mkdir(parents=True, exist_ok=True)
-    if os.access(cache_home() / "fenics", os.W_OK | os.X_OK):
-        return
+    folder = cache_home() / "fenics"
+    if folder.is_absolute():  # a user without a home has ~ itself
+        with suppress(OSError):
+            folder.mkdir(parents=True, exist_ok=True)
+        if os.access(folder, os.W_OK | os.X_OK):
+            return
     with suppress(OSError):
         os.environ["XDG_CACHE_HOME"] = str(_private_folder())
         os.environ.setdefault("MPLCONFIGDIR", str(Path(os.environ["XDG_CACHE_HOME"]) / "matplotlib"))
