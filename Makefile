@@ -98,7 +98,7 @@ fluid-properties: .venv/installed  ## the library's fluids fitted anew; wants Co
 permeability: .venv/installed  ## falling-head tests of known permeability: docs/permeability.md
 	$(PYTHON) -m studies.permeability_tests
 
-kill-test: .venv/installed  ## 200 kills at random moments, resumed: the same answers
+kill-test: .venv/installed  ## 1000 kills of seven commands at random moments, given again: the same answers
 	$(PYTHON) -m studies.kill_test
 
 fuzz-test: .venv/installed  ## 10 000 mutated scenes, studies, packings, series and meshes, and new examples of every property

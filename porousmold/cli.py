@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from . import __version__
-from .errors import InputError, SolveError
+from .errors import InputError, OutputError, SolveError
 from .experiment.cli import add_commands as add_experiment_commands
 from .files.stop_signals import StopSignals, acknowledge
 from .fluidised.cli import add_commands as add_fluidised_commands
@@ -21,7 +21,7 @@ from .permeability.cli import add_commands as add_permeability_commands
 from .shear.cli import add_commands as add_shear_commands
 from .study.cli import add_commands as add_study_commands
 
-DONE, LACKING, BAD_INPUT, SOLVE_FAILED, INTERRUPTED = 0, 1, 2, 3, 130
+DONE, LACKING, BAD_INPUT, UNFINISHED, INTERRUPTED = 0, 1, 2, 3, 130
 COMPILED = {
     "dolfinx": "python3-dolfinx",
     "petsc4py": "python3-petsc4py",
@@ -41,7 +41,7 @@ STATUSES = """exit status:
   0    done
   1    a package is missing (one-line message), or an internal error (traceback)
   2    invalid input (one-line message), nothing was written. Of a study: cases were refused
-  3    a solve did not converge; the results up to then are kept. Of a study: cases failed
+  3    a solve did not converge, or the disk is full; the results up to then are kept. Of a study: cases failed
   130  interrupted (Ctrl-C, SIGTERM); continue with --resume, or a study with the same command
 """
 EXAMPLES = {
@@ -100,10 +100,10 @@ def _status_of(command: Callable[..., Any], options: argparse.Namespace) -> Any:
     for one that has failed."""
     try:
         return command(options)
+    except (SolveError, OutputError) as error:
+        return _end(UNFINISHED, error)
     except InputError as error:
         return _end(BAD_INPUT, error)
-    except SolveError as error:
-        return _end(SOLVE_FAILED, error)
     except KeyboardInterrupt:
         acknowledge()
         return _end(INTERRUPTED, "interrupted before the run began")
@@ -273,7 +273,7 @@ def _run(options: argparse.Namespace) -> Any:
         return _end(INTERRUPTED, f"{error}; partial results are in {out}, continue with --resume")
     except SolveError:
         if (out / "history.csv").is_file():
-            _end(SOLVE_FAILED, f"partial results are in {out}")
+            _end(UNFINISHED, f"partial results are in {out}")
         raise
     finally:
         bar.close()

@@ -24,6 +24,15 @@ class InputError(ValueError):
         return _one_line(f"{self.key}{shown}: {self.allowed}{place}")
 
 
+class OutputError(InputError):
+    """A file that can no longer be written while the work goes on (a full disk): what was written before is kept."""
+
+    def __init__(self, path: object, problem: Exception | str, go_on: str) -> None:
+        self.reason = (problem.strerror if isinstance(problem, OSError) else None) or str(problem)
+        super().__init__("--out", str(path), f"cannot be written any more: {self.reason}; {go_on}")
+        self.args = (str(path), self.reason, go_on)  # from which another process makes it again
+
+
 class SolveError(RuntimeError):
     """A solve that did not converge: the time (s), the block of equations, the residuals, and advice."""
 

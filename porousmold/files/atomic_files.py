@@ -1,5 +1,6 @@
 """Atomic file writes, and lock files."""
 
+import errno
 import fcntl
 import os
 from collections.abc import Iterator
@@ -7,7 +8,10 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
 
-from ..errors import InputError
+from ..errors import InputError, OutputError
+
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
+"""What the kernel says of a disk, a quota or a file size that is used up, and of a disk that fails."""
 
 
 @contextmanager
@@ -25,11 +29,13 @@ def whole_file(path: Path) -> Iterator[Any]:
 
 @contextmanager
 def output_file(path: Path) -> Iterator[Any]:
-    """`whole_file` for a file that the user named: `InputError` if it cannot be written."""
+    """`whole_file` for a file that the user named: `InputError` if it cannot be written, `OutputError` if the disk is full."""
     try:
         with whole_file(path) as temporary:
             yield temporary
     except OSError as error:
+        if error.errno in FULL:
+            raise OutputError(path, error, "with room there, the same command writes it") from error
         raise InputError("--out", str(path), f"cannot be written: {error.strerror or error}") from error
 
 

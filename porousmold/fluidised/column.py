@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import SolveError
-from ..files.atomic_files import whole_file
+from ..files.atomic_files import output_file
 from ..laws.fluidisation import suspension_drag
 from ..laws.nusselt import prandtl_number
 from .column_beads import ColumnBeads
@@ -151,7 +151,7 @@ class Column:
         rows = np.array([list(row.values()) for row in self.rows])
         names = np.array(list(self.rows[0]))
         state = {"time": np.array(self.time), "heats": np.array(heats), "rows": rows, "row_names": names}
-        with whole_file(path) as temporary, temporary.open("wb") as file:
+        with output_file(path) as temporary, temporary.open("wb") as file:
             np.savez(file, **state, **self.beads.save(), **self.gas.save(), **more)
 
     def free(self) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 import tomli_w
 from dolfinx import io
 
-from ..errors import InputError
+from ..errors import InputError, OutputError
 from ..files.atomic_files import Lock, locked, whole_file
 from ..files.tables import text_cells
 from ..mesh import fenicsx
@@ -73,6 +73,19 @@ class RunFolder:
             self.close()
             raise InputError("--out", str(self.path), problem)
 
+    @contextmanager
+    def _in_run(self) -> Iterator[bool]:
+        """As `_on_first_rank`, of what the run writes, on any rank: ends in an `OutputError`."""
+        problem = None
+        try:
+            yield self._communicator.rank == 0
+        except (OSError, RuntimeError) as error:  # the HDF5 library's is the latter
+            problem = error
+        problem = next((found for found in self._communicator.allgather(problem) if found is not None), None)
+        if problem is not None:
+            self.close()
+            raise OutputError(self.path, problem, "with room there, --resume goes on from what is saved")
+
     def close(self) -> None:
         """Let other processes have the folder."""
         if self._lock is not None:
@@ -133,7 +146,7 @@ class RunFolder:
         if self._orders is None or self._orders[0] is not part:
             self._orders = part, NodeOrders()
         content = packed(part, outcomes, self._orders[1], identity, self._communicator.rank)
-        with self._on_first_rank() as first:
+        with self._in_run() as first:
             if first and content is not None:
                 with whole_file(self.path / NAME) as temporary:
                     temporary.write_bytes(content)
@@ -145,7 +158,7 @@ class RunFolder:
 
     def write_tables(self, history: Columns, near_wall: Columns | None) -> None:
         """The history, and the profile near the wall (rank 0 writes)."""
-        with self._on_first_rank() as first:
+        with self._in_run() as first:
             if first:
                 for name in COMPARISON:  # of an earlier part of the run
                     (self.path / name).unlink(missing_ok=True)
@@ -156,7 +169,7 @@ class RunFolder:
     def write_summary(self, summary: dict[str, Any], scene: Scene, accuracy: float | None = None) -> None:
         """scene.toml and, when all else is there, result.json (rank 0 writes); an `accuracy` chose the scene's refinements."""
         chosen = "" if accuracy is None else f"# solver.accuracy = {accuracy:g} chose the refinements in [solver]\n"
-        with self._on_first_rank() as first:
+        with self._in_run() as first:
             if first:
                 self._replace("scene.toml", chosen + tomli_w.dumps(scene.as_tables()))
                 content = {**summary, "checksum": checksum_of(summary, self.path)}
@@ -175,16 +188,16 @@ class RunFolder:
     def write_fields(self, mesh: Any, snapshots: Iterable[tuple[float, Sequence[Any]]]) -> None:
         """fields.xdmf and fields.h5 of functions at times (s) (collective)."""
         part = self.path / FIELDS_PART
-        with self._on_first_rank() as first:
+        with self._in_run() as first:
             if first:
                 shutil.rmtree(part, ignore_errors=True)
                 part.mkdir()
-        with io.XDMFFile(mesh.comm, str(part / "fields.xdmf"), "w") as file:
+        with self._in_run(), io.XDMFFile(mesh.comm, str(part / "fields.xdmf"), "w") as file:
             fenicsx.write_mesh(file, mesh)
             for time, functions in snapshots:
                 for function in functions:
                     file.write_function(function, time)
-        with self._on_first_rank() as first:
+        with self._in_run() as first:
             if first:  # fields.xdmf names fields.h5, which is to be there before it
                 one_grid_a_time(part / "fields.xdmf")
                 for name in ("fields.h5", "fields.xdmf"):

@@ -8,7 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from ..errors import InputError
+from ..errors import InputError, OutputError
 
 
 class PictureProcess:
@@ -25,7 +25,7 @@ class PictureProcess:
         )
 
     def draw(self, folder: Path) -> list[Path]:
-        """The pictures of a run's folder, drawn. Raises `InputError` like `pictures.draw`, and where the process has died."""
+        """The pictures of a run's folder, drawn. Raises errors like `pictures.draw`, and `OutputError` where the process died."""
         assert self._process.stdin is not None and self._process.stdout is not None
         answer = ""
         with contextlib.suppress(BrokenPipeError):
@@ -33,8 +33,10 @@ class PictureProcess:
             self._process.stdin.flush()
             answer = self._process.stdout.readline()  # its end, which takes a tenth of a second, is not waited for
         if not answer:
-            raise InputError("output.pictures", True, "could not be drawn; 'porousmold show' tries again")
+            raise OutputError(folder, "no picture was drawn", "'porousmold show' tries again")
         given = json.loads(answer)
+        if "no room" in given:
+            raise OutputError(*given["no room"])
         if "error" in given:
             raise InputError(*given["error"])
         return [Path(path) for path in given["drawn"]]
@@ -59,6 +61,8 @@ def _wait_and_draw() -> None:
         return
     try:
         answer = {"drawn": [str(path) for path in draw(Path(folder), len(os.sched_getaffinity(0)))]}
+    except OutputError as error:
+        answer = {"no room": error.args}
     except InputError as error:
         answer = {"error": [error.key, str(error.value), error.allowed]}
     print(json.dumps(answer), flush=True)

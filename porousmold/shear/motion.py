@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError, SolveError
-from ..files.atomic_files import whole_file
+from ..files.atomic_files import output_file
 from ..packing import dynamics
 from .cell import ROUGH, ShearCell
 from .evaluation import Sheared, evaluate
@@ -234,7 +234,7 @@ class Shearing:
         state["blocks"] = np.array(len(self._blocks))
         for number, block in enumerate(self._blocks):
             state |= {f"{number}_{key}": value for key, value in block.items()}
-        with whole_file(self._checkpoint) as temporary, temporary.open("wb") as file:
+        with output_file(self._checkpoint) as temporary, temporary.open("wb") as file:
             np.savez(file, **state)
 
     def _read(self, path: Path) -> None:

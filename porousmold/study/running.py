@@ -18,7 +18,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError, SolveError
+from ..errors import InputError, OutputError, SolveError
 from ..files.atomic_files import InUseError, locked, whole_file
 from ..files.subprocesses import forked
 from ..files.tables import text_cells
@@ -34,6 +34,7 @@ from .definition import unit_of_record
 
 MISSING, BEGUN = "missing", "begun"
 SECONDS_BETWEEN_LOOKS = 0.5
+GO_ON = "with room there, the same command goes on"
 
 
 @dataclass(frozen=True)
@@ -95,7 +96,7 @@ def run_study(
     problem = problem or work(stop, report)  # what a child has left, if it died
     problems = [text for text in world.allgather(problem) if text]
     if problems:
-        raise InputError("--out", str(out), f"cannot be written: {problems[0]}")
+        raise OutputError(out, problems[0], GO_ON)
     show()
     return collect(study, out)
 
@@ -151,7 +152,7 @@ def collect(study: Any, out: Path) -> Any:
     world, out = MPI.COMM_WORLD, Path(out)
     rows, problem = _on_leader(world, write_tables, study, out)
     if problem:
-        raise InputError("--out", str(out), f"cannot be written: {problem}")
+        raise OutputError(out, problem, GO_ON)
     return world.bcast(rows)
 
 

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ..files.atomic_files import output_file
 from ..scene.chosen_laws import Laws
 from ..scene.scene import Scene
 from .definition import Study
@@ -102,7 +103,8 @@ def write(found: Any, out: Path) -> Path:
     from ..output.figures import STYLE, plt, save
 
     content = {entry.parameter: entry.value for entry in found}
-    (out / "elasticities.json").write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+    with output_file(out / "elasticities.json") as temporary:
+        temporary.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
     shown = [entry for entry in found if entry.value is not None][::-1]
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(8.0, 0.9 + 0.34 * len(shown)))
