@@ -2,6 +2,8 @@
 
 import csv
 import json
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -116,6 +118,20 @@ def test_a_mesh_of_two_parts_is_joined_to_the_answer_of_one(name):
     settings |= {"geometry.join_nodes": True} if name == "dupnodes" else {}
     result = run(Scene.load(FIELD_CASES / "11-gmsh-users" / "scene.toml", settings), communicator=MPI.COMM_SELF)
     assert result["highest_wall"][-1] == pytest.approx(331.6, abs=0.1)
+
+
+@pytest.mark.parametrize(("version", "binary"), [(2.2, 0), (2.2, 1), (4.0, 0), (4.1, 0), (4.1, 1)])
+def test_a_mesh_in_every_format_of_gmsh_is_the_same_one(tmp_path, capsys, version, binary):
+    source = FIELD_CASES / "11-gmsh-users"
+    write = "import gmsh; gmsh.initialize(); gmsh.option.setNumber('General.Terminal', 0); "
+    write += f"gmsh.open({str(source / 'v41.msh')!r}); gmsh.option.setNumber('Mesh.Binary', {binary}); "
+    write += f"gmsh.option.setNumber('Mesh.MshFileVersion', {version}); gmsh.write({str(tmp_path / 'other.msh')!r})"
+    subprocess.run([sys.executable, "-c", write], check=True)
+    told = []
+    for mesh in (source / "v41.msh", tmp_path / "other.msh"):
+        assert main(["check", str(source / "scene.toml"), "--set", f"geometry.mesh={mesh}"]) == 0
+        told.append([line for line in capsys.readouterr().out.splitlines() if line.startswith(("mesh:", "unknowns:"))])
+    assert told[0] and told[0] == told[1]
 
 
 def test_measured_channels_may_have_gaps_and_others_beside_them(tmp_path, capsys):

@@ -120,12 +120,17 @@ SIDES = {  # corners of the sides of a cell, in gmsh's order, by dimension and n
 }
 SAME_PLACE = 1e-7
 """Distance of nodes, over the extent of their mesh, below which they are one where that is asked for."""
+FARTHEST = 1e6
+"""m: beyond it no bed lies, and squares lose their digits."""
 TOUCHING = 1e-3
 """Distance of sides of two regions, over their size, below which they are meant to be one."""
 
 
 def require_place(mesh: gmsh_model.PlainMesh, dimension: int, *, axisymmetric: bool) -> None:
-    """Raise `ValueError` for a plane mesh outside the x-y plane, and for an axisymmetric one whose flow is not along x."""
+    """Raise `ValueError` for nodes that are nowhere, a plane mesh outside the x-y plane, and an axisymmetric one whose flow is not
+    along x."""
+    if not (np.abs(mesh.points) < FARTHEST).all():
+        raise ValueError(f"it has a node that is not within {FARTHEST:g} m")
     extent = np.ptp(mesh.points, axis=0)
     if dimension == 2 and extent[2] > 1e-9 * extent.max():
         in_x_z = extent[1] <= 1e-9 * extent.max()

@@ -60,9 +60,11 @@ def _wait_and_draw() -> None:
     if not folder:
         return
     try:
-        answer = {"drawn": [str(path) for path in draw(Path(folder), len(os.sched_getaffinity(0)))]}
+        answer: dict[str, list[str]] = {
+            "drawn": [str(path) for path in draw(Path(folder), len(os.sched_getaffinity(0)))]
+        }
     except OutputError as error:
-        answer = {"no room": error.args}
+        answer = {"no room": list(error.args)}
     except InputError as error:
         answer = {"error": [error.key, str(error.value), error.allowed]}
     print(json.dumps(answer), flush=True)

@@ -70,7 +70,7 @@ def add_commands(commands: Any) -> None:
     conducting.set_defaults(serial=_conductivity)
     porosity = commands.add_parser("porosity", help="phi_V and phi_A against wall distance, from a packing")
     porosity.add_argument(
-        "packing", metavar="PACKING", help="HDF5 of `pack`, LIGGGHTS dump, YADE text, extended XYZ, CSV, NPY"
+        "packing", metavar="PACKING", help="HDF5 of `pack`, LIGGGHTS dump, YADE text, extended XYZ, CSV, NPY, NPZ"
     )
     _add_container(porosity)
     porosity.add_argument("--bead-diameter", metavar="LENGTH", help="where the file holds none")

@@ -13,7 +13,7 @@
 | CSV                           | suffix .csv               | columns x, y, z (ParaView: Points:0), and radius or diameter, by |
 |                               |                           | name; m, or [mm] and the like; commas, semicolons or tabs        |
 | any of these, by gzip         | its signature             | the same                                                         |
-| NPY                           | its signature             | array (n, 4): x, y, z, radius; or (n, 3) with a given diameter   |
+| NPY, NPZ                      | its signature             | arrays, by name (`numpy_files`)                                  |
 
 All lengths are in m unless the file says otherwise. Where a file holds no radius, the caller gives the bead diameter;
 all but our own need the container from the caller. Written: HDF5, extended XYZ, VTK. Files are written whole or not at
@@ -27,7 +27,6 @@ import json
 import os
 import re
 import tempfile
-import tokenize
 import zlib
 from contextlib import suppress
 from pathlib import Path
@@ -42,9 +41,8 @@ from ..files.atomic_files import output_file
 from ..files.tables import LARGEST_TEXT, SEPARATORS, refuse_odd, text_of
 from ..files.units import to_si
 from .container import container, description
+from .numpy_files import KEY, read_npy, read_npz
 from .packing import Packing
-
-KEY = "packing"
 
 
 class Placement(NamedTuple):
@@ -85,7 +83,9 @@ def read_packing(
     if start.startswith(b"\x89HDF"):
         return _read_hdf5(path, box)
     if start.startswith(b"\x93NUMPY"):
-        positions, diameters = _read_npy(path)
+        positions, diameters = read_npy(path)
+    elif start.startswith(b"PK\x03\x04"):
+        positions, diameters = read_npz(path)
     elif path.suffix.lower() == ".csv":
         positions, diameters = _read_csv(path)
     else:
@@ -135,18 +135,6 @@ def _read_hdf5(path: str | Path, box: Any) -> Any:
     return _packing(path, positions, diameters, box or own, made)
 
 
-def _read_npy(path: str | Path) -> tuple[Any, ...]:
-    try:
-        table = np.load(path, allow_pickle=False)
-    except (OSError, ValueError, EOFError, SyntaxError, tokenize.TokenError) as error:
-        raise InputError(KEY, str(path), f"is not a sound NPY file: {error}") from error
-    if table.ndim != 2 or table.shape[1] not in (3, 4) or table.dtype.kind not in "fiu":
-        raise InputError(
-            KEY, str(path), f"must hold numbers of shape (n, 3) or (n, 4), not {table.dtype} {table.shape}"
-        )
-    return table[:, :3].astype(float), (2.0 * table[:, 3].astype(float) if table.shape[1] == 4 else None)
-
-
 NAMES = {
     **{name: name for name in ("x", "y", "z", "radius", "diameter")},
     **{"r": "radius", "d": "diameter", "points:0": "x", "points:1": "y", "points:2": "z"},
@@ -174,10 +162,9 @@ def _read_csv(path: str | Path) -> Any:
 
 
 def _read_text(path: str | Path) -> Any:
-    try:
-        lines = Path(path).read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(KEY, str(path), "must be a text file, HDF5 or NPY") from error
+    lines = text_of(KEY, Path(path)).splitlines()
+    if "\0" in lines[0]:
+        raise InputError(KEY, str(path), "must be a text file, HDF5, NPY or NPZ")
     if lines[0].startswith("ITEM:"):
         return _read_dump(path, lines)
     if lines[0].strip().isdecimal() and len(lines) > 1 and "Properties=" in lines[1]:
@@ -198,7 +185,9 @@ def _read_text(path: str | Path) -> Any:
             {name: _numbers(path, [row[place : place + 1] for row in rows], 1)[:, 0] for name, place in at.items()},
         )
     if not rows or len(rows[0]) < 4:
-        raise InputError(KEY, str(path), "is of no known format: dump, extended XYZ, CSV, NPY, HDF5, or lines x y z r")
+        raise InputError(
+            KEY, str(path), "is of no known format: dump, extended XYZ, CSV, NPY, NPZ, HDF5, or lines x y z r"
+        )
     table = _numbers(path, [row[:4] for row in rows], 4)
     return table[:, :3], 2.0 * table[:, 3]
 

@@ -253,6 +253,15 @@ def test_a_mesh_that_lies_elsewhere_is_refused(axes, shift, axisymmetric, reason
         require_place(mesh, 2, axisymmetric=axisymmetric)
 
 
+@pytest.mark.parametrize("place", [1e300, float("nan"), -float("inf"), 1e7])
+def test_a_mesh_with_a_node_that_is_nowhere_is_refused(place):
+    """As a file has it in which a digit or a blank is lost (found by the fuzz)."""
+    mesh = two_squares(1, shared=True)
+    mesh.points[1, 1] = place
+    with pytest.raises(ValueError, match="a node that is not within"):
+        require_place(mesh, 2, axisymmetric=False)
+
+
 def test_a_mesh_may_be_in_millimetres_with_groups_of_other_names(tmp_path):
     text = (MESHES / "mold.geo").read_text()
     path = tmp_path / "mold.geo"
