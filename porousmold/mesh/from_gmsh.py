@@ -127,8 +127,8 @@ TOUCHING = 1e-3
 
 
 def require_place(mesh: gmsh_model.PlainMesh, dimension: int, *, axisymmetric: bool) -> None:
-    """Raise `ValueError` for nodes that are nowhere, a plane mesh outside the x-y plane, and an axisymmetric one whose flow is not
-    along x."""
+    """Raise `ValueError` for nodes that are nowhere, a plane mesh outside the x-y plane, and an axisymmetric one whose flow is
+    not along x."""
     if not (np.abs(mesh.points) < FARTHEST).all():
         raise ValueError(f"it has a node that is not within {FARTHEST:g} m")
     extent = np.ptp(mesh.points, axis=0)
