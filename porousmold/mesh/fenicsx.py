@@ -381,6 +381,18 @@ def assemble_vector(vector: PETSc.Vec, form: Expression) -> None:
     vector.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
 
 
+def array_length(space: Any) -> int:
+    """Length of the local array of a function of a space, ghosts included."""
+    return int((space.dofmap.index_map.size_local + space.dofmap.index_map.num_ghosts) * space.dofmap.index_map_bs)
+
+
+def leaves(space: Any) -> list[tuple[Any, NDArray[Any]]]:
+    """(space, numbers in the whole) of every scalar or vector part of a space."""
+    if space.num_sub_spaces == 0 or space.dofmap.index_map_bs > 1:
+        return [(space, np.arange(array_length(space)))]
+    return [collapse(space, part) for part in range(space.num_sub_spaces)]
+
+
 def collapse(space: Any, index: int) -> tuple[Any, NDArray[Any]]:
     """Collapsed subspace and the map from its unknowns to those of the mixed space (a collective call)."""
     subspace, numbers = space.sub(index).collapse()

@@ -30,10 +30,10 @@ class NodeOrder:
     """Brings arrays of one function space into the order that no partition changes, and back (collective)."""
 
     def __init__(self, space: Any) -> None:
-        self._communicator, self._length = space.mesh.comm, _array_length(space)
+        self._communicator, self._length = space.mesh.comm, fenicsx.array_length(space)
         self._function_space = space
         self._parts = []
-        for collapsed, numbers in _leaves(space):
+        for collapsed, numbers in fenicsx.leaves(space):
             size = collapsed.dofmap.index_map_bs
             owned = collapsed.dofmap.index_map.size_local
             places = self._communicator.gather(collapsed.tabulate_dof_coordinates()[:owned])
@@ -68,17 +68,6 @@ class NodeOrder:
             function.x.array[numbers] = self._communicator.scatter(pieces)
         function.x.scatter_forward()
         return function.x.array.copy()
-
-
-def _array_length(space: Any) -> int:
-    return (space.dofmap.index_map.size_local + space.dofmap.index_map.num_ghosts) * space.dofmap.index_map_bs
-
-
-def _leaves(space: Any) -> list[tuple[Any, NDArray[Any]]]:
-    """(space, numbers in the whole) of every scalar or vector part of a space."""
-    if space.num_sub_spaces == 0 or space.dofmap.index_map_bs > 1:
-        return [(space, np.arange(_array_length(space)))]
-    return [fenicsx.collapse(space, part) for part in range(space.num_sub_spaces)]
 
 
 class NodeOrders:

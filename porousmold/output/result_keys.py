@@ -48,6 +48,12 @@ RESULT_KEYS: Mapping[str, ResultKey] = {
     "pumping_work": _number("J", "pumping work of the flow through the bed", optional=True),
     "energy_spent": _number("J", "fluid_heat plus pumping_work", optional=True),
     "mean_power": _number("W", "energy_spent divided by the heating time", optional=True),
+    "cycles": ResultKey(
+        "array", "cycles of [[operation.phase]] that are through: heat, work, efficiencies, and their phases"
+    ),
+    "last_cycle": ResultKey(
+        "object", "the last of them, without its phases, and whether it is_periodic", optional=True
+    ),
     "energy": ResultKey(
         "object", "energy (J) of the whole tool by source and use, peak_power (W), cost", optional=True
     ),

@@ -7,6 +7,7 @@ from ..laws.material_library import SOLIDS
 from ..laws.porosity import POROSITY_MODELS
 from .air_loop import has_air_loop, is_round, read_curve
 from .geometries import GEOMETRIES, dimension_of
+from .phases import DRIVES, check_phases, has_phases
 from .schema import KEYS
 from .sensors import sensor_names
 from .series import TimeSeries
@@ -23,7 +24,6 @@ ASKED: tuple[Literal["within", "above", "below", "spread", "cured"], ...] = (
 RESERVED_PLACES = ("wall", "bed_side", "bed")
 RESERVED_NAMES = (*RESERVED_PLACES, "fluid", "beads", "temperature")
 """Places that every scene has, whose names no layer can have."""
-DRIVES = ("pressure_drop", "inlet_velocity", "mass_flow")
 SMALLEST_RATIO = 10.0
 """Bead diameters that a bed is wide at least."""
 
@@ -75,6 +75,8 @@ def _geometry(scene: Any) -> None:
     if scene.geometry.width is None and scene.geometry.sides != "wall":
         _refuse(scene, "geometry.sides", "has no meaning without geometry.width")
     _need(scene, "operation", "initial_temperature")
+    if has_phases(scene):
+        return
     if scene.operation.programme is None:
         _need(scene, "operation", "inlet_temperature")
     elif scene.is_given("operation.inlet_temperature"):
@@ -84,6 +86,9 @@ def _geometry(scene: Any) -> None:
 
 def _drive(scene: Any) -> None:
     operation = scene.operation
+    check_phases(scene)
+    if has_phases(scene):
+        return
     drives = [name for name in DRIVES if getattr(operation, name) is not None]
     if operation.blower is not None or operation.blower_pressure is not None:
         _blower(scene, drives)
@@ -92,10 +97,16 @@ def _drive(scene: Any) -> None:
         given = " and ".join(f"operation.{name}" for name in drives) or "operation.pressure_drop"
         names = ", ".join(f"operation.{name}" for name in DRIVES)
         raise InputError(given, None, f"exactly one of {names} must be given", scene.source)
-    if scene.model.flow_update == "frozen" and getattr(operation, drives[0]).breakpoints:
+    drive = getattr(operation, drives[0])
+    if len(drive.values) == 1 and (drive.values[0] < 0.0 or (drive.values[0] == 0.0 and drives[0] != "pressure_drop")):
+        allowed = f"must be {'>=' if drives[0] == 'pressure_drop' else '>'} 0, but in a time series or a phase"
+        raise InputError(f"operation.{drives[0]}", drive.values[0], allowed, scene.source)
+    if not any(drive.values) and len(drive.values) > 1 and drives[0] != "pressure_drop":
+        raise InputError(f"operation.{drives[0]}", drive.source, "must not be 0 all the time", scene.source)
+    if scene.model.flow_update == "frozen" and drive.breakpoints:
         _refuse(scene, "model.flow_update", f"must be 'quasi-steady' with a time series as operation.{drives[0]}")
     limit = 10.0 * operation.outlet_pressure
-    if operation.pressure_drop is not None and operation.pressure_drop.range[1] > limit:
+    if operation.pressure_drop is not None and max(abs(value) for value in operation.pressure_drop.range) > limit:
         allowed = f"must be <= 10 x operation.outlet_pressure ({limit:g} Pa)"
         raise InputError("operation.pressure_drop", operation.pressure_drop.range[1], allowed, scene.source)
 
@@ -290,7 +301,10 @@ def _temperatures(scene: Any) -> None:
 def _is_heated_otherwise(scene: Any) -> bool:
     """Whether heat comes from elsewhere than with the fluid: beads, wall, surroundings or sources."""
     operation, layers = scene.operation, scene.wall.layer or ()
-    series = (operation.ambient_temperature, operation.wall_temperature, operation.bead_inlet_temperature)
+    series = (
+        *(operation.ambient_temperature, operation.wall_temperature, operation.bead_inlet_temperature),
+        operation.return_temperature,
+    )
     others = [value for one in series if one is not None for value in one.values]
     return (
         any(value != operation.initial_temperature for value in others)

@@ -21,6 +21,7 @@ from .closures import completed
 from .geometries import GEOMETRIES
 from .keys import LISTED, Table, checked_names, checked_values, flat, full_names, key_of, unit_and_meaning, unknown
 from .materials import own_materials, schema_with
+from .phases import drive_name, representative
 from .programme import series_of
 from .schema import KEYS
 from .series import TimeSeries
@@ -88,6 +89,8 @@ class Scene:
         if (programme := values["operation"]["programme"]) and (start := values["operation"]["initial_temperature"]):
             series = series_of(programme, start, found["source"])
             found["operation"] = Table("operation", {**values["operation"], "inlet_temperature": series})
+        if (phases := values["operation"]["phase"]) and (start := values["operation"]["initial_temperature"]):
+            found["operation"] = Table("operation", {**values["operation"], **representative(phases, start)})
         self.__dict__.update(found)
         check_together(self)
         profile, table = self.bed.porosity_profile, self.bed.conductivity_profile
@@ -179,7 +182,8 @@ class Scene:
     def _without_place(self) -> list[str]:
         """Full names of keys whose values come from elsewhere in this scene."""
         names = list(GEOMETRIES[self.geometry.kind].foreign)
-        names += ["operation.inlet_temperature"] if self.operation.programme else []
+        names += ["operation.inlet_temperature"] if self.operation.programme or self.operation.phase else []
+        names += [f"operation.{drive_name(self.operation.phase)}"] if self.operation.phase else []
         names += ["model.accuracy"] if self.model.choose == "as-given" else []
         return names + (["wall.material"] if self.wall.layer else [])
 

@@ -1,6 +1,7 @@
 """The schema of a scene: every key with its type, default, bounds and meaning (`docs/scene.md` lists it)."""
 
 from collections.abc import Collection, Mapping
+from dataclasses import replace
 
 from ..errors import InputError
 from ..laws import stirring
@@ -36,6 +37,15 @@ def _solid_properties(whose: str) -> dict[str, Key]:
         "conductivity": _property("W/(m*K)", f"thermal conductivity of {whose}; overrides the material's"),
     }
 
+
+_DRIVES = {
+    "pressure_drop": Key("Pa", "static pressure, inlet minus outlet; negative in a series or phase: the flow reverses", low=-1e8,
+                         high=1e8, closed=True, series=True),
+    "inlet_velocity": Key("m/s", "superficial: volume flow over the empty cross-section; negative in a series or phase: the flow "
+                          "reverses", low=-1e3, high=1e3, series=True),
+    "mass_flow": Key("kg/s", "mass flow: whole pipe; half cavity per metre of width; quarter of a cavity with a width; negative in "
+                     "a series or phase: the flow reverses", low=-1e6, high=1e6, series=True),
+}  # fmt: skip
 
 KEYS: dict[str, dict[str, Key]] = {
     "geometry": {
@@ -112,10 +122,21 @@ KEYS: dict[str, dict[str, Key]] = {
             "over": Key("s", "time that it takes, in place of a rate", low=0.0, high=1e9),
             "hold": Key("s", "duration of the hold after the ramp", low=0.0, high=1e9),
         }),
-        "pressure_drop": Key("Pa", "static pressure, inlet minus outlet", low=0.0, high=1e8, closed=True, series=True),
-        "inlet_velocity": Key("m/s", "superficial: volume flow over the empty cross-section", low=0.0, high=1e3, series=True),
-        "mass_flow": Key("kg/s", "mass flow: whole pipe; half cavity per metre of width; quarter of a cavity with a width",
-                         low=0.0, high=1e6, series=True),
+        **_DRIVES,
+        "return_temperature": Key("K", "of the fluid that enters at the outlet, where the drive of the flow gets negative",
+                                  low=0.0, high=5000.0, series=True),
+        "phase": Key("list", "phases of a run (charge, rest, discharge), one after the other, instead of a drive and "
+                     "inlet_temperature", entries={
+            "name": Key("text", "name of the phase in results"),
+            **{name: replace(key, series=False) for name, key in _DRIVES.items()},
+            "temperature": Key("K", "of the fluid that enters, from whichever end", low=0.0, high=5000.0),
+            "duration": Key("s", "after which the phase ends", low=0.0, high=1e9),
+            "until_outlet_above": Key("K", "the phase ends when the fluid that leaves is as warm", low=0.0, high=5000.0),
+            "until_outlet_below": Key("K", "the phase ends when the fluid that leaves is as cold", low=0.0, high=5000.0),
+        }),
+        "cycles": Key("integer", "times that the phases are gone through, at most", 1, low=1, high=10000, closed=True),
+        "cycle_tolerance": Key("", "relative change of the heat of every phase from one cycle to the next below which the state "
+                               "is periodic and the run ends", low=0.0, high=1.0),
         "blower": Key("file", "CSV curve `volume_flow [m^3/h], pressure_rise [Pa]` of the whole tool's blower"),
         "blower_pressure": Key("Pa", "pressure rise at zero flow of a blower with a parabolic curve", low=0.0,
                                high=1e7),

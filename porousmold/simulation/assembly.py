@@ -32,6 +32,7 @@ from ..mesh.aliases import Communicator
 from ..mesh.domain import Domain
 from ..mesh.from_gmsh import from_file
 from ..scene.geometries import BedSize
+from ..scene.series import TimeSeries
 from ..solvers.coupled import CoupledTransient
 from ..solvers.developed import DevelopedFlow
 from ..solvers.flow import FullFlow
@@ -203,8 +204,11 @@ def _flow_in_the_plane(specs: Specs) -> tuple[Domain, dict[str, fem.Function]]:
     flow = replace(specs.flow, by_blower=False)
     if flow.drive == "mass_flow":
         share = size.half_height / size.area
-        narrower = tuple(value * share for value in flow.driven_by.values)
-        flow = replace(flow, driven_by=replace(flow.driven_by, values=narrower))
+        if specs.course is None:
+            narrower = tuple(value * share for value in flow.driven_by.values)
+            flow = replace(flow, driven_by=replace(flow.driven_by, values=narrower))
+        else:
+            flow = replace(flow, driven_by=TimeSeries.constant(share * flow.driven_by.range[1]))
     heat = replace(specs.heat, air_loop=None)
     plane = assemble(replace(specs, mesh=flat, flow=flow, heat=heat), MPI.COMM_SELF)
     plane.flow.start()

@@ -32,8 +32,8 @@ def energy_use(
         np.array(history[name]) for name in ("time", "mass_flow", "pressure_drop", "inlet_temperature")
     )
     enthalpy = fluid.heat_capacity.integral
-    density = fluid.density(outlet_pressure + pressure_drop, inlet)
-    heat_rate = mass_flow * np.abs(enthalpy(inlet) - enthalpy(initial_temperature))
+    density = fluid.density(outlet_pressure + np.abs(pressure_drop), inlet)
+    heat_rate = np.abs(mass_flow) * np.abs(enthalpy(inlet) - enthalpy(initial_temperature))
     end = time[-1] if heating_time is None else heating_time
 
     def until_end(rate: NDArray[Any]) -> float:

@@ -52,6 +52,9 @@ LARGEST_PART = 0.5
 INLET_CHANGE = 0.1
 """K by which air that comes back may get warmer within a step, beside twice its last change, before cells become monotone."""
 
+SHORTEST_PART = 0.05
+"""Of the first step: a shorter one is not cut again to meet the end of a phase."""
+
 BACKWARDS = 1e-3
 """Mass flow, as a part of the expected one, by which a flow may run backwards: that of rounding."""
 
@@ -89,7 +92,7 @@ class Simulation:
             time.step_growth ** (1.0 / time.refinement),
             largest / time.refinement,
             time.end_time,
-            time.breakpoints,
+            self._breakpoints(),
         )
 
     def march(
@@ -114,7 +117,7 @@ class Simulation:
         observe("flow: initial guess")
         if not len(self.recorder.history):  # else it goes on from a checkpoint
             self._start()
-        while not (self.time >= self.specs.time.end_time * (1 - 1e-12) or self._heated_for_good() or self.is_steady()):
+        while not self._is_finished():
             observe("")
             step = self._step()
             if step is not None:
@@ -123,7 +126,49 @@ class Simulation:
                 self.recorder.record(self.time, step, self._flow_time())
                 self._keep_snapshot()
                 progress(self.time, self.recorder.history["deficit_wall"][-1])
+                self._follow_course()
         return self
+
+    def _is_finished(self) -> bool:
+        course = self.specs.course
+        if self.time >= self.specs.time.end_time * (1 - 1e-12):
+            return True
+        if course is not None and course.repeats:
+            return course.is_over
+        return self._heated_for_good() or self.is_steady()
+
+    def _follow_course(self) -> None:
+        """Go on to the next phase where the present one ends, with the state mirrored where the flow then turns (collective)."""
+        course, problem, history = self.specs.course, self.problem, self.recorder.history
+        if course is None:
+            return
+        differences = self._differences(self.time, *self._range_now(), problem.inlet_temperature)
+        if not course.is_past(self.time, history["outlet_temperature"][-1], differences):
+            self.control.breakpoints = self._breakpoints()
+            return
+        before = course.direction_of(course.number)
+        number = course.number
+        course.end_phase(self.time, problem.heat.balance.by_fluid)
+        self.recorder.end_phase(number, self.time)
+        self.control.jump(self.time)
+        self.control.breakpoints = self._breakpoints()
+        if course.is_over or course.direction_of(course.number) == before:
+            return
+        with problem.stopwatch("flow"):
+            problem.mirror(*problem.heat.functions, *problem.heat.memory, *problem.temperatures)
+            self._previous, self._steps = [], []
+            problem.medium.boundary.set(np.nextafter(self.time, math.inf))
+            problem.find_flow(problem.flow.start, self.time)
+
+    def _breakpoints(self) -> tuple[float, ...]:
+        """Those of the series, and of the present phase."""
+        course, known = self.specs.course, self.specs.time.breakpoints
+        return known if course is None else tuple(sorted({*known, *course.ends[-1:], *course.breakpoints}))
+
+    def _range_now(self) -> tuple[float, float]:
+        """Lowest and highest present temperature (K)."""
+        history = self.recorder.history
+        return history["lowest_temperature"][-1], history["highest_temperature"][-1]
 
     def _start(self) -> None:
         problem = self.problem
@@ -177,12 +222,26 @@ class Simulation:
             LOG.info("step of %g s from %g s repeated: %s, %.2g of what is allowed", step, self.time, error, ratio)
             self._put_back(before, balance)
             return None
+        if (part := self._part_in_phase(step)) < 1.0:
+            self._put_back(before, balance)
+            control.step = part * step
+            return None
         LOG.info(
             "step of %g s to %g s: estimated error %s, %d iterations of the flow, %d of the heat so far",
             *(step, self.time + step, error, problem.flow.newton_iterations, problem.heat.newton_iterations),
         )
         self._previous, self._steps = before[: len(problem.functions)], [*self._steps[-1:], step]
         return step
+
+    def _part_in_phase(self, step: float) -> float:
+        """Part of the step just taken that lies within the present phase, as far as what leaves tells its end (collective)."""
+        course, history, problem = self.specs.course, self.recorder.history, self.problem
+        if course is None or course.phase.side is None or step < self.control.first_step * SHORTEST_PART:
+            return 1.0
+        known = self.time > course.begun
+        differences = self._differences(self.time, *self._range_now(), problem.inlet_temperature)
+        before = history["outlet_temperature"][-1] if known else None
+        return course.part_of_step(before, problem.balances.outlet_temperature, differences)
 
     def _error_ratio(self, time: float, error: StepError) -> float:
         """Estimated error of a step to a time (s), over what is allowed of it (collective)."""
@@ -333,6 +392,8 @@ class Simulation:
             "rejected": self.control.rejected,
             "regimes": self.regimes,
             "is_also_laminar": self.is_also_laminar,
+            "course": None if self.specs.course is None else self.specs.course.save(),
+            "jumps": self.control.jumps,
             "problem": problem.numbers,
             "recorder": recorder.numbers,
         }
@@ -344,6 +405,10 @@ class Simulation:
         """Go on from what `save()` gave; `array_of(name, space)` gives the local array of a name (collective)."""
         self.time, self._steps, self.regimes = numbers["time"], numbers["steps"], numbers["regimes"]
         self.is_also_laminar = numbers["is_also_laminar"]
+        if self.specs.course is not None:
+            self.specs.course.restore(numbers["course"])
+            self.control.breakpoints = self._breakpoints()
+        self.control.jumps = list(numbers["jumps"])
         self.control.go_on_with(numbers["next_step"])
         self.control.rejected = numbers["rejected"]
         spaces = [function.function_space for function in self.problem.functions]

@@ -52,7 +52,8 @@ def straight_domain(
     elif size.half_width is not None:  # nothing changes across the width: cells as wide as the bed is high
         cells = max(2, round(finer * size.half_width / size.half_height))
         across.append(domain.Across(np.linspace(0.0, size.half_width, cells + 1), cells, walled=False))
-    along = axial_nodes(size.length, spec.axial_cells or estimates.axial_cells, estimates.end_length)
+    nodes = symmetric_nodes if spec.is_symmetric else axial_nodes
+    along = nodes(size.length, spec.axial_cells or estimates.axial_cells, estimates.end_length)
     along = refined(along, finer * spec.axial_refinement)
     _announce(spec, len(along) - 1, across, observe)
     return domain.straight_bed(communicator, along, across, axisymmetric=size.axisymmetric)
@@ -93,6 +94,17 @@ def axial_nodes(length: float, cells: int, last_cell: float) -> NDArray[Any]:
     while nodes[-1] - nodes[-2] > last_cell:
         nodes = np.insert(nodes, -1, 0.5 * (nodes[-2] + nodes[-1]))
     return nodes
+
+
+def symmetric_nodes(length: float, cells: int, last_cell: float) -> NDArray[Any]:
+    """Nodes (m) of a bed that the fluid enters from either end: graded from both, the cells at the ends as `axial_nodes` has the
+    last one."""
+    half = axial_nodes(0.5 * length, -(-cells // 2), math.inf)
+    outer = half[1]
+    while outer > last_cell:
+        outer *= 0.5
+        half = np.insert(half, 1, outer)
+    return np.concatenate([half, length - half[-2::-1]])
 
 
 def refined(nodes: NDArray[Any], factor: float) -> NDArray[Any]:

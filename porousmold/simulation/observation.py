@@ -84,7 +84,12 @@ def field_snapshots(
         temperature, beads = problem.temperature, problem.bead_temperature
         problem.medium.flow_temperature.x.array[:] = temperature.x.array  # the density that the velocity belongs to
         temperature.name, beads.name = "temperature", "bead_temperature"
-        yield time, [temperature, beads, *problem.flow.fields().values(), *of_the_bed.now()]
+        fields = problem.flow.fields()
+        functions = [temperature, beads, *fields.values(), *of_the_bed.now()]
+        if problem.specs.course is not None and problem.specs.course.direction(time) < 0:
+            problem.mirror.vectors(fields["velocity"])
+            problem.mirror(*(function for function in functions if function is not fields["velocity"]))
+        yield time, functions
     problem.set_state(now)
     problem.medium.flow_temperature.x.array[:] = flow_temperature
 

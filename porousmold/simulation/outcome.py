@@ -21,6 +21,7 @@ from ..scene.chosen_laws import width_ratio
 from ..scene.closures import departures
 from ..scene.plausibility import implausible_values
 from ..scene.scene import Scene
+from .cycles import SURROUNDINGS, cycles_of
 from .energy_use import energy_use
 from .march import Simulation, temperature_bounds
 from .specs import Specs
@@ -72,12 +73,36 @@ def summarise(
         "heat_by_fluid": balance.by_fluid,
         "heat_stored": balance.stored,
         **_spent(simulation),
+        **_cycles(simulation),
         "energy": _energy_of_the_tool(simulation) if recorded and problem.air_loop is not None else None,
         "temperature_bounds": bounds,
         **_work_done(simulation),
         **_provenance(scene, simulation),
         "warnings": warnings_of(scene, simulation, bounds),
     }
+
+
+def _cycles(simulation: Simulation) -> dict[str, Any]:
+    """What phases gave and took, the last whole cycle once more without them, and whether it repeats itself (collective)."""
+    course, recorder, problem, specs = (
+        simulation.specs.course,
+        simulation.recorder,
+        simulation.problem,
+        simulation.specs,
+    )
+    if course is None or not course.repeats or not len(recorder.history):
+        return {"cycles": [], "last_cycle": None}
+    warm = [float(value) for phase in course.phases for value in phase.temperature.values]
+    ambient = specs.heat.outer_wall.ambient
+    given = {
+        "outlet_pressure": specs.flow.outlet_pressure,
+        "surroundings": SURROUNDINGS if ambient is None else float(ambient(0.0)),
+        "length": problem.domain.length,
+        "storable": problem.storable(min(warm), max(warm)),
+    }
+    cycles = cycles_of(recorder.history, course, recorder.profiles, specs.laws.fluid, given)
+    last = {name: value for name, value in cycles[-1].items() if name != "phases"} if cycles else None
+    return {"cycles": cycles, "last_cycle": last and last | {"is_periodic": course.is_periodic}}
 
 
 def _part(errors: Mapping[str, float] | None, prefix: str) -> dict[str, float]:

@@ -17,6 +17,7 @@ from ..mesh import domain as geometry
 from ..mesh import fenicsx, ranks
 from ..mesh.aliases import Communicator
 from ..mesh.domain import Domain
+from ..mesh.mirror import Mirror
 from ..mesh.probe import PointProbe
 from ..scene.geometries import BedSize
 from ..scene.sensors import read_sensors
@@ -29,6 +30,9 @@ from .stopwatch import Stopwatch
 
 QUADRATURE = 2
 """Degree of the quadrature of means."""
+PLACES_ALONG = 101
+"""Of the profile along the bed."""
+STORES = ("beads", "wall")
 STATION_FRACTIONS = {"L/8": 0.125, "L/4": 0.25, "L/2": 0.5, "L": 1.0}
 
 
@@ -149,6 +153,20 @@ class Problem:
         self._places = self._numbers_of_places()
         self._along = self._places_along_the_flow()
 
+    @functools.cached_property
+    def along_the_bed(self) -> PointProbe:
+        """Values at `PLACES_ALONG` places, evenly spaced from inlet to outlet, in the middle of the bed."""
+        stations = [self.domain.stations(float(part)) for part in np.linspace(0.0, 1.0, PLACES_ALONG)]
+        return PointProbe(self.domain, np.array([station.get("centre", station["bed_side"]) for station in stations]))
+
+    def storable(self, low: float, high: float) -> float:
+        """Heat (J) that beads and wall store between two temperatures (K) (collective)."""
+        warm, cold = self.domain.constant(high), self.domain.constant(low)
+        forms = self.energy_equations.heat_kept(warm, warm, cold)
+        return sum(
+            ranks.integral(self.communicator, fenicsx.compiled_form(forms[name])) for name in STORES if name in forms
+        )
+
     def _places_along_the_flow(self) -> NDArray[Any]:
         """x[0] (m) of every temperature of the heat's unknowns."""
         if not self.specs.heat.two_temperatures:
@@ -257,10 +275,16 @@ class Problem:
     @property
     def memory(self) -> list[fem.Function]:
         """`functions`, and what else the next step depends on."""
-        return [*self.functions, *self._temperatures, *self.heat.memory]
+        return [*self.functions, *self.temperatures, *self.heat.memory]
+
+    @functools.cached_property
+    def mirror(self) -> Mirror:
+        """What mirrors functions along the flow, where that reverses."""
+        return Mirror(self.domain)
 
     @property
-    def _temperatures(self) -> list[fem.Function]:
+    def temperatures(self) -> list[fem.Function]:
+        """Those that flow and heat take their coefficients at."""
         return [self.medium.flow_temperature, self.medium.property_temperature]
 
     def state(self) -> list[NDArray[Any]]:
@@ -291,7 +315,7 @@ class Problem:
     def save(self) -> Saved:
         """Flow, heat, the temperatures that their coefficients are taken at, and what the air's supply does."""
         flow, heat = self.flow.save(), self.heat.save()
-        own = saved_functions(self._temperatures, "temperatures")
+        own = saved_functions(self.temperatures, "temperatures")
         numbers = {"flow": flow.numbers, "heat": heat.numbers}
         numbers |= {"air_loop": self.air_loop.save()} if self.air_loop else {}
         return Saved(numbers, flow.arrays | heat.arrays | own)
@@ -300,7 +324,7 @@ class Problem:
         """Go on from what `save()` gave."""
         self.flow.restore(numbers["flow"], array_of)
         self.heat.restore(numbers["heat"], array_of)
-        restore_functions(self._temperatures, "temperatures", array_of)
+        restore_functions(self.temperatures, "temperatures", array_of)
         if self.air_loop is not None:
             self.air_loop.restore(numbers["air_loop"])
 

@@ -4,10 +4,12 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from ..output.quantities import Columns
 from ..solvers.protocols import ArrayOf, Saved
+from .cycles import Profile
 from .heating_time import crossing_time
 from .problem import Problem
 
@@ -18,16 +20,18 @@ HEATING_TIME = "heating_time"
 
 class Recorder:
     """`history` with a row for every step, the times at which the wall was heated and the `targets` were met (None until
-    then), and `snapshots` of all
-    functions, (time, arrays), spread over the march."""
+    then), `snapshots` of all functions, (time, arrays), spread over the march, and `profiles` along the bed at the ends of
+    phases: those of the first cycle and of the last two."""
 
     def __init__(self, problem: Problem) -> None:
         self._problem, self._time, self._heat = problem, problem.specs.time, problem.specs.heat
+        self._course = problem.specs.course
         self.history = Columns()
         self.heating_time: float | None = None
         self.heating_time_bed_side: float | None = None
         self.targets: dict[str, float | None] = {target.name: None for target in self._time.targets}
         self.snapshots: list[tuple[float, list[NDArray[Any]]]] = []
+        self.profiles: list[Profile] = []
         self._spacing = 0.0
         layers = self._heat.layers
         self._has_sources = any(layer.heat_source is not None or layer.solid.cure is not None for layer in layers)
@@ -67,7 +71,7 @@ class Recorder:
         row |= {f"cure_{name}": least for name, (least, _) in problem.degrees_of_cure().items()}
         if (difference := problem.heat.largest_bead_difference()) is not None:
             row["largest_bead_difference"] = difference
-        self.history.append(row | self._at_places())
+        self.history.append(self._facing_the_inlet(row | self._at_places(time), time))
         self._look_at_targets()
         if not self._heat.is_heated_by_inflow(self._time.margin):
             return  # the wall's temperature is given, or its heat comes from elsewhere: nothing to wait for
@@ -108,9 +112,37 @@ class Recorder:
         """Whether all targets are met, or without targets the wall is heated."""
         return None not in self.targets.values() if self.targets else self.heating_time is not None
 
-    def _at_places(self) -> dict[str, float]:
+    def _direction(self, time: float) -> int:
+        """1 where the fluid comes in at the inlet at a time (s), -1 where at the outlet."""
+        return 1 if self._course is None else self._course.direction(time)
+
+    def _facing_the_inlet(self, row: dict[str, Any], time: float) -> dict[str, Any]:
+        """The row with the flow's direction as a sign, and places counted from the inlet."""
+        if self._direction(time) < 0:
+            row |= {name: -row[name] for name in ("mass_flow", "pressure_drop")}
+            row |= {name: self._problem.domain.length - row[name] for name in ("coldest_place", "hottest_place")}
+        return row
+
+    def end_phase(self, number: int, time: float) -> None:
+        """Keep the temperatures along the bed at the end (s) of a phase; the flow is another one from now on, so that nothing is
+        extrapolated from before (collective)."""
+        self._last_flow = None
+        problem, course = self._problem, self._course
+        assert course is not None
+        parts = [problem.temperature, problem.bead_temperature if self._heat.two_temperatures else problem.temperature]
+        if course.direction(time) < 0:
+            problem.mirror(*parts)
+        fluid, beads = (problem.along_the_bed(part)[:, 0] for part in parts)
+        self.profiles.append(Profile(number, time, fluid, beads))
+        count = len(course.phases)
+        latest = (number // count - 1) * count
+        self.profiles = [one for one in self.profiles if one.number < count or one.number >= latest]
+
+    def _at_places(self, time: float) -> dict[str, float]:
         """Temperatures at the stations and at the sensors, and how steep they are there."""
         problem, temperature = self._problem, self._problem.temperature
+        if self._direction(time) < 0:
+            problem.mirror(temperature)
         values: dict[str, float] = {}
         for kind, probe, names in (
             ("temperature", problem.stations, problem.station_names),
@@ -169,6 +201,7 @@ class Recorder:
             "last_flow": self._last_flow,
             "snapshot_times": [time for time, _ in self.snapshots],
             "snapshot_spacing": self._spacing,
+            "profiles": [[one.number, one.time, one.fluid.tolist(), one.beads.tolist()] for one in self.profiles],
         }
         return Saved(numbers, arrays)
 
@@ -178,6 +211,10 @@ class Recorder:
         self.heating_time, self.heating_time_bed_side = numbers["heating_time"], numbers["heating_time_bed_side"]
         self.targets |= numbers["targets"]
         self._last_flow, self._spacing = numbers["last_flow"], numbers["snapshot_spacing"]
+        self.profiles = [
+            Profile(number, time, np.array(fluid), np.array(beads))
+            for number, time, fluid, beads in numbers["profiles"]
+        ]
         spaces = [function.function_space for function in self._problem.functions]
         self.snapshots = [
             (time, [array_of(f"snapshot/{number}/{i}", space) for i, space in enumerate(spaces)])

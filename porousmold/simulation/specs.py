@@ -3,6 +3,7 @@
 Lengths in m, times in s, temperatures in K. None stands for what the scene leaves to the program.
 """
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -14,13 +15,15 @@ from ..laws.phases import other_phase
 from ..laws.porosity import Porosity
 from ..laws.turbulence_models import TurbulenceModel
 from ..mesh.gmsh_model import Conventions
-from ..scene.checks import ASKED, DRIVES, RESERVED_PLACES, SMALLEST_RATIO, target_name
+from ..scene.checks import ASKED, RESERVED_PLACES, SMALLEST_RATIO, target_name
 from ..scene.chosen_laws import Laws
 from ..scene.geometries import GEOMETRIES, BedSize, dimension_of
+from ..scene.phases import DRIVES, reverses
 from ..scene.scene import Scene
 from ..scene.sensors import sensor_names
 from ..scene.series import TimeSeries
 from .air_loop_spec import AirLoopSpec, air_loop_of, first_point
+from .course import Course, followed
 from .targets import Target
 
 CONTACT_THICKNESS = 1e-6
@@ -38,8 +41,8 @@ class MeshSpec:
     """The mesh: `size` of a straight bed, or the `file` of a mesh, whose commands are run if it is `trusted`, read by its
     `conventions`. `layers` are those of a wall with cells of its own.
 
-    Cells are those of the scene before `refinement`, which counts `axial_refinement` times along the flow. `sensors` is the file
-    of recorded places, `scene_file` is named in errors.
+    With `is_symmetric` its two ends are alike. Cells are those of the scene before `refinement`, which counts
+    `axial_refinement` times along the flow. `sensors` is the file of recorded places, `scene_file` is named in errors.
     """
 
     size: BedSize | None
@@ -58,6 +61,7 @@ class MeshSpec:
     refinement: float
     axial_refinement: float
     unknowns_per_node: int
+    is_symmetric: bool
     sensors: Path | None
     scene_file: str | None
 
@@ -173,7 +177,7 @@ class OutputSpec:
 
 @dataclass(frozen=True, kw_only=True)
 class Specs:
-    """All parts of a scene, and its laws."""
+    """All parts of a scene, its laws, and the `course` of a flow that reverses or has phases."""
 
     mesh: MeshSpec
     flow: FlowSpec
@@ -181,6 +185,7 @@ class Specs:
     time: TimeSpec
     output: OutputSpec
     laws: Laws
+    course: Course | None = None
 
     @property
     def porosity(self) -> Porosity:
@@ -192,12 +197,13 @@ def specs_of(scene: Scene) -> Specs:
     """The parts of a scene."""
     laws = Laws.of(scene)
     _require_phase(scene, laws)
-    air_loop = air_loop_of(scene, laws.fluid)
+    air_loop, course = air_loop_of(scene, laws.fluid), Course.of(scene)
     return Specs(
         mesh=_mesh(scene, laws),
-        flow=_flow(scene, laws, None if air_loop is None else air_loop.blower),
-        heat=_heat(scene, laws, air_loop),
-        time=_time(scene),
+        flow=_flow(scene, laws, None if air_loop is None else air_loop.blower, course),
+        heat=_heat(scene, laws, air_loop, course),
+        time=_time(scene, course),
+        course=course,
         output=OutputSpec(
             fields=scene.output.fields,
             field_times=scene.output.field_times,
@@ -243,16 +249,19 @@ def _mesh(scene: Scene, laws: Laws) -> MeshSpec:
         refinement=solver.mesh_refinement,
         axial_refinement=solver.axial_refinement,
         unknowns_per_node=max(velocity_and_pressure + turbulent, 1),
+        is_symmetric=reverses(scene),
         sensors=geometry.sensors,
         scene_file=scene.source,
     )
 
 
-def _flow(scene: Scene, laws: Laws, blower: Blower | None) -> FlowSpec:
+def _flow(scene: Scene, laws: Laws, blower: Blower | None, course: Course | None) -> FlowSpec:
     operation, model, bed = scene.operation, scene.model, scene.bed
     if blower is None:
         drive = next(name for name in DRIVES if getattr(operation, name) is not None)
         driven_by = getattr(operation, drive).thinned()
+        if course is not None:
+            driven_by = followed(tuple(abs(value) for value in driven_by.values), course.drive)
     else:
         drive, driven_by = "pressure_drop", TimeSeries.constant(first_point(scene, laws, blower))
     return FlowSpec(
@@ -302,8 +311,12 @@ def contact(name: str, resistance: float) -> LayerSpec:
     return LayerSpec(name=name, solid=solid, thickness=CONTACT_THICKNESS, cells=1, is_contact=True)
 
 
-def _heat(scene: Scene, laws: Laws, air_loop: AirLoopSpec | None) -> HeatSpec:
+def _heat(scene: Scene, laws: Laws, air_loop: AirLoopSpec | None, course: Course | None) -> HeatSpec:
     operation, model = scene.operation, scene.model
+    inlet_temperature = operation.inlet_temperature.thinned()
+    if course is not None:
+        back = () if operation.return_temperature is None else operation.return_temperature.values
+        inlet_temperature = followed((*back, *inlet_temperature.values), course.temperature)
     return HeatSpec(
         two_temperatures=model.energy == "two-temperature",
         bead_modes=model.bead_modes,
@@ -319,7 +332,7 @@ def _heat(scene: Scene, laws: Laws, air_loop: AirLoopSpec | None) -> HeatSpec:
             ambient=_thinned(operation.ambient_temperature),
         ),
         initial_temperature=operation.initial_temperature,
-        inlet_temperature=operation.inlet_temperature.thinned(),
+        inlet_temperature=inlet_temperature,
         air_loop=air_loop,
         bead_velocity=operation.bead_velocity,
         bead_inlet_temperature=_thinned(operation.bead_inlet_temperature),
@@ -347,9 +360,12 @@ def _targets(scene: Scene) -> tuple[Target, ...]:
     return tuple(found)
 
 
-def _time(scene: Scene) -> TimeSpec:
+def _time(scene: Scene, course: Course | None) -> TimeSpec:
     operation, solver = scene.operation, scene.solver
-    series: list[Any] = [value.thinned() for _, value in operation if isinstance(value, TimeSeries)]
+    of_course = ("inlet_temperature", "return_temperature", *DRIVES) if course is not None else ()
+    series: list[Any] = [
+        value.thinned() for name, value in operation if isinstance(value, TimeSeries) and name not in of_course
+    ]
     series += [layer.heat_source.thinned() for layer in scene.wall.layer or () if layer.heat_source is not None]
     return TimeSpec(
         first_step=solver.first_step,
@@ -358,9 +374,18 @@ def _time(scene: Scene) -> TimeSpec:
         refinement=solver.step_refinement,
         tolerance=solver.step_tolerance,
         keeps_bounds=solver.keep_bounds,
-        end_time=operation.end_time,
-        until_steady=not scene.is_given("operation.end_time"),
+        end_time=_end_time(scene, course),
+        until_steady=not scene.is_given("operation.end_time") and not (course is not None and course.repeats),
         margin=operation.heating_margin,
         targets=_targets(scene),
         breakpoints=tuple(sorted({instant for each in series for instant in each.breakpoints if instant > 0.0})),
     )
+
+
+def _end_time(scene: Scene, course: Course | None) -> float:
+    """Of phases that end by themselves, when they are through."""
+    given = float(scene.operation.end_time)
+    if course is None or not course.repeats:
+        return given
+    longest = course.longest
+    return min(longest, given) if scene.is_given("operation.end_time") or not math.isfinite(longest) else longest

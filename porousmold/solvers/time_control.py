@@ -25,7 +25,7 @@ SAFETY, LEAST_FACTOR = 0.85, 0.2
 class TimeControl:
     """Proposes steps (s). `breakpoints` are times at which given series change slope: steps end there and start small again.
 
-    State is `step` (the next one) and counters.
+    State is `step` (the next one), `jumps`, times (s) at which everything given changed at once, and counters.
     """
 
     first_step: float
@@ -34,6 +34,7 @@ class TimeControl:
     end_time: float
     breakpoints: tuple[float, ...] = ()
     step: float = field(init=False)
+    jumps: list[float] = field(init=False, default_factory=list)
     rejected: int = field(init=False, default=0)
     _failures: int = field(init=False, default=0)
 
@@ -47,8 +48,13 @@ class TimeControl:
         far = (-math.inf, *self.breakpoints, math.inf)
         close = [end - begin < self.first_step for begin, end in pairwise(far)]
         ends = (end for n, end in enumerate(far[1:]) if close[n] and not (close[n - 1] or close[n + 1]))
-        last = max(instant for instant in (0.0, *ends) if instant <= time * (1 + 1e-9))
+        last = max(instant for instant in (0.0, *self.jumps[-1:], *ends) if instant <= time * (1 + 1e-9))
         return time - last < self.first_step * JUMP_STEPS
+
+    def jump(self, time: float) -> None:
+        """Everything given changes at a time (s): steps start small again."""
+        self.jumps = [time]
+        self.step = self.first_step
 
     def propose(self, time: float, longest: float = math.inf) -> Any:
         """The step to try from `time`, `longest` at most: never across a breakpoint or the end."""

@@ -1,0 +1,210 @@
+"""Flow that reverses and rests, and phases that repeat: [[operation.phase]], or a drive that changes its sign in time.
+
+A positive drive pushes the fluid from the inlet to the outlet, a negative one back; at zero the bed rests. What enters through
+the outlet has a temperature of its own: that of the phase, or `operation.return_temperature`.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, Literal
+
+from ..errors import InputError
+from .keys import Table
+from .series import ProfileSeries, TimeSeries
+
+DRIVES = ("pressure_drop", "inlet_velocity", "mass_flow")
+Side = Literal["above", "below"]
+ENDS: tuple[Side, ...] = ("above", "below")
+SHORTEST = 1e-9
+"""Part of its whole time below which a piece of a series is none."""
+
+
+@dataclass(frozen=True)
+class Phase:
+    """A part of a run with one direction of flow: `sign` 1, -1, or 0 where it rests. `drive` is the magnitude of what drives the
+    flow, `temperature` (K) that of the entering fluid, both against the time since the phase began. It ends after `duration` (s),
+    or before that where the fluid that leaves gets beyond `limit` (K), "above" or "below"."""
+
+    name: str
+    sign: int
+    drive: TimeSeries
+    temperature: TimeSeries
+    duration: float = math.inf
+    side: Side | None = None
+    limit: float = 0.0
+
+
+def has_phases(scene: Any) -> bool:
+    """Whether the run consists of [[operation.phase]]."""
+    return scene.operation.phase is not None
+
+
+def reverses(scene: Any) -> bool:
+    """Whether the flow comes from the outlet at some time."""
+    return any(phase.sign < 0 for phase in phases_of(scene))
+
+
+def phases_of(scene: Any) -> tuple[Phase, ...]:
+    """The phases of a scene, once through; none where the flow keeps its direction all the time."""
+    operation = scene.operation
+    if operation.phase is not None:
+        return tuple(_of_table(number, phase, scene) for number, phase in enumerate(operation.phase, start=1))
+    drive = drive_of(scene)
+    if drive is None or min(drive.values) >= 0.0:
+        return ()
+    back = operation.return_temperature or operation.inlet_temperature
+    return tuple(_pieces(drive.thinned(), operation.inlet_temperature.thinned(), back.thinned()))
+
+
+def drive_of(scene: Any) -> TimeSeries | None:
+    """The series of what drives the flow, None with a blower or phases."""
+    return next((value for name in DRIVES if (value := getattr(scene.operation, name)) is not None), None)
+
+
+def drive_name(phases: Sequence[Table]) -> str | None:
+    """The key of the drive of all phases; None where there is none."""
+    return next((name for phase in phases for name in DRIVES if getattr(phase, name) is not None), None)
+
+
+def representative(phases: Sequence[Table], initial: float) -> dict[str, TimeSeries]:
+    """What stands for `operation.inlet_temperature` and the drive where only their values count: those farthest from the start
+    come last."""
+    warm = sorted({p.temperature for p in phases if p.temperature is not None}, key=lambda value: abs(value - initial))
+    name = drive_name(phases)
+    strong = sorted({abs(getattr(p, name) or 0.0) for p in phases}) if name else []
+    found = {"inlet_temperature": _values(warm or [initial])}
+    return found | ({name: _values(strong)} if name else {})
+
+
+def _values(values: Sequence[float]) -> TimeSeries:
+    return TimeSeries(tuple(float(number) for number in range(len(values))), tuple(values), corners=())
+
+
+def _of_table(number: int, phase: Table, scene: Any) -> Phase:
+    name = drive_name(scene.operation.phase)
+    strength = (getattr(phase, name) if name else None) or 0.0
+    side = next((side for side in ENDS if getattr(phase, f"until_outlet_{side}") is not None), None)
+    temperature = phase.temperature
+    if temperature is None:  # nothing enters
+        temperature = scene.operation.inlet_temperature.values[-1]
+    return Phase(
+        phase.name or f"phase {number}",
+        (strength > 0.0) - (strength < 0.0),
+        TimeSeries.constant(abs(strength)),
+        TimeSeries.constant(temperature),
+        math.inf if phase.duration is None else phase.duration,
+        side,
+        0.0 if side is None else getattr(phase, f"until_outlet_{side}"),
+    )
+
+
+def _pieces(drive: TimeSeries, forward: TimeSeries, back: TimeSeries) -> list[Phase]:
+    """The phases of a drive that changes its sign, from one zero crossing to the next; the last one goes on."""
+    times, values = list(drive.times), list(drive.values)
+    points = [(times[0], values[0])]
+    for (t0, v0), (t1, v1) in pairwise(zip(times, values, strict=True)):
+        if v0 * v1 < 0.0:
+            points.append((t0 + (t1 - t0) * v0 / (v0 - v1), 0.0))
+        points.append((t1, v1))
+    signs = [_sign(a[1] + b[1]) for a, b in pairwise(points)]
+    pieces: list[list[tuple[float, float]]] = []
+    kinds: list[int] = []
+    for sign, (first, following) in zip(signs, pairwise(points), strict=True):
+        if not kinds or sign != kinds[-1]:
+            pieces.append([first])
+            kinds.append(sign)
+        pieces[-1].append(following)
+    begun, phases = 0.0, []
+    for number, (sign, piece) in enumerate(zip(kinds, pieces, strict=True), start=1):
+        end = math.inf if number == len(pieces) else piece[-1][0]
+        name = {1: "forward", 0: "rest", -1: "back"}[sign]
+        course = TimeSeries(tuple(t - begun for t, _ in piece), tuple(abs(v) for _, v in piece))
+        warm = back if sign < 0 else forward
+        moved = TimeSeries(tuple(t - begun for t in warm.times), warm.values, corners=_moved(warm.breakpoints, begun))
+        phases.append(Phase(name, sign, course, moved, end - begun))
+        begun = end
+    return phases
+
+
+def _moved(corners: Sequence[float], begun: float) -> tuple[float, ...]:
+    return tuple(instant - begun for instant in corners if instant > begun)
+
+
+def _sign(value: float) -> int:
+    return (value > 0.0) - (value < 0.0)
+
+
+def check_phases(scene: Any) -> None:
+    """Refuse (`InputError`) phases without a drive, an end or a temperature, and reversal where it is not to be had."""
+    operation = scene.operation
+    if operation.phase is not None:
+        _check_table(scene)
+    elif scene.is_given("operation.cycles") or scene.is_given("operation.cycle_tolerance"):
+        name = "cycles" if scene.is_given("operation.cycles") else "cycle_tolerance"
+        raise InputError(f"operation.{name}", getattr(operation, name), "needs [[operation.phase]]", scene.source)
+    if not phases_of(scene):
+        if operation.return_temperature is not None:
+            allowed = "has no meaning: the flow never comes from the outlet"
+            raise InputError("operation.return_temperature", None, allowed, scene.source)
+        return
+    _check_models(scene)
+    if not reverses(scene):
+        return
+    if operation.phase is None and operation.return_temperature is None:
+        allowed = "is missing: the flow reverses, and what then enters at the outlet has a temperature"
+        raise InputError("operation.return_temperature", None, allowed, scene.source)
+    if scene.geometry.kind == "mesh":
+        allowed = "must be a straight bed (mold, pipe) where the flow reverses"
+        raise InputError("geometry.kind", scene.geometry.kind, allowed, scene.source)
+    if operation.gravity:
+        allowed = "must be 0 where the flow reverses: buoyancy would turn with it"
+        raise InputError("operation.gravity", operation.gravity, allowed, scene.source)
+
+
+def _check_models(scene: Any) -> None:
+    operation = scene.operation
+    if scene.model.flow_update != "quasi-steady":
+        allowed = "must be 'quasi-steady' where the flow reverses or has phases"
+        raise InputError("model.flow_update", scene.model.flow_update, allowed, scene.source)
+    if operation.bead_velocity:
+        allowed = "must be 0 where the flow reverses or has phases"
+        raise InputError("operation.bead_velocity", operation.bead_velocity, allowed, scene.source)
+    for name in ("heater_power", "recirculation"):
+        if getattr(operation, name) is not None:
+            allowed = "has no place where the flow reverses or has phases"
+            raise InputError(f"operation.{name}", None, allowed, scene.source)
+    flux = operation.outer_heat_flux
+    if isinstance(flux, ProfileSeries) and reverses(scene):
+        allowed = "must not change along the flow where that reverses"
+        raise InputError("operation.outer_heat_flux", flux.source, allowed, scene.source)
+    if scene.model.choose != "as-given":
+        allowed = "must be 'as-given' where the flow reverses or has phases"
+        raise InputError("model.choose", scene.model.choose, allowed, scene.source)
+
+
+def _check_table(scene: Any) -> None:
+    operation, where = scene.operation, scene.source
+    for other in ("inlet_temperature", "programme", "return_temperature", "blower", "blower_pressure", *DRIVES):
+        if scene.is_given(f"operation.{other}"):
+            raise InputError(f"operation.{other}", None, "cannot be combined with [[operation.phase]]", where)
+    name = drive_name(operation.phase)
+    if name is None:
+        allowed = f"one of {', '.join(DRIVES)} must be given for a phase at least"
+        raise InputError("operation.phase", None, allowed, where)
+    for number, phase in enumerate(operation.phase, start=1):
+        place = f"operation.phase[{number}]"
+        for other in DRIVES:
+            if other != name and getattr(phase, other) is not None:
+                raise InputError(f"{place}.{other}", None, f"must be {name}, as of the other phases", where)
+        if getattr(phase, name) and phase.temperature is None:
+            raise InputError(f"{place}.temperature", None, "is missing: the temperature of what enters", where)
+        ends = [side for side in ENDS if getattr(phase, f"until_outlet_{side}") is not None]
+        if len(ends) == 2:
+            raise InputError(f"{place}.until_outlet_below", None, "cannot be combined with until_outlet_above", where)
+        if ends and not getattr(phase, name):
+            allowed = "needs a flow: without one nothing leaves"
+            raise InputError(f"{place}.until_outlet_{ends[0]}", None, allowed, where)
+        if not ends and phase.duration is None:
+            raise InputError(f"{place}.duration", None, "is missing, and so is until_outlet_above or _below", where)

@@ -1,0 +1,130 @@
+"""What the phases of a run gave and took: heat, exergy, work, and how sharp the front in the bed is.
+
+The exergy that a flow leaves behind is m [h(T_in) - h(T_out) - T_0 (s(T_in) - s(T_out))], T_0 of the surroundings; that of its
+pressure is left to the pumping work. The thermocline is the part of the bed between 10 and 90 % of the temperature difference of
+the phases (its thickness); its place is where half of that is passed.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import trapezoid
+from scipy.special import roots_legendre
+
+from ..laws.materials import Fluid
+from ..output.quantities import Columns
+from .course import Course
+
+SURROUNDINGS = 298.15
+"""Temperature (K) of the surroundings of a scene that gives none."""
+FRONT = (0.1, 0.9)
+"""Parts of the temperature difference between which the thermocline lies."""
+POINTS, WEIGHTS = (part.astype(float) for part in roots_legendre(8))
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Temperatures (K) of fluid and beads along the middle of the bed, at the end of a phase, by its number."""
+
+    number: int
+    time: float
+    fluid: NDArray[np.float64]
+    beads: NDArray[np.float64]
+
+
+def cycles_of(
+    history: Columns, course: Course, profiles: Sequence[Profile], fluid: Fluid, given: Mapping[str, float]
+) -> list[dict[str, Any]]:
+    """The cycles that are through, each with its `phases`.
+
+    `given`: "outlet_pressure" (Pa), "surroundings" (K), "length" (m), and "storable" (J) between the phases' temperatures.
+    """
+    columns = {name: np.array(values) for name, values in history.columns.items()}
+    known = {profile.number: profile for profile in profiles}
+    warm = [float(value) for phase in course.phases for value in phase.temperature.values]
+    phases = []
+    for number, (end, heat) in enumerate(zip(course.ends, course.heats, strict=True)):
+        begun, before = (course.ends[number - 1], course.heats[number - 1]) if number else (0.0, 0.0)
+        rows = (columns["time"] > begun) & (columns["time"] <= end * (1.0 + 1e-12))
+        part = {name: values[rows] for name, values in columns.items()}
+        content = {"name": course.phase_of(number).name, "begin": begun, "end": end, "heat": heat - before}
+        content |= _flow(part, begun, fluid, given)
+        content["heat_stored"] = float(part["heat_stored"][-1])
+        if number in known:
+            content |= _front(known[number], min(warm), max(warm), given["length"])
+        phases.append(content)
+    count = len(course.phases)
+    whole = [phases[first : first + count] for first in range(0, len(phases) - count + 1, count)]
+    return [_cycle(number, part, columns, given["storable"]) for number, part in enumerate(whole, start=1)]
+
+
+def _flow(
+    part: Mapping[str, NDArray[Any]], begun: float, fluid: Fluid, given: Mapping[str, float]
+) -> dict[str, float | None]:
+    """Exergy, work and outlet temperatures of a phase, from its rows of the history."""
+    time = np.append(begun, part["time"])
+    mass_flow, drop = np.abs(part["mass_flow"]), np.abs(part["pressure_drop"])
+    entering, leaving = part["inlet_temperature"], part["outlet_temperature"]
+
+    def over_time(rate: NDArray[Any]) -> float:
+        return float(trapezoid(np.append(rate[:1], rate), time))
+
+    mass = over_time(mass_flow)
+    density = fluid.density(given["outlet_pressure"] + drop, entering)
+    return {
+        "exergy": over_time(mass_flow * _exergy(fluid, leaving, entering, given["surroundings"])),
+        "pumping_work": over_time(mass_flow * drop / density),
+        "mean_outlet_temperature": over_time(mass_flow * leaving) / mass if mass > 0.0 else None,
+        "outlet_temperature": float(leaving[-1]),
+    }
+
+
+def _exergy(fluid: Fluid, low: NDArray[Any], high: NDArray[Any], surroundings: float) -> NDArray[Any]:
+    """Exergy (J/kg) between two temperatures (K), by Gauss's rule over C_f (1 - T_0/T)."""
+    middle, half = 0.5 * (high + low), 0.5 * (high - low)
+    at = middle + np.multiply.outer(POINTS, half)
+    return np.asarray(half * np.tensordot(WEIGHTS, fluid.heat_capacity(at) * (1.0 - surroundings / at), axes=1))
+
+
+def _front(profile: Profile, low: float, high: float, length: float) -> dict[str, float | None]:
+    """Thickness and place (m) of the thermocline; no place where the bed has none."""
+    warm = (profile.fluid - low) / max(high - low, 1e-300)
+    along = np.linspace(0.0, length, len(warm))
+    finer = np.linspace(0.0, length, 20 * (len(warm) - 1) + 1)
+    between = np.interp(finer, along, warm)
+    thickness = length * float(np.mean((between > FRONT[0]) & (between < FRONT[1])))
+    crossings = np.flatnonzero(np.diff(np.sign(between - 0.5)))
+    return {"thermocline": thickness, "thermocline_place": float(finer[crossings[0]]) if len(crossings) else None}
+
+
+def _cycle(
+    number: int, phases: list[dict[str, Any]], columns: Mapping[str, NDArray[Any]], storable: float
+) -> dict[str, Any]:
+    """Sums over the phases of a cycle. Heat in is that of phases that give, heat out that of phases that take."""
+
+    def total(name: str, sign: int) -> float:
+        return float(sum(max(sign * phase[name], 0.0) for phase in phases))
+
+    begun, end = phases[0]["begin"], phases[-1]["end"]
+    stored, lost = (np.interp([begun, end], columns["time"], columns[name]) for name in
+                    ("heat_stored", "heat_through_outer_wall"))  # fmt: skip
+    heat_in, heat_out, work = total("heat", 1), total("heat", -1), total("pumping_work", 1)
+    exergy_in, exergy_out = total("exergy", 1), total("exergy", -1)
+    levels = [float(stored[0]), *(phase["heat_stored"] for phase in phases)]
+    return {
+        "cycle": number,
+        "begin": begun,
+        "end": end,
+        "heat_in": heat_in,
+        "heat_out": heat_out,
+        "heat_stored": float(stored[1] - stored[0]),
+        "heat_lost": float(lost[0] - lost[1]),
+        "pumping_work": work,
+        "energy_efficiency": heat_out / heat_in if heat_in > 0.0 else None,
+        "exergy_efficiency": exergy_out / (exergy_in + work) if exergy_in > 0.0 else None,
+        "utilisation": (max(levels) - min(levels)) / storable if storable > 0.0 else None,
+        "phases": phases,
+    }
