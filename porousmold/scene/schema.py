@@ -43,8 +43,8 @@ _DRIVES = {
                          high=1e8, closed=True, series=True),
     "inlet_velocity": Key("m/s", "superficial: volume flow over the empty cross-section; negative in a series or phase: the flow "
                           "reverses", low=-1e3, high=1e3, series=True),
-    "mass_flow": Key("kg/s", "mass flow: whole pipe; half cavity per metre of width; quarter of a cavity with a width; negative in "
-                     "a series or phase: the flow reverses", low=-1e6, high=1e6, series=True),
+    "mass_flow": Key("kg/s", "mass flow: whole pipe; half cavity per metre of width; quarter of a cavity with a width; negative "
+                     "in a series or phase: the flow reverses", low=-1e6, high=1e6, series=True),
 }  # fmt: skip
 
 KEYS: dict[str, dict[str, Key]] = {
