@@ -21,6 +21,8 @@ REACH = 0.05
 MOST_REACHING = 0.01
 """Part of a packing's beads that may reach further, by `FURTHEST_REACH` of their diameter at most."""
 FURTHEST_REACH = 0.25
+FARTHEST = 1e6
+"""m: beyond it no bed lies, and squares lose their digits."""
 
 
 @dataclass(frozen=True)
@@ -47,11 +49,13 @@ class Packing:
             or not diameters.size
         ):
             raise InputError("packing", str(positions.shape), "must hold at least one bead of three coordinates")
-        sound = np.isfinite(positions).all(axis=1) & np.isfinite(diameters) & (diameters > 0.0)
+        sound = (np.abs(positions) < FARTHEST).all(axis=1) & (diameters < FARTHEST) & (diameters > 0.0)
         if not sound.all():
             bad = int(np.argmin(sound))
             what = f"bead {bad + 1}: centre {positions[bad]}, diameter {diameters[bad]:g}"
-            raise InputError("packing", what, "must have finite centres and diameters > 0")
+            raise InputError(
+                "packing", what, f"must have centres and diameters within {FARTHEST:g} m, and diameters > 0"
+            )
         gaps = self._gaps
         place, count = f"{self.container} with its floor at z = 0", len(diameters)
         worst = int(np.argmin(gaps / diameters))

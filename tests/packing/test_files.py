@@ -172,6 +172,7 @@ BROKEN = {
     "unit.csv": (CSV.replace("x [mm]", "x [kg]"), "length"),
     "negative.csv": (CSV_METRES.replace("0,0.004,0.002", "0,0.004,-0.002"), "diameters > 0"),
     "nan.csv": (CSV_METRES.replace("-0.01,0,", "nan,0,"), "bead 2"),
+    "far.csv": (CSV_METRES.replace("-0.01,0,", "-1e300,0,"), "within 1e"),
     "floor.csv": (CSV_METRES.replace("0,0.004", "0,-0.004"), "floor"),
     "zero.extxyz": (EXTXYZ.replace("radius:R:1", "radius:R:0"), "no column for radius"),
     "huge.extxyz": ("9" * 5000 + "\n" + EXTXYZ.split("\n", 1)[1], "whole number"),
