@@ -165,6 +165,24 @@ def energy_text(energy: Mapping[str, Any]) -> str:
     return f"{parts}; at most {energy['peak_power'] / 1e3:.3g} kW{cost}; to {uses} kWh"
 
 
+def cycle_text(cycle: Mapping[str, Any], phases: Sequence[Mapping[str, Any]]) -> str:
+    """What the last cycle gave and took, and when its phases ended."""
+    shares = [
+        f"{words} {cycle[name]:.1%}"
+        for name, words in (
+            *(("energy_efficiency", "energy efficiency"), ("exergy_efficiency", "exergy efficiency")),
+            ("utilisation", "utilisation"),
+        )
+        if cycle[name] is not None
+    ]
+    ends = ", ".join(
+        f"{phase['name']} {(phase['end'] - phase['begin']) / 3600.0:.3g} h ({phase['heat'] / JOULES_A_KWH:.4g} kWh)"
+        for phase in phases
+    )
+    periodic = ", periodic" if cycle["is_periodic"] else ""
+    return f"cycle {cycle['cycle']}{periodic}: {', '.join(shares)}\n  {ends}"
+
+
 def is_cooling(scene: Scene) -> bool:
     """Whether the inlet ends up colder than the bed was at first."""
     return bool(scene.operation.inlet_temperature.values[-1] < scene.operation.initial_temperature)
@@ -203,7 +221,8 @@ def summary_text(scene: Scene, summary: Mapping[str, Any], out: Path, pictures: 
     ]
     whole, bed_side = summary["heating_time"], summary["heating_time_bed_side"]
     lines = targets
-    if whole is not None or not targets:
+    lines += [cycle_text(summary["last_cycle"], summary["cycles"][-1]["phases"])] if summary["cycles"] else []
+    if whole is not None or not (targets or scene.operation.phase):
         lines.append(f"{change} time (wall within {margin:g} K of the inlet): {shown(whole)}")
     if bed_side is not None and (whole is None or abs(bed_side - whole) > LEAST_DIFFERENCE * whole):
         lines.append(f"  bed side of the wall: {shown(bed_side)}")

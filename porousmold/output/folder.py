@@ -26,7 +26,18 @@ from .xdmf import one_grid_a_time
 COMPARISON = ("comparison.json", "comparison.png")
 OUTPUTS = [
     *("result.json", "history.csv", "near_wall.csv", "fields.h5", "fields.xdmf", "scene.toml"),
-    *("temperatures.png", "near_wall.png", "fields.png", "skin.png", "supply.png", *COMPARISON, "report.html", NAME),
+    *(
+        "profiles.csv",
+        "profiles.png",
+        "temperatures.png",
+        "near_wall.png",
+        "fields.png",
+        "skin.png",
+        "supply.png",
+        *COMPARISON,
+        "report.html",
+        NAME,
+    ),
 ]
 FIELDS_PART = ".fields.part"
 """Folder in which the two files of the fields are written, to take their places together."""
@@ -156,8 +167,8 @@ class RunFolder:
         if self._communicator.rank == 0:
             (self.path / NAME).unlink(missing_ok=True)
 
-    def write_tables(self, history: Columns, near_wall: Columns | None) -> None:
-        """The history, and the profile near the wall (rank 0 writes)."""
+    def write_tables(self, history: Columns, near_wall: Columns | None, profiles: Columns | None = None) -> None:
+        """The history, the profile near the wall, and those along the bed at the ends of phases (rank 0 writes)."""
         with self._in_run() as first:
             if first:
                 for name in COMPARISON:  # of an earlier part of the run
@@ -165,6 +176,8 @@ class RunFolder:
                 self._write_table("history.csv", history)
                 if near_wall is not None:
                     self._write_table("near_wall.csv", near_wall)
+                if profiles is not None:
+                    self._write_table("profiles.csv", profiles)
 
     def write_summary(self, summary: dict[str, Any], scene: Scene, accuracy: float | None = None) -> None:
         """scene.toml and, when all else is there, result.json (rank 0 writes); an `accuracy` chose the scene's refinements."""

@@ -1,9 +1,10 @@
 """Pictures of a run, drawn from the files in its folder (one process, no MPI)."""
 
 import json
+import math
 import multiprocessing
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
@@ -66,6 +67,8 @@ def draw(folder: Path, processes: int = 1) -> list[Path]:
             pictures.append(partial(_skin, folder, history, marks))
         if energy is not None:
             pictures.append(partial(_supply, folder, history, energy))
+        if (folder / "profiles.csv").is_file():
+            pictures.append(partial(_profiles, folder, summary["cycles"]))
         if (folder / "near_wall.csv").is_file():
             pictures.append(partial(_near_wall, folder))
         if (folder / "fields.xdmf").is_file():
@@ -186,6 +189,43 @@ def _supply(folder: Path, history: Columns, energy: Mapping[str, float]) -> Path
     uses.set_title("given (red) and where it went (grey)", fontsize=10)
     uses.grid(axis="y", visible=False)
     return save(figure, folder / "supply.png")
+
+
+def _profiles(folder: Path, cycles: Sequence[Mapping[str, Any]]) -> Path:
+    """Temperatures along the bed at the ends of the phases of the first and of the last cycle, and what each cycle gave back."""
+    table = read_table(folder / "profiles.csv")
+    along, names = table["distance_from_inlet"], [name for name in table if name.startswith("fluid_")]
+    numbers = {name: int(name.removeprefix("fluid_").split(" ", 1)[0]) for name in names}
+    phases = list(dict.fromkeys(name.split(" ", 1)[1] for name in names))
+    several = len(cycles) > 1
+    figure, panels = plt.subplots(
+        1, 1 + several, figsize=(8.0 + 4.0 * several, 4.2), squeeze=False, width_ratios=(2.0, 1.0)[: 1 + several]
+    )
+    figure.subplots_adjust(left=0.07, right=0.98, bottom=0.14, top=0.96, wspace=0.22)
+    profiles = panels[0, 0]
+    for name in names:
+        cycle, phase = numbers[name], name.split(" ", 1)[1]
+        if cycle not in (1, max(numbers.values())):
+            continue
+        dashes = "--" if several and cycle == 1 else "-"
+        label = f"{phase}, cycle {cycle}"
+        profiles.plot(along, np.array(table[name]) - 273.15, dashes, color=f"C{phases.index(phase)}", label=label)
+    profiles.set(
+        xlabel="distance from the inlet in m", ylabel="fluid in °C, at the end of the phase", xlim=(0, along[-1])
+    )
+    profiles.legend(fontsize=9)
+    if several:
+        for name, words in (
+            ("energy_efficiency", "energy"),
+            ("exergy_efficiency", "exergy"),
+            ("utilisation", "utilisation"),
+        ):
+            values = [math.nan if cycle[name] is None else 100.0 * cycle[name] for cycle in cycles]
+            panels[0, 1].plot([cycle["cycle"] for cycle in cycles], values, ".-", label=words)
+        panels[0, 1].set(xlabel="cycle", ylabel="given back in %", ylim=(0, None))
+        panels[0, 1].xaxis.set_major_locator(MaxNLocator(integer=True))
+        panels[0, 1].legend(fontsize=9)
+    return save(figure, folder / "profiles.png")
 
 
 def _near_wall(folder: Path) -> Path:

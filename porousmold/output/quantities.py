@@ -49,6 +49,7 @@ QUANTITIES: Mapping[str, Quantity] = {
     "largest_bead_difference": Quantity(
         r"\Delta T_s", "largest difference between surface and mean temperature of a bead", "K"
     ),
+    "distance_from_inlet": Quantity("x", "distance from the inlet", "m"),
     "wall_distance": Quantity("y", "wall distance", "m"),
     "porosity": Quantity(r"\phi_V", "porosity", "1"),
     "speed": Quantity("|u|", "speed", "m/s"),
@@ -68,6 +69,8 @@ FAMILIES: Mapping[str, Quantity] = {
     "lowest": Quantity(r"T_\min", "lowest temperature of a place", "K"),
     "highest": Quantity(r"T_\max", "highest temperature of a place", "K"),
     "cure": Quantity(r"\alpha", "least degree of cure of a layer", "1"),
+    "fluid": Quantity("T_f", "fluid temperature along the bed at the end of a phase", "K"),
+    "beads": Quantity("T_s", "bead temperature along the bed at the end of a phase", "K"),
     "gradient": Quantity(r"|\nabla T|", "temperature gradient at a sensor", "K/m"),
 }
 """Quantities at named places: `temperature_outer_L` is the temperature at `outer_L`."""

@@ -17,6 +17,7 @@ from ..output.console import outer_wall_text
 from ..scene.plausibility import implausible_values
 from ..scene.scene import Scene
 from .assembly import build_domain
+from .course import Course
 from .estimates import Estimates
 from .meshing import BYTES_AN_UNKNOWN
 from .outcome import HIGHEST_BIOT_NUMBER, outside_ranges
@@ -54,6 +55,9 @@ def check(scene: Scene, communicator: Communicator) -> Checked:
     first = first_cell(domain)
     breakpoints = specs.heat.inlet_temperature.breakpoints
     duration = min(max(HEATING_TIMES * estimates.heating_duration, *breakpoints, 0.0), specs.time.end_time)
+    if specs.course is not None and specs.course.repeats:
+        duration = specs.time.end_time
+        breakpoints = (0.0,) * (specs.course.cycles * len(specs.course.phases))
     steps = STEPS_AT_THE_START * (1 + len(breakpoints)) + duration / (specs.time.largest_step or estimates.largest_step)
     seconds = SECONDS_A_STEP[dimension] * (flow + energy) * steps
     unit = "m2" if dimension == 3 or domain.axisymmetric else "m2 per metre of width"
@@ -66,7 +70,7 @@ def check(scene: Scene, communicator: Communicator) -> Checked:
         f"time steps of up to {specs.time.largest_step or estimates.largest_step:.3g} s: {_limit_text(specs, estimates)}",
         f"bead Biot number: {estimates.bead_biot_number:.2g}",
         *([f"outer wall: {outer_wall_text(dict(scene.operation))}"] if domain.has_outer_wall else []),
-        *_bound_text(estimates),
+        *(_bound_text(estimates) if specs.course is None else [_phases_text(specs.course)]),
     ]
     warnings = implausible_values(scene) + outside_ranges(specs, bool(specs.heat.layers), {})
     return Checked(facts, warnings + _warnings_of_the_mesh(specs, domain, estimates, first))
@@ -88,6 +92,15 @@ def _limit_text(specs: Specs, estimates: Estimates) -> str:
     limits = estimates.step_limits
     name = min(limits, key=lambda one: limits[one])
     return f"the {name} takes about {limits[name]:.3g} s; the estimated errors may ask for shorter ones"
+
+
+def _phases_text(course: Course) -> str:
+    """What the run goes through."""
+    names = ", ".join(phase.name for phase in course.phases)
+    if not course.repeats:
+        return f"the flow reverses: {names}"
+    longest = f", {course.longest / 3600.0:.4g} h at most" if math.isfinite(course.longest) else ""
+    return f"phases: {names}; {course.cycles} cycles at most{longest}"
 
 
 def _bound_text(estimates: Estimates) -> list[str]:

@@ -315,7 +315,16 @@ def _why_not_heated(simulation: Simulation) -> str:
 def _of_the_outcome(simulation: Simulation) -> list[str]:
     time, found = simulation.specs.time, []
     at_end, steady = simulation.time >= time.end_time * (1 - 1e-9), simulation.is_steady()
+    course = simulation.specs.course
     waiting = simulation.recorder.heating_time is None and simulation.specs.heat.is_heated_by_inflow(time.margin)
+    if course is not None and course.repeats:
+        waiting = False
+        if not course.is_over and at_end:
+            found.append(
+                f"operation.end_time {time.end_time:g} s came in phase {course.phase.name!r}, which had not ended"
+            )
+        elif course.tolerance is not None and not course.is_periodic:
+            found.append(f"the state is not periodic within operation.cycle_tolerance after {course.cycles} cycles")
     if waiting and (at_end or steady) and not time.targets:
         found.append(_why_not_heated(simulation))
     for target in time.targets:

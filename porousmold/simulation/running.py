@@ -4,12 +4,15 @@ import time as clock
 from collections.abc import Callable, Mapping
 from typing import Any
 
+import numpy as np
+
 from ..errors import InputError, SolveError
 from ..mesh.aliases import Communicator
 from ..mpi import MPI
 from ..output.checkpoint import Checkpoint
 from ..output.console import Bar, MarchProgress
 from ..output.folder import RunFolder
+from ..output.quantities import Columns
 from ..scene.identity import identity_of
 from ..scene.scene import Scene
 from ..solvers.protocols import Observer, silent
@@ -216,11 +219,25 @@ class _Run:
 
     def _write_data(self, folder: RunFolder) -> None:
         problem, recorder = self._simulation.problem, self._simulation.recorder
-        folder.write_tables(recorder.history, profile_near_wall(problem))
+        folder.write_tables(recorder.history, profile_near_wall(problem), _profiles_along(self._simulation))
         if problem.specs.output.fields:
             folder.write_fields(
                 problem.domain.mesh, field_snapshots(problem, recorder.snapshots, self._simulation.time)
             )
+
+
+def _profiles_along(simulation: Simulation) -> Columns | None:
+    """Columns of the temperatures along the bed at the ends of phases; None of a scene without phases."""
+    course, profiles = simulation.specs.course, simulation.recorder.profiles
+    if course is None or not profiles:
+        return None
+    table = Columns()
+    table.add("distance_from_inlet", np.linspace(0.0, simulation.problem.domain.length, len(profiles[0].fluid)))
+    for profile in profiles:
+        cycle, name = 1 + profile.number // len(course.phases), course.phase_of(profile.number).name
+        table.add(f"fluid_{cycle} {name}", profile.fluid)
+        table.add(f"beads_{cycle} {name}", profile.beads)
+    return table
 
 
 def _of_accuracy(errors: dict[str, float] | None, answers: Mapping[str, float], wanted: float | None) -> list[str]:

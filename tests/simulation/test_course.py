@@ -1,0 +1,263 @@
+"""Flow that reverses and rests, and phases that repeat: against an independent computation, and by symmetry."""
+
+import json
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+from scipy.signal import lfilter
+
+from porousmold import InputError, Scene, run
+from porousmold.cli import main
+from tests.support import FIELD_CASES
+
+STORE = FIELD_CASES / "17-tes-cycle" / "tes.toml"
+HOT, COLD = 773.15, 298.15
+QUIET = {"output.pictures": False, "output.fields": False}
+
+
+def phases(charge="2 h", rest="1 h", discharge="2 h", **more):
+    """The table of a store that is charged, waits, and is discharged."""
+    return [
+        {"name": "charge", "mass_flow": 0.01, "temperature": HOT, "duration": charge, **more},
+        {"name": "rest", "duration": rest},
+        {"name": "discharge", "mass_flow": -0.01, "temperature": COLD, "duration": discharge},
+    ]
+
+
+def store(given=None, **operation):
+    """The store with phases, and other keys of [operation]."""
+    settings = dict.fromkeys(("operation.mass_flow", "operation.inlet_temperature", "operation.end_time"))
+    settings |= {
+        "operation.phase": given or phases(),
+        **{f"operation.{key}": value for key, value in operation.items()},
+    }
+    return Scene.load(STORE, settings | QUIET)
+
+
+def computed(scene, **more):
+    return run(scene, communicator=MPI.COMM_SELF, **more)
+
+
+def fine_store(durations):
+    """Outlet temperatures at the ends of charges and discharges of the store: the two equations of Schumann without the fluid's
+    own storage, by exact exponentials in 2000 cells and the midpoint rule."""
+    cells, steps = 2000, 2000
+    mass_flux, prandtl = 0.01 / (np.pi * 0.09 / 4.0), 3e-5 * 1005.0 / 0.04
+    film = (2.0 + 1.1 * (mass_flux * 0.02 / 3e-5) ** 0.6 * prandtl ** (1 / 3)) * 0.04 / 0.02 * 6.0 * 0.6 / 0.02
+    kept = np.exp(-film / cells / (mass_flux * 1005.0))
+    beads, found = np.full(cells, COLD), []
+
+    def leaving(beads, entering):
+        return lfilter([1.0 - kept], [1.0, -kept], beads, zi=[kept * entering])[0]
+
+    for number, duration in enumerate(durations):
+        entering, step = (COLD if number % 2 else HOT), duration / steps
+
+        def rate(beads, entering=entering):
+            after = leaving(beads, entering)
+            before = np.append(entering, after[:-1])
+            return mass_flux * 1005.0 * (before - after) * cells / (0.6 * 4e6)
+
+        for _ in range(steps):
+            beads = beads + step * rate(beads + 0.5 * step * rate(beads))
+        found.append(leaving(beads, entering)[-1])
+        beads = beads[::-1]
+    return found
+
+
+def test_out_and_back_twice_is_that_of_another_program():
+    scene = store([phases()[0], phases()[2]], cycles=2)
+    result = computed(scene)
+    outlets = [phase["outlet_temperature"] for cycle in result.summary["cycles"] for phase in cycle["phases"]]
+    assert outlets == pytest.approx(fine_store([7200.0] * 4), abs=0.01 * (HOT - COLD))
+    assert abs(result.summary["energy_imbalance"]) < 1e-9
+
+
+def test_refinement_goes_to_the_other_program():
+    scene = store([phases()[0], phases()[2]]).changed({"solver.mesh_refinement": 4.0, "solver.step_refinement": 4.0})
+    found = [phase["outlet_temperature"] for phase in computed(scene).summary["cycles"][0]["phases"]]
+    assert found == pytest.approx(fine_store([7200.0] * 2), abs=0.003 * (HOT - COLD))
+
+
+@pytest.mark.parametrize("flow", ["plug", "developed", "full"])
+def test_a_flow_that_begins_backwards_is_the_forward_one_mirrored(flow):
+    """Two phases of the same direction, so that the mesh of both is the one of a flow that reverses."""
+    both = {"temperature": HOT, "duration": "1 h"}
+    results = [
+        computed(
+            store([{"mass_flow": sign * 0.01, **both}, {"mass_flow": -sign * 0.01, **both}]).changed(
+                {"model.flow": flow}
+            )
+        )
+        for sign in (1.0, -1.0)
+    ]
+    there, back = (result.history for result in results)
+    for name in ("time", "outlet_temperature", "heat_by_fluid", "lowest_wall"):
+        assert np.array(there[name]) == pytest.approx(np.array(back[name]), rel=1e-9)
+    assert np.array(there["mass_flow"]) == pytest.approx(-np.array(back["mass_flow"]))
+    middle = "temperature_bed_side_L/2"
+    assert np.array(there[middle]) == pytest.approx(np.array(back[middle]), abs=1e-6)
+
+
+def test_places_stay_where_they_are_when_the_flow_turns():
+    result = computed(store())
+    times, turned = np.array(result["time"]), 3.0 * 3600.0
+    last = np.flatnonzero(times <= turned * (1.0 + 1e-12))[-1]
+    for place in ("L/8", "L/4", "L/2"):
+        values = np.array(result[f"temperature_bed_side_{place}"])
+        assert abs(values[last + 1] - values[last]) < 30.0  # what enters changes by 475 K
+    assert result["temperature_bed_side_L"][last + 1] < COLD + 1.0
+    assert result["temperature_bed_side_L/8"][last] > result["temperature_bed_side_L/2"][last] + 100.0
+
+
+def test_heat_is_kept_where_the_flow_turns_and_lost_nowhere():
+    (cycle,) = computed(store()).summary["cycles"]
+    charge, rest, discharge = cycle["phases"]
+    assert charge["heat_stored"] == pytest.approx(charge["heat"], rel=1e-9)
+    assert rest["heat"] == pytest.approx(0.0, abs=1e-9 * charge["heat"])
+    assert discharge["heat_stored"] == pytest.approx(charge["heat"] + discharge["heat"], rel=1e-9)
+    assert cycle["energy_efficiency"] == pytest.approx(-discharge["heat"] / charge["heat"])
+    assert 0.0 < cycle["exergy_efficiency"] < cycle["energy_efficiency"] < 1.0
+
+
+def test_exergy_of_a_charge_is_that_of_its_heat_at_the_inlet():
+    """Of a charge from which the fluid leaves as cold as the surroundings, by the integral of C_f."""
+    charge = computed(store()).summary["cycles"][0]["phases"][0]
+    exact = 7200.0 * 0.01 * 1005.0 * ((HOT - COLD) - 298.15 * np.log(HOT / COLD))
+    assert charge["exergy"] == pytest.approx(exact, rel=1e-3)
+    assert charge["pumping_work"] > 0.0
+
+
+def test_a_store_of_losses_gives_back_less():
+    given = {"model.wall": "conjugate", "operation.outer_coefficient": 20.0, "operation.ambient_temperature": COLD}
+    cycle = computed(store().changed(given)).summary["cycles"][0]
+    lost = cycle["heat_in"] - cycle["heat_out"] - cycle["heat_stored"]
+    assert cycle["heat_lost"] > 0.0 and cycle["heat_lost"] == pytest.approx(lost, rel=1e-6)
+
+
+@pytest.mark.parametrize("flow", ["plug", "developed"])
+@pytest.mark.parametrize("limit", [320.0, 500.0])
+def test_a_phase_ends_where_what_leaves_is_as_warm(flow, limit):
+    given = [{"mass_flow": 0.01, "temperature": HOT, "until_outlet_above": limit}, phases()[2]]
+    first = computed(store(given, end_time="20 h").changed({"model.flow": flow})).summary["cycles"][0]["phases"][0]
+    assert first["outlet_temperature"] == pytest.approx(limit, abs=2e-3 * (HOT - COLD))
+
+
+def test_cycles_end_where_they_repeat_themselves():
+    result = computed(store(phases(rest="1 min", charge="4 h", discharge="4 h"), cycles=50, cycle_tolerance=0.01))
+    cycles = result.summary["cycles"]
+    assert 2 <= len(cycles) < 50 and result.summary["last_cycle"]["is_periodic"]
+    last, before = cycles[-1], cycles[-2]
+    assert last["heat_in"] == pytest.approx(before["heat_in"], rel=0.01)
+    assert last["energy_efficiency"] == pytest.approx(1.0, abs=0.03)
+    few = computed(store(cycles=2, cycle_tolerance=1e-6))
+    assert any("not periodic" in text for text in few.summary["warnings"])
+
+
+def test_a_series_that_changes_its_sign_is_the_phases_of_it(tmp_path):
+    (tmp_path / "flow.csv").write_text(
+        "time [h],mass_flow [kg/s]\n0,0.01\n2,0.01\n2.0001,0\n3,0\n3.0001,-0.01\n5,-0.01\n"
+    )
+    settings = {
+        "operation.mass_flow": str(tmp_path / "flow.csv"),
+        "operation.return_temperature": COLD,
+        "operation.end_time": "5 h",
+    }
+    result, given = computed(Scene.load(STORE, settings | QUIET)), computed(store())
+    assert result["outlet_temperature"][-1] == pytest.approx(given["outlet_temperature"][-1], abs=0.01 * (HOT - COLD))
+    assert result["heat_stored"][-1] == pytest.approx(given["heat_stored"][-1], rel=0.01)
+    assert result["mass_flow"][-1] == pytest.approx(-0.01) and abs(result.summary["energy_imbalance"]) < 1e-4
+
+
+def test_a_drive_that_crosses_zero_on_a_slope_turns_there(tmp_path):
+    settings = {
+        "operation.mass_flow": ([0.0, 3600.0, 10800.0], [0.01, 0.01, -0.01]),
+        "operation.return_temperature": COLD,
+    }
+    result = computed(Scene.load(STORE, settings | QUIET | {"operation.end_time": "3 h"}))
+    times, flows = np.array(result["time"]), np.array(result["mass_flow"])
+    assert np.all(flows[times < 7199.0] > 0.0) and np.all(flows[times > 7201.0] < 0.0)
+    assert abs(result.summary["energy_imbalance"]) < 1e-4
+
+
+def test_flow_may_rest_in_a_series_of_any_drive():
+    for drive, value in (("mass_flow", 0.01), ("inlet_velocity", 0.14), ("pressure_drop", 30.0)):
+        settings = {"operation.mass_flow": None, f"operation.{drive}": ([0.0, 3600.0, 3601.0], [value, value, 0.0])}
+        result = computed(Scene.load(STORE, settings | QUIET | {"operation.end_time": "2 h"}))
+        assert abs(result["mass_flow"][-1]) < 1e-9 and result["mass_flow"][1] > 0.0
+        assert result["heat_stored"][-1] == pytest.approx(
+            np.interp(3605.0, result["time"], result["heat_stored"]), rel=1e-3
+        )
+
+
+def test_an_interrupted_run_goes_on_in_its_phase(tmp_path):
+    scene, whole = store(cycles=2), computed(store(cycles=2))
+    for after in (20, 55):  # the second one where the flow has turned
+        calls = []
+
+        def stop(after=after, calls=calls):
+            calls.append(1)
+            return len(calls) > after
+
+        try:
+            run(scene, tmp_path / f"run{after}", MPI.COMM_SELF, stop=stop)
+        except Exception as interruption:
+            assert type(interruption).__name__ == "RunInterrupted"
+        result = run(scene, tmp_path / f"run{after}", MPI.COMM_SELF, resume=True)
+        assert result["outlet_temperature"][-1] == pytest.approx(whole["outlet_temperature"][-1], rel=1e-9)
+        assert result.summary["cycles"] == json.loads(json.dumps(result.summary["cycles"]))
+        assert result.summary["last_cycle"]["heat_out"] == pytest.approx(
+            whole.summary["last_cycle"]["heat_out"], rel=1e-9
+        )
+
+
+def test_profiles_and_pictures_of_phases_are_written(tmp_path):
+    scene = store(cycles=2).changed({"output.pictures": True, "output.fields": True})
+    tables = tmp_path / "scene.toml"
+    import tomli_w
+
+    tables.write_text(tomli_w.dumps(scene.as_tables()))
+    assert main(["run", str(tables), "--out", str(tmp_path / "run"), "--quiet"]) == 0
+    head = (tmp_path / "run" / "profiles.csv").read_text().splitlines()[0]
+    assert head.startswith("distance_from_inlet [m],fluid_1 charge [K]") and "beads_2 discharge [K]" in head
+    assert {"profiles.png", "fields.png"} <= {path.name for path in (tmp_path / "run").iterdir()}
+
+
+REFUSED = {
+    "operation.mass_flow": (-0.01, "must be > 0"),
+    "operation.cycles": (3, "needs"),
+    "operation.return_temperature": (300.0, "never comes"),
+}
+
+
+@pytest.mark.parametrize("key", REFUSED)
+def test_what_has_no_meaning_is_refused(key):
+    value, words = REFUSED[key]
+    with pytest.raises(InputError, match=words):
+        Scene.load(STORE, {key: value})
+
+
+@pytest.mark.parametrize(("given", "words"), [
+    ([{"mass_flow": 0.01, "duration": 60.0}], "temperature"),
+    ([{"mass_flow": 0.01, "temperature": HOT}], "duration"),
+    ([{"duration": 60.0}], "one of pressure_drop"),
+    ([{"mass_flow": 0.01, "temperature": HOT, "duration": 60.0}, {"pressure_drop": 10.0, "temperature": HOT, "duration": 1.0}],
+     "must be mass_flow"),
+    ([{"mass_flow": 0.01, "temperature": HOT, "until_outlet_above": 300.0, "until_outlet_below": 300.0}], "combined"),
+    ([{"mass_flow": 0.01, "temperature": HOT, "duration": 9.0}, {"until_outlet_below": 300.0}], "needs a flow"),
+])  # fmt: skip
+def test_phases_that_lack_something_are_refused(given, words):
+    with pytest.raises(InputError, match=words):
+        store(given)
+
+
+@pytest.mark.parametrize(("key", "value", "words"), [
+    ("operation.gravity", 9.81, "buoyancy"),
+    ("model.flow_update", "transient", "quasi-steady"),
+    ("operation.heater_power", 1e3, "no place"),
+    ("operation.inlet_temperature", 500.0, "cannot be combined"),
+])  # fmt: skip
+def test_what_does_not_go_with_phases_is_refused(key, value, words):
+    with pytest.raises(InputError, match=words):
+        store().changed({key: value})
