@@ -1,4 +1,5 @@
-"""Flow that reverses and rests, and phases that repeat: [[operation.phase]], or a drive that changes its sign in time.
+"""Flow that reverses and rests, and phases that repeat: [[operation.phase]], a drive that changes its sign in time, or one that
+comes from both ends in turn (`operation.reversal_period`).
 
 A positive drive pushes the fluid from the inlet to the outlet, a negative one back; at zero the bed rests. What enters through
 the outlet has a temperature of its own: that of the phase, or `operation.return_temperature`.
@@ -24,8 +25,8 @@ SHORTEST = 1e-9
 @dataclass(frozen=True)
 class Phase:
     """A part of a run with one direction of flow: `sign` 1, -1, or 0 where it rests. `drive` is the magnitude of what drives the
-    flow, `temperature` (K) that of the entering fluid, both against the time since the phase began. It ends after `duration` (s),
-    or before that where the fluid that leaves gets beyond `limit` (K), "above" or "below"."""
+    flow, `temperature` (K) that of the entering fluid, both against the time of the run. The phase ends after `duration` (s), or
+    before that where the fluid that leaves gets beyond `limit` (K), "above" or "below"."""
 
     name: str
     sign: int
@@ -52,9 +53,14 @@ def phases_of(scene: Any) -> tuple[Phase, ...]:
     if operation.phase is not None:
         return tuple(_of_table(number, phase, scene) for number, phase in enumerate(operation.phase, start=1))
     drive = drive_of(scene)
+    back = operation.return_temperature or operation.inlet_temperature
+    if operation.reversal_period is not None:
+        given = (TimeSeries.constant(0.0) if drive is None else drive).thinned(), operation.inlet_temperature.thinned()
+        return tuple(
+            Phase(name, sign, *given, operation.reversal_period) for name, sign in (("forward", 1), ("back", -1))
+        )
     if drive is None or min(drive.values) >= 0.0:
         return ()
-    back = operation.return_temperature or operation.inlet_temperature
     return tuple(_pieces(drive.thinned(), operation.inlet_temperature.thinned(), back.thinned()))
 
 
@@ -120,16 +126,10 @@ def _pieces(drive: TimeSeries, forward: TimeSeries, back: TimeSeries) -> list[Ph
     for number, (sign, piece) in enumerate(zip(kinds, pieces, strict=True), start=1):
         end = math.inf if number == len(pieces) else piece[-1][0]
         name = {1: "forward", 0: "rest", -1: "back"}[sign]
-        course = TimeSeries(tuple(t - begun for t, _ in piece), tuple(abs(v) for _, v in piece))
-        warm = back if sign < 0 else forward
-        moved = TimeSeries(tuple(t - begun for t in warm.times), warm.values, corners=_moved(warm.breakpoints, begun))
-        phases.append(Phase(name, sign, course, moved, end - begun))
+        course = TimeSeries(tuple(t for t, _ in piece), tuple(abs(v) for _, v in piece))
+        phases.append(Phase(name, sign, course, back if sign < 0 else forward, end - begun))
         begun = end
     return phases
-
-
-def _moved(corners: Sequence[float], begun: float) -> tuple[float, ...]:
-    return tuple(instant - begun for instant in corners if instant > begun)
 
 
 def _sign(value: float) -> int:
@@ -144,6 +144,8 @@ def check_phases(scene: Any) -> None:
     elif scene.is_given("operation.cycles") or scene.is_given("operation.cycle_tolerance"):
         name = "cycles" if scene.is_given("operation.cycles") else "cycle_tolerance"
         raise InputError(f"operation.{name}", getattr(operation, name), "needs [[operation.phase]]", scene.source)
+    if operation.reversal_period is not None:
+        _check_period(scene)
     if not phases_of(scene):
         if operation.return_temperature is not None:
             allowed = "has no meaning: the flow never comes from the outlet"
@@ -152,7 +154,7 @@ def check_phases(scene: Any) -> None:
     _check_models(scene)
     if not reverses(scene):
         return
-    if operation.phase is None and operation.return_temperature is None:
+    if operation.phase is None and operation.return_temperature is None and operation.reversal_period is None:
         allowed = "is missing: the flow reverses, and what then enters at the outlet has a temperature"
         raise InputError("operation.return_temperature", None, allowed, scene.source)
     if scene.geometry.kind == "mesh":
@@ -172,7 +174,7 @@ def _check_models(scene: Any) -> None:
         allowed = "must be 0 where the flow reverses or has phases"
         raise InputError("operation.bead_velocity", operation.bead_velocity, allowed, scene.source)
     for name in ("heater_power", "recirculation"):
-        if getattr(operation, name) is not None:
+        if getattr(operation, name) is not None and operation.reversal_period is None:
             allowed = "has no place where the flow reverses or has phases"
             raise InputError(f"operation.{name}", None, allowed, scene.source)
     flux = operation.outer_heat_flux
@@ -182,6 +184,20 @@ def _check_models(scene: Any) -> None:
     if scene.model.choose != "as-given":
         allowed = "must be 'as-given' where the flow reverses or has phases"
         raise InputError("model.choose", scene.model.choose, allowed, scene.source)
+
+
+def _check_period(scene: Any) -> None:
+    operation = scene.operation
+    if operation.phase is not None:
+        allowed = "cannot be combined with [[operation.phase]]"
+        raise InputError("operation.reversal_period", operation.reversal_period, allowed, scene.source)
+    if operation.return_temperature is not None:
+        allowed = "has no place beside operation.reversal_period: the same fluid comes from both ends"
+        raise InputError("operation.return_temperature", None, allowed, scene.source)
+    drive = drive_of(scene)
+    if drive is not None and min(drive.values) < 0.0:
+        allowed = "cannot be combined with a drive that changes its sign"
+        raise InputError("operation.reversal_period", operation.reversal_period, allowed, scene.source)
 
 
 def _check_table(scene: Any) -> None:

@@ -125,6 +125,8 @@ KEYS: dict[str, dict[str, Key]] = {
         **_DRIVES,
         "return_temperature": Key("K", "of the fluid that enters at the outlet, where the drive of the flow gets negative",
                                   low=0.0, high=5000.0, series=True),
+        "reversal_period": Key("s", "the flow comes from both ends in turn, so long from each, with the same drive and "
+                               "temperature", low=0.0, high=1e9),
         "phase": Key("list", "phases of a run (charge, rest, discharge), one after the other, instead of a drive and "
                      "inlet_temperature", entries={
             "name": Key("text", "name of the phase in results"),

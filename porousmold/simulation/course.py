@@ -30,19 +30,16 @@ class Followed(TimeSeries):
         assert self.read is not None
         return self.read(time)
 
-    @property
-    def breakpoints(self) -> tuple[float, ...]:
-        """None that are known before: the course tells them phase by phase."""
-        return ()
-
     def thinned(self) -> TimeSeries:
         """Itself."""
         return self
 
 
-def followed(values: Sequence[float], read: Callable[[float], float]) -> Followed:
-    """The series of some values, in an order in which the last one counts most."""
-    return Followed(tuple(float(number) for number in range(len(values))), tuple(values), read=read)
+def followed(series: Sequence[TimeSeries], read: Callable[[float], float]) -> Followed:
+    """What may have the magnitudes of some series, of which the last one's count most."""
+    values = tuple(abs(value) for one in series for value in one.values)
+    corners = tuple(sorted({instant for one in series for instant in one.breakpoints}))
+    return Followed(tuple(float(number) for number in range(len(values))), values, corners=corners, read=read)
 
 
 class Course:
@@ -64,10 +61,9 @@ class Course:
         operation = scene.operation
         return cls(phases, operation.cycles, operation.cycle_tolerance, repeats=has_phases(scene))
 
-    def _at(self, time: float) -> tuple[Phase, float]:
-        """The phase of a time (s), and when it began; at the end of a phase that phase."""
-        number = bisect_left(self.ends, time)
-        return self.phase_of(number), self.ends[number - 1] if number else 0.0
+    def _at(self, time: float) -> Phase:
+        """The phase of a time (s); at the end of a phase that phase."""
+        return self.phase_of(bisect_left(self.ends, time))
 
     def phase_of(self, number: int) -> Phase:
         """The phase of a number, counted through all cycles from 0."""
@@ -90,13 +86,11 @@ class Course:
 
     def drive(self, time: float) -> float:
         """Magnitude of what drives the flow at a time (s)."""
-        phase, begun = self._at(time)
-        return float(phase.drive(time - begun))
+        return float(self._at(time).drive(time))
 
     def temperature(self, time: float) -> float:
         """Of the fluid that enters at a time (s), K."""
-        phase, begun = self._at(time)
-        return float(phase.temperature(time - begun))
+        return float(self._at(time).temperature(time))
 
     def direction_of(self, number: int) -> int:
         """1 where the fluid comes in at the inlet in the phase of a number, -1 where at the outlet; of a rest that before it."""
@@ -111,7 +105,7 @@ class Course:
     def breakpoints(self) -> tuple[float, ...]:
         """Times (s) ahead at which steps are to end, as far as the present phase knows them."""
         phase, begun = self.phase, self.begun
-        inside = [begun + t for series in (phase.drive, phase.temperature) for t in series.breakpoints]
+        inside = [instant for series in (phase.drive, phase.temperature) for instant in series.breakpoints]
         end = begun + phase.duration
         return tuple(sorted({time for time in inside if begun < time < end} | ({end} if math.isfinite(end) else set())))
 

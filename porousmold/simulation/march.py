@@ -134,7 +134,7 @@ class Simulation:
         if self.time >= self.specs.time.end_time * (1 - 1e-12):
             return True
         if course is not None and course.repeats:
-            return course.is_over
+            return course.is_over or (bool(self.specs.time.targets) and self.recorder.reached)
         return self._heated_for_good() or self.is_steady()
 
     def _follow_course(self) -> None:

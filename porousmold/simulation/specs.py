@@ -261,7 +261,7 @@ def _flow(scene: Scene, laws: Laws, blower: Blower | None, course: Course | None
         drive = next(name for name in DRIVES if getattr(operation, name) is not None)
         driven_by = getattr(operation, drive).thinned()
         if course is not None:
-            driven_by = followed(tuple(abs(value) for value in driven_by.values), course.drive)
+            driven_by = followed([driven_by], course.drive)
     else:
         drive, driven_by = "pressure_drop", TimeSeries.constant(first_point(scene, laws, blower))
     return FlowSpec(
@@ -315,8 +315,8 @@ def _heat(scene: Scene, laws: Laws, air_loop: AirLoopSpec | None, course: Course
     operation, model = scene.operation, scene.model
     inlet_temperature = operation.inlet_temperature.thinned()
     if course is not None:
-        back = () if operation.return_temperature is None else operation.return_temperature.values
-        inlet_temperature = followed((*back, *inlet_temperature.values), course.temperature)
+        back = () if operation.return_temperature is None else (operation.return_temperature.thinned(),)
+        inlet_temperature = followed([*back, inlet_temperature], course.temperature)
     return HeatSpec(
         two_temperatures=model.energy == "two-temperature",
         bead_modes=model.bead_modes,
@@ -362,10 +362,7 @@ def _targets(scene: Scene) -> tuple[Target, ...]:
 
 def _time(scene: Scene, course: Course | None) -> TimeSpec:
     operation, solver = scene.operation, scene.solver
-    of_course = ("inlet_temperature", "return_temperature", *DRIVES) if course is not None else ()
-    series: list[Any] = [
-        value.thinned() for name, value in operation if isinstance(value, TimeSeries) and name not in of_course
-    ]
+    series: list[Any] = [value.thinned() for _, value in operation if isinstance(value, TimeSeries)]
     series += [layer.heat_source.thinned() for layer in scene.wall.layer or () if layer.heat_source is not None]
     return TimeSpec(
         first_step=solver.first_step,
