@@ -110,8 +110,8 @@ def test_run_writes_one_folder_and_fields_of_the_whole_mesh(shared_folder):
     summary = json.loads((out / "result.json").read_text())
     assert summary["end_time"] == result.summary["end_time"]
     if MPI.COMM_WORLD.rank == 0:
+        from porousmold.files.xdmf import read_fields
         from porousmold.output.pictures import draw
-        from porousmold.output.xdmf import read_fields
 
         nodes, _, steps = read_fields(out / "fields.xdmf")
         assert all(np.all(np.isfinite(fields["temperature"])) for fields in steps.values())

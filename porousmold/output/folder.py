@@ -14,6 +14,7 @@ from dolfinx import io
 from ..errors import InputError, OutputError
 from ..files.atomic_files import Lock, locked, whole_file
 from ..files.tables import text_cells
+from ..files.xdmf import one_grid_a_time
 from ..mesh import fenicsx
 from ..mesh.aliases import Communicator
 from ..scene.scene import Scene
@@ -21,7 +22,6 @@ from ..solvers.protocols import Stateful
 from .checkpoint import NAME, Checkpoint, NodeOrders, packed, read
 from .quantities import Columns
 from .stored import LOCK, checksum_of, read_table
-from .xdmf import one_grid_a_time
 
 COMPARISON = ("comparison.json", "comparison.png")
 OUTPUTS = [

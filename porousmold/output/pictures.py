@@ -18,11 +18,11 @@ from scipy import sparse
 
 from ..errors import InputError
 from ..files.units import preferred_unit
+from ..files.xdmf import read_fields
 from .figures import STYLE, plt, save
 from .quantities import ENERGY_GIVEN, ENERGY_NAMES, JOULES_A_KWH, Columns, quantity
 from .slices import slice_of, triangles_of
 from .stored import locked_folder, read_table
-from .xdmf import read_fields
 
 PLACES = {"centre": ("bed centre", "-"), "bed_side": ("wall, bed side", "--"), "outer": ("wall, outside", ":")}
 LEAST_DIFFERENCE = 0.3

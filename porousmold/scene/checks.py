@@ -75,6 +75,15 @@ def _geometry(scene: Any) -> None:
     if scene.geometry.width is None and scene.geometry.sides != "wall":
         _refuse(scene, "geometry.sides", "has no meaning without geometry.width")
     _need(scene, "operation", "initial_temperature")
+    if scene.operation.initial_state is not None and any(
+        _cures(scene, layer.material) for layer in scene.wall.layer or ()
+    ):
+        raise InputError(
+            "operation.initial_state",
+            None,
+            "knows no degree of cure: it has no place with a layer that cures",
+            scene.source,
+        )
     if has_phases(scene):
         return
     if scene.operation.programme is None:
@@ -287,7 +296,8 @@ def series_of(scene: Any) -> dict[str, TimeSeries]:
 
 def _temperatures(scene: Any) -> None:
     operation = scene.operation
-    difference = max(abs(value - operation.initial_temperature) for value in operation.inlet_temperature.values)
+    first = (operation.initial_temperature,) if scene.start is None else scene.start.range
+    difference = max(abs(value - one) for value in operation.inlet_temperature.values for one in first)
     if _is_heated_otherwise(scene):
         return
     if difference == 0.0:

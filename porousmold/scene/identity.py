@@ -17,10 +17,19 @@ from .chosen_laws import CHOICES
 from .scene import Scene
 from .schema import KEYS
 from .series import TimeSeries
+from .start import PROFILE, LastState
 
 COMPUTING = ("laws", "mesh", "equations", "solvers", "simulation")
 """Subpackages whose sources are part of the identity; of the others only those that read values: `READING`."""
-READING = ("files/units.py", "files/tables.py", "scene/chosen_laws.py", "scene/series.py", "scene/geometries.py")
+READING = (
+    "files/units.py",
+    "files/tables.py",
+    "scene/chosen_laws.py",
+    "scene/series.py",
+    "scene/geometries.py",
+    "scene/phases.py",
+    "scene/start.py",
+)
 FREE_TO_CHANGE = {
     *("operation.end_time", "solver.first_step", "solver.step_growth", "solver.largest_step"),
     *("solver.step_tolerance", "solver.flow_tolerance"),
@@ -51,7 +60,12 @@ def identity_of(scene: Scene, *, going_on: bool = False) -> str:
             if table in ("output", "extensions", "tolerance") or (going_on and full_name in FREE_TO_CHANGE):
                 continue
             value = getattr(getattr(scene, table), name)
-            values[full_name] = scene.file_digests[full_name] if isinstance(value, Path) else _content(value)
+            is_file = isinstance(value, Path | LastState) or (full_name == PROFILE and scene.start is not None)
+            values[full_name] = (
+                scene.file_digests[PROFILE if isinstance(value, LastState) else full_name]
+                if is_file
+                else _content(value)
+            )
     laws = {
         full_name: source_text(registry[values[full_name]])
         for full_name, registry in CHOICES.items()

@@ -16,24 +16,25 @@ from ..errors import InputError
 from ..files.tables import existing_file
 from ..files.units import to_si
 from .series import TimeSeries, read_channel, read_series
+from .start import LastState, Profile
 
 INFINITY = float("inf")
 COLDEST_WITHOUT_UNIT = 150.0
 """Temperature (K) below which a number needs a unit."""
-WITHOUT_UNIT = ("choice", "flag", "file", "text", "names", "list", "tolerance", "integer")
+WITHOUT_UNIT = ("choice", "flag", "file", "run", "text", "names", "list", "tolerance", "integer")
 LONGEST_SPAN = 1e5
 """Time (s) up to which a given function of the time is sampled."""
 
 
 @dataclass(frozen=True)
 class Key:
-    """One key: `kind` is a unit of `units.to_si`, or 'choice', 'integer', 'flag', 'file', 'text', 'names' (a table of texts),
-    'list' (of tables, whose keys are `entries`), 'tolerance' (of a key whose unit is `tolerated`; such a value stays as it is
-    written).
+    """One key: `kind` is a unit of `units.to_si`, or 'choice', 'integer', 'flag', 'file', 'run' (the folder of a run), 'text',
+    'names' (a table of texts), 'list' (of tables, whose keys are `entries`), 'tolerance' (of a key whose unit is `tolerated`;
+    such a value stays as it is written).
 
     Numbers lie strictly between `low` and `high` (or at them, if `closed`). `choices` are looked up when a value is checked.
     `series` keys also take a CSV file or a channel of one (`series.CHANNEL`), with `along` one of columns along the flow, a
-    function of the time (s), or a pair (times in s, values).
+    function of the time (s), or a pair (times in s, values). A `profile` key also takes a CSV file of values along the flow.
     """
 
     kind: str
@@ -45,6 +46,7 @@ class Key:
     choices: Collection[str] = ()
     series: bool = False
     along: bool = False
+    profile: bool = False
     tolerated: str = ""
     entries: Mapping[str, "Key"] = field(default_factory=dict)
 
@@ -214,6 +216,12 @@ def _checked_value(name: str, key: Key, value: Any, base: Path, where: str | Non
         if isinstance(value, bool) or not isinstance(value, int) or not key.low <= value <= key.high:
             raise InputError(name, value, f"must be a whole number from {key.low:g} to {key.high:g}", where)
         return value
+    if key.kind == "run":
+        if not isinstance(value, str) or "\0" in value:
+            raise InputError(name, str(value), "must name the folder of a run", where)
+        return LastState.read((base / value).resolve(), where)
+    if key.profile and isinstance(value, str) and value.lower().endswith(".csv"):
+        return Profile.read(existing_file(name, value, base, where))
     if key.series:
         return _checked_series(name, key, value, base, where)
     number = _number(name, value, key, where)

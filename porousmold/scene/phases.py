@@ -141,8 +141,8 @@ def check_phases(scene: Any) -> None:
     operation = scene.operation
     if operation.phase is not None:
         _check_table(scene)
-    elif scene.is_given("operation.cycles") or scene.is_given("operation.cycle_tolerance"):
-        name = "cycles" if scene.is_given("operation.cycles") else "cycle_tolerance"
+    elif operation.cycles != 1 or operation.cycle_tolerance is not None:
+        name = "cycles" if operation.cycles != 1 else "cycle_tolerance"
         raise InputError(f"operation.{name}", getattr(operation, name), "needs [[operation.phase]]", scene.source)
     if operation.reversal_period is not None:
         _check_period(scene)

@@ -25,14 +25,17 @@ from .phases import drive_name, representative
 from .programme import series_of
 from .schema import KEYS
 from .series import TimeSeries
+from .start import LastState, Profile, Start
 
 
 class Scene:
     """A validated scene, frozen. `scene.wall.thickness` and the like are SI values; series keys hold `TimeSeries`.
 
-    `materials` are its own ones by name; `source` is the file it came from, or None. `file_digests` stand for the contents of
-    the files that it names, as they were when it was made. `tables` are {table: {key: value}} as they stand in a TOML file;
-    numbers may also be texts with a unit, and series keys take a CSV file, a function of the time (s), or (times, values).
+    `materials` are its own ones by name; `start` is what it starts from where that is not one temperature, of which
+    `operation.initial_temperature` is then the mean; `source` is the file it came from, or None. `file_digests` stand for the
+    contents of the files that it names, as they were when it was made. `tables` are {table: {key: value}} as they stand in a
+    TOML file; numbers may also be texts with a unit, and series keys take a CSV file, a function of the time (s), or (times,
+    values).
 
     Raises `InputError` for a key that is unknown or a value that is impossible, and where `extensions.python` names a file
     without `allow_extensions`, as that file's code is run, or a mesh's script that starts processes or opens files.
@@ -86,11 +89,23 @@ class Scene:
         }
         if (mesh := values["geometry"]["mesh"]) is not None:
             found["file_digests"]["geometry.mesh"] += _checked_mesh(mesh, found["source"], trusted=allow_extensions)
-        if (programme := values["operation"]["programme"]) and (start := values["operation"]["initial_temperature"]):
-            series = series_of(programme, start, found["source"])
+        if (start := values["operation"]["initial_state"]) is not None and values["operation"][
+            "initial_temperature"
+        ] is not None:
+            allowed = "cannot be combined with operation.initial_temperature"
+            raise InputError("operation.initial_state", str(start.folder), allowed, found["source"])
+        found["start"] = start or (
+            first if isinstance(first := values["operation"]["initial_temperature"], Profile) else None
+        )
+        if found["start"] is not None:
+            values["operation"]["initial_temperature"] = found["start"].mean()
+            found["operation"] = Table("operation", values["operation"])
+            found["file_digests"]["operation.initial_temperature"] = found["start"].digest()
+        if (programme := values["operation"]["programme"]) and (begun := values["operation"]["initial_temperature"]):
+            series = series_of(programme, begun, found["source"])
             found["operation"] = Table("operation", {**values["operation"], "inlet_temperature": series})
-        if (phases := values["operation"]["phase"]) and (start := values["operation"]["initial_temperature"]):
-            found["operation"] = Table("operation", {**values["operation"], **representative(phases, start)})
+        if (phases := values["operation"]["phase"]) and (begun := values["operation"]["initial_temperature"]):
+            found["operation"] = Table("operation", {**values["operation"], **representative(phases, begun)})
         self.__dict__.update(found)
         check_together(self)
         profile, table = self.bed.porosity_profile, self.bed.conductivity_profile
@@ -105,6 +120,7 @@ class Scene:
     allow_extensions: bool
     _profile: PorosityProfile | None
     conductivity_profile: ConductivityProfile | None
+    start: Start | None
 
     def __setattr__(self, name: str, value: Any) -> None:
         raise AttributeError("a scene is frozen: use scene.changed({'table.key': value})")
@@ -196,6 +212,8 @@ class Scene:
                 if f"{table}.{name}" in self._without_place():
                     continue
                 value = getattr(getattr(self, table), name)
+                if (table, name) == ("operation", "initial_temperature") and self.start is not None:
+                    value = self.start if isinstance(self.start, Profile) else None
                 if value is not None:
                     content[name] = _as_toml(value)
             if content:
@@ -212,7 +230,11 @@ def _as_toml(value: Any) -> Any:
         return value.as_value()
     if isinstance(value, tuple):
         return [{name: _as_toml(part) for name, part in entry if part is not None} for entry in value]
-    return str(value) if isinstance(value, Path) else value
+    if isinstance(value, Profile):
+        return value.source
+    return (
+        str(value.folder if isinstance(value, LastState) else value) if isinstance(value, Path | LastState) else value
+    )
 
 
 def _with_absolute_files(given: Mapping[str, Any], base: Path) -> dict[str, Any]:

@@ -113,7 +113,10 @@ KEYS: dict[str, dict[str, Key]] = {
         "conductivity": _property("W/(m*K)", "constant thermal conductivity; overrides the material's"),
     },
     "operation": {
-        "initial_temperature": Key("K", "of fluid, beads and wall", low=0.0, high=5000.0),
+        "initial_temperature": Key("K", "of fluid, beads and wall; or a CSV file `x [m], temperature [degC]` of a profile along "
+                                   "the flow", low=0.0, high=5000.0, profile=True),
+        "initial_state": Key("run", "folder of a run whose last temperatures are those at the start, in place of "
+                             "initial_temperature"),
         "inlet_temperature": Key("K", "inlet temperature of the fluid; with a heater, its set-point", low=0.0, high=5000.0,
                                  series=True),
         "programme": Key("list", "stages of the inlet temperature set-point, instead of inlet_temperature", entries={

@@ -144,7 +144,17 @@ def build_medium(specs: Specs, domain: Domain, estimates: Estimates, size: BedSi
     temperatures.append(fem.Function(temperatures[0].function_space))
     for function in temperatures:
         function.x.array[:] = specs.heat.initial_temperature
+        _start(specs, function)
     return Medium(domain, size, estimates, equations, boundary, inlet_area, *temperatures)
+
+
+def _start(specs: Specs, function: fem.Function) -> None:
+    """Give a function of the temperatures, T or T and T_s, the values at the start where these differ from place to place."""
+    start = specs.heat.start
+    if start is None:
+        return
+    for part, (space, numbers) in enumerate(fenicsx.leaves(function.function_space)):
+        function.x.array[numbers] = start.at(space.tabulate_dof_coordinates(), of_beads=bool(part))
 
 
 def build_flow(specs: Specs, medium: Medium, observe: Observer = silent) -> Flow:
@@ -296,6 +306,7 @@ def build_heat(specs: Specs, medium: Medium, flow: Flow, equations: EnergyEquati
         medium.property_temperature,
         QUADRATURE_DEGREE,
     )
+    _start(specs, heat.unknown)
     if specs.flow.update != "transient":
         return heat
     return CoupledTransient(

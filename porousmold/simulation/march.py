@@ -428,7 +428,7 @@ def _kind_of(column: str) -> str | None:
 
 def temperature_bounds(heat: HeatSpec) -> tuple[float, float]:
     """Lowest and highest temperature (K) that a scene can reach: what is given, infinite where a heat flux or source is."""
-    given = [heat.initial_temperature, *heat.inlet_temperature.range]
+    given = [*heat.first_temperatures, *heat.inlet_temperature.range]
     for series in heat.given_elsewhere:
         given += series.range
     low, high = min(given), max(given)

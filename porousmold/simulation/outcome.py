@@ -249,7 +249,7 @@ def _of_series(scene: Scene, end: float) -> list[str]:
 def outside_ranges(specs: Specs, has_wall: bool, reached: Mapping[str, tuple[float, float]]) -> list[str]:
     """A sentence for every property that was used outside the temperatures (K) that it is given for: `reached` by each material,
     where nothing is known of it initial and inlet temperatures."""
-    given = [specs.heat.initial_temperature, *specs.heat.inlet_temperature.range]
+    given = [*specs.heat.first_temperatures, *specs.heat.inlet_temperature.range]
     found = []
     for use, material in specs.laws.materials(has_wall).items():
         low, high = reached.get(use, (min(given), max(given)))

@@ -21,6 +21,7 @@ from ..mesh.mirror import Mirror
 from ..mesh.probe import PointProbe
 from ..scene.geometries import BedSize
 from ..scene.sensors import read_sensors
+from ..scene.start import Profile
 from ..solvers.protocols import ArrayOf, Flow, Heat, Saved, restore_functions, saved_functions
 from .air_loop import AirLoop
 from .boundary_values import BoundaryValues
@@ -210,9 +211,18 @@ class Problem:
         """Heat (J) gained by beads and wall since the start, and set free by cure (collective)."""
         two = self.specs.heat.two_temperatures
         parts = ufl.split(self.heat.unknown) if two else (self.heat.unknown,) * 2
-        initial = self.domain.constant(self.specs.heat.initial_temperature)
-        forms = self.energy_equations.heat_kept(parts[0], parts[1], initial)
+        forms = self.energy_equations.heat_kept(parts[0], parts[1], self._at_first)
         return {name: ranks.integral(self.communicator, fenicsx.compiled_form(form)) for name, form in forms.items()}
+
+    @functools.cached_property
+    def _at_first(self) -> Any:
+        """The temperature of beads and wall at the start; of a run that started from a state its mean."""
+        heat = self.specs.heat
+        if not isinstance(heat.start, Profile):
+            return self.domain.constant(heat.initial_temperature)
+        function = fem.Function(self.medium.flow_temperature.function_space)
+        function.x.array[:] = heat.start.at(function.function_space.tabulate_dof_coordinates(), of_beads=False)
+        return function
 
     def degrees_of_cure(self) -> dict[str, tuple[float, float]]:
         """Least and largest degree of cure of the layers that cure (collective)."""

@@ -22,6 +22,7 @@ from ..scene.phases import DRIVES, reverses
 from ..scene.scene import Scene
 from ..scene.sensors import sensor_names
 from ..scene.series import TimeSeries
+from ..scene.start import Start
 from .air_loop_spec import AirLoopSpec, air_loop_of, first_point
 from .course import Course, followed
 from .targets import Target
@@ -119,7 +120,8 @@ class LayerSpec:
 @dataclass(frozen=True, kw_only=True)
 class HeatSpec:
     """The temperatures: two or one in the bed, `bead_modes` inside the beads, beads that move along the flow, and the wall,
-    whose `layers` are counted outwards: a plain wall is one; there are none without a wall."""
+    whose `layers` are counted outwards: a plain wall is one; there are none without a wall. At first everything has the
+    `initial_temperature`, or what `start` tells, of which that is the mean."""
 
     two_temperatures: bool
     bead_modes: int | None
@@ -130,6 +132,7 @@ class HeatSpec:
     wall_temperature: TimeSeries | None
     outer_wall: OuterWallSpec
     initial_temperature: float
+    start: Start | None
     inlet_temperature: TimeSeries
     air_loop: AirLoopSpec | None
     bead_velocity: float
@@ -141,9 +144,16 @@ class HeatSpec:
         series = (self.outer_wall.ambient, self.wall_temperature, self.bead_inlet_temperature)
         return [one for one in series if one is not None]
 
+    @property
+    def first_temperatures(self) -> tuple[float, float]:
+        """Lowest and highest temperature (K) at the start."""
+        return (self.initial_temperature,) * 2 if self.start is None else self.start.range
+
     def is_heated_by_inflow(self, margin: float) -> bool:
         """Whether the wall is waited for until it is within a margin (K) of the fluid that flows in."""
-        differences = [abs(value - self.initial_temperature) for value in self.inlet_temperature.range]
+        differences = [
+            abs(value - first) for value in self.inlet_temperature.range for first in self.first_temperatures
+        ]
         return self.wall != "fixed-temperature" and max(differences) > margin
 
 
@@ -332,6 +342,7 @@ def _heat(scene: Scene, laws: Laws, air_loop: AirLoopSpec | None, course: Course
             ambient=_thinned(operation.ambient_temperature),
         ),
         initial_temperature=operation.initial_temperature,
+        start=scene.start,
         inlet_temperature=inlet_temperature,
         air_loop=air_loop,
         bead_velocity=operation.bead_velocity,

@@ -13,10 +13,10 @@ from mpi4py import MPI
 from porousmold import InputError, Scene, run
 from porousmold.cli import main
 from porousmold.files.atomic_files import locked
+from porousmold.files.xdmf import read_fields
 from porousmold.laws.porosity_profile import HEAD
 from porousmold.output.pictures import draw
 from porousmold.output.stored import LOCK
-from porousmold.output.xdmf import read_fields
 
 from ..support import ALUMINIUM, COARSE, FRP, PIPE, STUDIES, coarse_scene, under_mpirun
 

@@ -1,0 +1,131 @@
+"""What a run starts from: one temperature, a profile along the flow, or the last state of another run."""
+
+import hashlib
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from ..files.tables import read_columns
+
+PROFILE, STATE = "operation.initial_temperature", "operation.initial_state"
+FIELDS = "fields.xdmf"
+SAME_PLACE = 1e-9
+"""Distance over the extent of a mesh within which a node is the same one."""
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Temperatures (K) at distances (m) from the inlet, linear between them and constant beyond; `source` is their file."""
+
+    positions: tuple[float, ...]
+    values: tuple[float, ...]
+    source: str
+
+    @classmethod
+    def read(cls, path: Path) -> "Profile":
+        """Of a CSV file `x [m], temperature [degC]`. Raises `InputError`."""
+        columns = read_columns(PROFILE, path)
+        if len(columns.names) != 2:
+            raise InputError(PROFILE, str(path), "must have two columns, such as x [m], temperature [degC]")
+        positions, values = columns.in_si(0, "m"), columns.in_si(1, "K")
+        if np.any(np.diff(positions) <= 0.0):
+            raise InputError(PROFILE, str(path), "must have distances from the inlet that increase")
+        if not (values > 0.0).all() or not (values < 5000.0).all():
+            raise InputError(PROFILE, str(path), "must have temperatures > 0 and < 5000 K")
+        return cls(tuple(positions.tolist()), tuple(values.tolist()), str(path))
+
+    def mean(self) -> float:
+        """Mean temperature (K) over its positions."""
+        if len(self.positions) == 1:
+            return self.values[0]
+        middles = 0.5 * (np.array(self.values[1:]) + np.array(self.values[:-1]))
+        return float(np.average(middles, weights=np.diff(self.positions)))
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """Lowest and highest temperature (K)."""
+        return min(self.values), max(self.values)
+
+    def digest(self) -> str:
+        """Of its content."""
+        return hashlib.sha256(repr((self.positions, self.values)).encode()).hexdigest()
+
+    def at(self, places: NDArray[Any], *, of_beads: bool) -> NDArray[np.float64]:
+        """Temperatures (K) at places (n, 3) in m; those of fluid, beads and wall are the same."""
+        return np.asarray(np.interp(places[:, 0], self.positions, self.values))
+
+
+@dataclass(frozen=True)
+class LastState:
+    """The temperatures at the end of the run in a folder."""
+
+    folder: Path
+
+    @classmethod
+    def read(cls, folder: Path, where: str | None) -> "LastState":
+        """Of a folder. Raises `InputError` where it holds no fields that can be read."""
+        if not (folder / FIELDS).is_file():
+            allowed = "must be the folder of a run that wrote its fields (fields.xdmf)"
+            raise InputError(STATE, str(folder), allowed, where)
+        state = cls(folder)
+        try:
+            state._last  # noqa: B018 - read now, to fail now
+        except (OSError, ValueError, LookupError, AttributeError, SyntaxError) as error:
+            raise InputError(STATE, str(folder), f"has fields that cannot be read: {error}", where) from error
+        return state
+
+    @cached_property
+    def _last(self) -> tuple[NDArray[Any], dict[str, NDArray[Any]]]:
+        from ..files.xdmf import read_fields  # h5py takes a tenth of a second, paid by those who start from a run
+
+        nodes, _, steps = read_fields(self.folder / FIELDS)
+        fields = steps[max(steps)]
+        return nodes, {name: fields[name] for name in ("temperature", "bead_temperature", "in_bed")}
+
+    def mean(self) -> float:
+        """Mean temperature (K) of the nodes."""
+        return float(np.mean(self._last[1]["temperature"]))
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """Lowest and highest temperature (K)."""
+        _, fields = self._last
+        beads = fields["bead_temperature"][fields["in_bed"] > 0.5]
+        values = np.concatenate([fields["temperature"], beads])
+        return float(values.min()), float(values.max())
+
+    def digest(self) -> str:
+        """Of its content."""
+        nodes, fields = self._last
+        return hashlib.sha256(b"".join(array.tobytes() for array in (nodes, *fields.values()))).hexdigest()
+
+    def at(self, places: NDArray[Any], *, of_beads: bool) -> NDArray[np.float64]:
+        """Temperatures (K) of fluid and wall, or of beads, at places (n, 3) in m: those of the nodes where there are nodes,
+        linear between them elsewhere."""
+        from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
+        from scipy.spatial import cKDTree
+
+        nodes, fields = self._last
+        values = fields["bead_temperature" if of_beads else "temperature"]
+        if of_beads:
+            kept = fields["in_bed"] > 0.5
+            nodes, values = nodes[kept], values[kept]
+        wanted = places[:, : nodes.shape[1]]
+        extent = float(np.ptp(nodes, axis=0).max())
+        distances, nearest = cKDTree(nodes).query(wanted)
+        found = values[nearest].astype(float)
+        elsewhere = distances > SAME_PLACE * extent
+        if elsewhere.any():
+            sizes = np.maximum(np.ptp(nodes, axis=0), 1e-300)
+            between = LinearNDInterpolator(nodes / sizes, values)(wanted[elsewhere] / sizes)
+            beyond = NearestNDInterpolator(nodes / sizes, values)(wanted[elsewhere] / sizes)
+            found[elsewhere] = np.where(np.isnan(between), beyond, between)
+        return found
+
+
+Start = Profile | LastState

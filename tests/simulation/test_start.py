@@ -1,0 +1,114 @@
+"""Runs that start from a profile along the flow, or from the last state of another run."""
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+
+from porousmold import InputError, Scene, run
+from porousmold.scene.identity import identity_of
+from porousmold.simulation.specs import specs_of
+from tests.support import FIELD_CASES, STUDIES, problem_of
+
+STORE = FIELD_CASES / "17-tes-cycle" / "tes.toml"
+PROFILE = "x [cm], temperature [degC]\n0, 500\n30, 480\n50, 200\n100, 25\n"
+QUIET = {"output.pictures": False}
+
+
+@pytest.fixture
+def profile(tmp_path):
+    path = tmp_path / "start.csv"
+    path.write_text(PROFILE)
+    return str(path)
+
+
+@pytest.mark.parametrize("energy", ["two-temperature", "one-temperature"])
+def test_a_profile_is_what_the_bed_starts_from(profile, energy):
+    problem = problem_of(Scene.load(STORE, {"operation.initial_temperature": profile, "model.energy": energy}))
+    along = np.linspace(0.0, 1.0, 101)
+    off_corners = np.abs(along[:, None] - [0.3, 0.5]).min(axis=1) > 0.06  # a cell
+    exact = 273.15 + np.interp(along, [0.0, 0.3, 0.5, 1.0], [500.0, 480.0, 200.0, 25.0])
+    for function in (problem.temperature, problem.bead_temperature):
+        found = problem.along_the_bed(function)[:, 0]
+        assert found[off_corners] == pytest.approx(exact[off_corners], abs=1e-9) and found == pytest.approx(
+            exact, abs=20.0
+        )
+    assert problem.heat_kept()["beads"] == pytest.approx(0.0, abs=1.0)
+
+
+def test_heat_of_a_profile_is_given_back_to_cold_gas(profile):
+    settings = {
+        "operation.initial_temperature": profile,
+        "operation.inlet_temperature": "25 degC",
+        "operation.end_time": "20 h",
+    }
+    result = run(Scene.load(STORE, settings | QUIET), communicator=MPI.COMM_SELF)
+    bed = 0.6 * 5000.0 * 800.0 * np.pi * 0.09 / 4.0
+    profile_area = np.trapezoid if hasattr(np, "trapezoid") else np.trapz
+    stored = bed * profile_area([475.0, 455.0, 175.0, 0.0], [0.0, 0.3, 0.5, 1.0])
+    assert -result["heat_stored"][-1] == pytest.approx(stored, rel=0.01)
+    assert result.summary["temperature_bounds"][1] < 773.15 + 0.3
+
+
+@pytest.mark.parametrize("refined", [1.0, 1.7])
+def test_a_run_goes_on_from_the_last_state_of_another_one(tmp_path, refined):
+    """On the same mesh nothing is lost; on another one it is interpolated."""
+    settings = {"operation.end_time": "2 h"} | QUIET
+    first = run(Scene.load(STORE, settings), tmp_path / "charge", MPI.COMM_SELF)
+    whole = run(Scene.load(STORE, settings | {"operation.end_time": "4 h"}), communicator=MPI.COMM_SELF)
+    more = {"operation.initial_temperature": None, "operation.initial_state": str(tmp_path / "charge")}
+    second = run(Scene.load(STORE, settings | more | {"solver.mesh_refinement": refined}), communicator=MPI.COMM_SELF)
+    assert second["outlet_temperature"][-1] == pytest.approx(whole["outlet_temperature"][-1], abs=2.0)
+    total = first["heat_stored"][-1] + second["heat_stored"][-1]
+    assert total == pytest.approx(whole["heat_stored"][-1], rel=1e-4 if refined == 1.0 else 3e-3)
+
+
+def test_the_state_on_the_same_mesh_is_the_same_to_the_last_digits(tmp_path):
+    scene = Scene.load(STUDIES / "mold" / "aluminium.toml", {"operation.end_time": 300.0, "output.pictures": False})
+    run(scene, tmp_path / "run", MPI.COMM_SELF)
+    begun = scene.changed({"operation.initial_temperature": None, "operation.initial_state": str(tmp_path / "run")})
+    problem = problem_of(begun)
+    state = problem.specs.heat.start
+    again = state.at(problem.temperature.function_space.tabulate_dof_coordinates(), of_beads=False)
+    assert problem.temperature.x.array == pytest.approx(again, rel=1e-15)
+    assert problem.mean_in_bed(problem.bead_temperature) > 300.0
+    assert begun.operation.initial_temperature == pytest.approx(state.mean())
+
+
+def test_identity_follows_the_content_of_what_it_starts_from(tmp_path, profile):
+    scene = Scene.load(STORE, {"operation.initial_temperature": profile})
+    (tmp_path / "other.csv").write_text(PROFILE)
+    (tmp_path / "changed.csv").write_text(PROFILE.replace("480", "481"))
+    same, other = (
+        scene.changed({"operation.initial_temperature": str(tmp_path / name)}) for name in ("other.csv", "changed.csv")
+    )
+    assert identity_of(scene) == identity_of(same) != identity_of(other)
+    again = Scene(scene.as_tables())
+    assert identity_of(again) == identity_of(scene) and specs_of(again).heat.start.values == scene.start.values
+
+
+@pytest.mark.parametrize(("content", "words"), [
+    ("x [m], temperature [degC]\n0, 20\n0, 30\n", "increase"),
+    ("x [m], temperature [degC], more [degC]\n0, 20, 20\n1, 30, 20\n", "two columns"),
+    ("x [s], temperature [degC]\n0, 20\n1, 30\n", "length"),
+    ("x [m], temperature [degC]\n0, -300\n1, 30\n", "> 0 and < 5000 K"),
+    ("x, temperature\n0, 20\n", "unit"),
+])  # fmt: skip
+def test_a_profile_that_is_none_is_refused_in_one_line(tmp_path, content, words):
+    (tmp_path / "start.csv").write_text(content)
+    with pytest.raises(InputError, match=words) as refusal:
+        Scene.load(STORE, {"operation.initial_temperature": str(tmp_path / "start.csv")})
+    assert "\n" not in str(refusal.value)
+
+
+def test_a_state_that_is_none_is_refused_in_one_line(tmp_path):
+    (tmp_path / "damaged").mkdir()
+    (tmp_path / "damaged" / "fields.xdmf").write_text("<Xdmf")
+    for folder, words in (
+        (tmp_path, "wrote its fields"),
+        (tmp_path / "damaged", "cannot be read"),
+        (tmp_path / "none", "wrote"),
+    ):
+        with pytest.raises(InputError, match=words):
+            Scene.load(STORE, {"operation.initial_temperature": None, "operation.initial_state": str(folder)})
+    with pytest.raises(InputError, match="folder of a run"):
+        Scene.load(STORE, {"operation.initial_state": 3})
