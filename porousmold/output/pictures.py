@@ -192,40 +192,60 @@ def _supply(folder: Path, history: Columns, energy: Mapping[str, float]) -> Path
 
 
 def _profiles(folder: Path, cycles: Sequence[Mapping[str, Any]]) -> Path:
-    """Temperatures along the bed at the ends of the phases of the first and of the last cycle, and what each cycle gave back."""
+    """Temperatures along the bed at the times asked for, and at the ends of the phases of the first and the last cycle; and what
+    each cycle gave back."""
     table = read_table(folder / "profiles.csv")
-    along, names = table["distance_from_inlet"], [name for name in table if name.startswith("fluid_")]
-    numbers = {name: int(name.removeprefix("fluid_").split(" ", 1)[0]) for name in names}
-    phases = list(dict.fromkeys(name.split(" ", 1)[1] for name in names))
-    several = len(cycles) > 1
-    figure, panels = plt.subplots(
-        1, 1 + several, figsize=(8.0 + 4.0 * several, 4.2), squeeze=False, width_ratios=(2.0, 1.0)[: 1 + several]
-    )
-    figure.subplots_adjust(left=0.07, right=0.98, bottom=0.14, top=0.96, wspace=0.22)
+    several, along = len(cycles) > 1, table["distance_from_inlet"]
+    width = 8.0 + 4.0 * several
+    shares = (2.0, 1.0) if several else (1.0,)
+    figure, panels = plt.subplots(1, len(shares), figsize=(width, 4.2), squeeze=False, width_ratios=shares)
+    figure.subplots_adjust(left=0.56 / width, right=1.0 - 0.2 / width, bottom=0.14, top=0.96, wspace=0.22)
     profiles = panels[0, 0]
-    for name in names:
-        cycle, phase = numbers[name], name.split(" ", 1)[1]
-        if cycle not in (1, max(numbers.values())):
-            continue
-        dashes = "--" if several and cycle == 1 else "-"
-        label = f"{phase}, cycle {cycle}"
-        profiles.plot(along, np.array(table[name]) - 273.15, dashes, color=f"C{phases.index(phase)}", label=label)
-    profiles.set(
-        xlabel="distance from the inlet in m", ylabel="fluid in °C, at the end of the phase", xlim=(0, along[-1])
-    )
+    for label, colour, dashes in _profiles_shown(
+        [name for name in table if name.startswith("fluid_")], several=several
+    ):
+        profiles.plot(
+            along, np.array(table[f"fluid_{label}"]) - 273.15, dashes, color=colour, label=_profile_label(label)
+        )
+    profiles.set(xlabel="distance from the inlet in m", ylabel="fluid in °C", xlim=(0, along[-1]))
     profiles.legend(fontsize=9)
     if several:
-        for name, words in (
-            ("energy_efficiency", "energy"),
-            ("exergy_efficiency", "exergy"),
-            ("utilisation", "utilisation"),
-        ):
-            values = [math.nan if cycle[name] is None else 100.0 * cycle[name] for cycle in cycles]
-            panels[0, 1].plot([cycle["cycle"] for cycle in cycles], values, ".-", label=words)
-        panels[0, 1].set(xlabel="cycle", ylabel="given back in %", ylim=(0, None))
-        panels[0, 1].xaxis.set_major_locator(MaxNLocator(integer=True))
-        panels[0, 1].legend(fontsize=9)
+        _draw_cycles(panels[0, 1], cycles)
     return save(figure, folder / "profiles.png")
+
+
+def _profiles_shown(names: Sequence[str], *, several: bool) -> list[tuple[str, Any, str]]:
+    """(label, colour, dashes) of the profiles in a picture: of times all, of phases those of the first and of the last cycle."""
+    labels = [name.removeprefix("fluid_") for name in names]
+    of_times = [label for label in labels if re.fullmatch(r"[\d.e+]+ s", label)]
+    of_phases = [label.split(" ", 1) for label in labels if label not in of_times]
+    colours = plt.get_cmap("viridis")(np.linspace(0.0, 0.9, max(len(of_times), 1)))
+    shown: list[tuple[str, Any, str]] = [(label, colour, "-") for label, colour in zip(of_times, colours, strict=False)]
+    phases = list(dict.fromkeys(phase for _, phase in of_phases))
+    last = max((int(cycle) for cycle, _ in of_phases), default=1)
+    for cycle, phase in of_phases:
+        if int(cycle) in (1, last):
+            dashes = "--" if several and int(cycle) == 1 else "-"
+            shown.append((f"{cycle} {phase}", f"C{phases.index(phase)}", dashes))
+    return shown
+
+
+def _profile_label(label: str) -> str:
+    first, rest = label.split(" ", 1)
+    return label if rest == "s" else f"end of {rest}, cycle {first}"
+
+
+def _draw_cycles(axes: Any, cycles: Sequence[Mapping[str, Any]]) -> None:
+    for name, words in (
+        ("energy_efficiency", "energy"),
+        ("exergy_efficiency", "exergy"),
+        ("utilisation", "utilisation"),
+    ):
+        values = [math.nan if cycle[name] is None else 100.0 * cycle[name] for cycle in cycles]
+        axes.plot([cycle["cycle"] for cycle in cycles], values, ".-", label=words)
+    axes.set(xlabel="cycle", ylabel="given back in %", ylim=(0, None))
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axes.legend(fontsize=9)
 
 
 def _near_wall(folder: Path) -> Path:

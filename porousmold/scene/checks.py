@@ -47,6 +47,7 @@ def check_together(scene: Any) -> None:
         _liquid,
         _targets,
         _tolerances,
+        _output,
     ):
         rule(scene)
 
@@ -380,6 +381,11 @@ def _targets(scene: Any) -> None:
 def target_name(target: Any) -> str:
     """The name of a target, by default of its place and what it asks for."""
     return target.name or f"{target.place} {next(name for name in ASKED if getattr(target, name) is not None)}"
+
+
+def _output(scene: Any) -> None:
+    if scene.output.every is not None and scene.output.times is not None:
+        _refuse(scene, "output.every", "cannot be combined with output.times")
 
 
 def _tolerances(scene: Any) -> None:

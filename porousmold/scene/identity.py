@@ -34,7 +34,8 @@ FREE_TO_CHANGE = {
     *("operation.end_time", "solver.first_step", "solver.step_growth", "solver.largest_step"),
     *("solver.step_tolerance", "solver.flow_tolerance"),
 }
-"""Keys that may have other values when a run goes on, besides all of [output]."""
+"""Keys that may have other values when a run goes on, besides all of [output] but `ENDS_OF_STEPS`."""
+ENDS_OF_STEPS = ("output.times", "output.every")
 
 
 @functools.cache
@@ -57,7 +58,8 @@ def identity_of(scene: Scene, *, going_on: bool = False) -> str:
     for table, keys in KEYS.items():
         for name in keys:
             full_name = f"{table}.{name}"
-            if table in ("output", "extensions", "tolerance") or (going_on and full_name in FREE_TO_CHANGE):
+            is_free = table in ("extensions", "tolerance") or (table == "output" and full_name not in ENDS_OF_STEPS)
+            if is_free or (going_on and full_name in FREE_TO_CHANGE):
                 continue
             value = getattr(getattr(scene, table), name)
             is_file = isinstance(value, Path | LastState) or (full_name == PROFILE and scene.start is not None)
@@ -83,5 +85,6 @@ def _content(value: Any) -> Any:
     if isinstance(value, TimeSeries):
         return value.content
     if isinstance(value, tuple):
-        return [{name: _content(part) for name, part in entry} for entry in value]
+        tables = (entry for entry in value if not isinstance(entry, float))
+        return [{name: _content(part) for name, part in entry} for entry in tables] or list(value)
     return value

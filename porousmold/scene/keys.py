@@ -9,6 +9,7 @@ import difflib
 import re
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -21,7 +22,7 @@ from .start import LastState, Profile
 INFINITY = float("inf")
 COLDEST_WITHOUT_UNIT = 150.0
 """Temperature (K) below which a number needs a unit."""
-WITHOUT_UNIT = ("choice", "flag", "file", "run", "text", "names", "list", "tolerance", "integer")
+WITHOUT_UNIT = ("choice", "flag", "file", "run", "times", "text", "names", "list", "tolerance", "integer")
 LONGEST_SPAN = 1e5
 """Time (s) up to which a given function of the time is sampled."""
 
@@ -29,8 +30,8 @@ LONGEST_SPAN = 1e5
 @dataclass(frozen=True)
 class Key:
     """One key: `kind` is a unit of `units.to_si`, or 'choice', 'integer', 'flag', 'file', 'run' (the folder of a run), 'text',
-    'names' (a table of texts), 'list' (of tables, whose keys are `entries`), 'tolerance' (of a key whose unit is `tolerated`;
-    such a value stays as it is written).
+    'names' (a table of texts), 'times' (a list of times that increase, in s), 'list' (of tables, whose keys are `entries`),
+    'tolerance' (of a key whose unit is `tolerated`; such a value stays as it is written).
 
     Numbers lie strictly between `low` and `high` (or at them, if `closed`). `choices` are looked up when a value is checked.
     `series` keys also take a CSV file or a channel of one (`series.CHANNEL`), with `along` one of columns along the flow, a
@@ -216,6 +217,8 @@ def _checked_value(name: str, key: Key, value: Any, base: Path, where: str | Non
         if isinstance(value, bool) or not isinstance(value, int) or not key.low <= value <= key.high:
             raise InputError(name, value, f"must be a whole number from {key.low:g} to {key.high:g}", where)
         return value
+    if key.kind == "times":
+        return _checked_times(name, value, where)
     if key.kind == "run":
         if not isinstance(value, str) or "\0" in value:
             raise InputError(name, str(value), "must name the folder of a run", where)
@@ -239,6 +242,17 @@ def _checked_list(name: str, key: Key, value: Any, base: Path, where: str | None
         values = checked_values({place: entry}, {place: key.entries}, base, where)[place]
         entries.append(Table(place, values))
     return tuple(entries)
+
+
+def _checked_times(name: str, value: Any, where: str | None) -> tuple[float, ...]:
+    if isinstance(value, str):  # of a command line
+        value = [part.strip(" \"'") for part in value.strip("[] ").split(",")]
+    if not isinstance(value, list | tuple) or not value:
+        raise InputError(name, str(value), 'must be a list of times, such as ["10 min", "1 h"]', where)
+    times = tuple(to_si(name, time, "s", where) for time in value)
+    if times[0] <= 0.0 or any(late <= early for early, late in pairwise(times)):
+        raise InputError(name, str(value), "must be times > 0 s that increase", where)
+    return times
 
 
 def _checked_series(name: str, key: Key, value: Any, base: Path, where: str | None) -> TimeSeries:

@@ -228,6 +228,8 @@ def _as_toml(value: Any) -> Any:
     """A value as a TOML file has it."""
     if isinstance(value, TimeSeries):
         return value.as_value()
+    if isinstance(value, tuple) and all(isinstance(part, float) for part in value):
+        return list(value)
     if isinstance(value, tuple):
         return [{name: _as_toml(part) for name, part in entry if part is not None} for entry in value]
     if isinstance(value, Profile):

@@ -263,8 +263,11 @@ KEYS: dict[str, dict[str, Key]] = {
         "fields": Key("flag", "write fields.h5 and fields.xdmf", True),
         "checkpoint_interval": Key("s", "minimum wall-clock time between checkpoints, for --resume", 30.0, low=0.0,
                                    high=1e7, closed=True),
-        "field_times": Key("integer", "number of snapshots of the fields, spread over the run", 4, low=1, high=1000,
-                           closed=True),
+        "field_times": Key("integer", "number of snapshots of the fields, evenly spread over the run as it turns out", 4, low=1,
+                           high=1000, closed=True),
+        "times": Key("times", "times of the fields, in place of field_times, and of profiles along the bed (profiles.csv); steps "
+                     "end there"),
+        "every": Key("s", "the same every so often", low=0.0, high=1e9),
     },
 }  # fmt: skip
 

@@ -27,12 +27,14 @@ POINTS, WEIGHTS = (part.astype(float) for part in roots_legendre(8))
 
 @dataclass(frozen=True)
 class Profile:
-    """Temperatures (K) of fluid and beads along the middle of the bed, at the end of a phase, by its number."""
+    """Temperatures (K) of fluid and beads along the middle of the bed at a time (s); `number` is that of the phase which then
+    ended, if one did."""
 
-    number: int
+    label: str
     time: float
     fluid: NDArray[np.float64]
     beads: NDArray[np.float64]
+    number: int | None = None
 
 
 def cycles_of(

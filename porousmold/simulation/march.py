@@ -93,6 +93,7 @@ class Simulation:
             largest / time.refinement,
             time.end_time,
             self._breakpoints(),
+            self.specs.output.times,
         )
 
     def march(

@@ -13,6 +13,7 @@ from ..mesh import domain as geometry
 from ..mesh import fenicsx
 from ..mesh.probe import PointProbe
 from ..output.quantities import Columns
+from .course import Course
 from .problem import Problem
 
 
@@ -72,26 +73,44 @@ def _eddy_viscosity_ratio(
 def field_snapshots(
     problem: Problem, snapshots: Sequence[tuple[float, list[NDArray[Any]]]], end_time: float
 ) -> Iterator[tuple[float, list[fem.Function]]]:
-    """(time, functions) at `output.field_times` times spread geometrically up to the end (collective)."""
-    wanted = end_time * 0.5 ** np.arange(problem.specs.output.field_times - 1, -1, -1)
-    times = np.array([snapshot[0] for snapshot in snapshots])
+    """(time, functions) at `output.times` and the end, or at `output.field_times` times evenly spread up to it, linear between
+    the snapshots that were kept (collective)."""
+    snapshots = snapshots or [(end_time, problem.state())]
+    output, times = problem.specs.output, np.array([snapshot[0] for snapshot in snapshots])
+    wanted = times if output.times else end_time * np.linspace(0.0, 1.0, output.field_times + 1)[1:]
     space = problem.medium.flow_temperature.function_space
-    of_the_bed = _FieldsOfTheBed(problem, space)
+    of_the_bed, course = _FieldsOfTheBed(problem, space), problem.specs.course
     now, flow_temperature = problem.state(), problem.medium.flow_temperature.x.array.copy()
-    for index in sorted({int(np.argmin(np.abs(times - time))) for time in wanted}):
-        time, state = snapshots[index]
-        problem.set_state(state)
+    for time in map(float, wanted):
+        turned = course is not None and course.direction(time) < 0
+        problem.set_state(_between(snapshots, times, time, course))
         temperature, beads = problem.temperature, problem.bead_temperature
         problem.medium.flow_temperature.x.array[:] = temperature.x.array  # the density that the velocity belongs to
         temperature.name, beads.name = "temperature", "bead_temperature"
         fields = problem.flow.fields()
         functions = [temperature, beads, *fields.values(), *of_the_bed.now()]
-        if problem.specs.course is not None and problem.specs.course.direction(time) < 0:
+        if turned:
             problem.mirror.vectors(fields["velocity"])
             problem.mirror(*(function for function in functions if function is not fields["velocity"]))
         yield time, functions
     problem.set_state(now)
     problem.medium.flow_temperature.x.array[:] = flow_temperature
+
+
+def _between(
+    snapshots: Sequence[tuple[float, list[NDArray[Any]]]], times: NDArray[Any], time: float, course: Course | None
+) -> list[NDArray[Any]]:
+    """The state of a time (s) between two snapshots; the nearest one where the flow turns between them."""
+    after = min(int(np.searchsorted(times, time * (1.0 - 1e-12))), len(times) - 1)
+    before = max(after - 1, 0)
+    if after == before or times[after] <= time:
+        return snapshots[after][1]
+    if course is not None and course.direction(float(times[before])) != course.direction(float(times[after])):
+        same = [n for n in (before, after) if course.direction(float(times[n])) == course.direction(time)]
+        return snapshots[same[0]][1]
+    part = (time - times[before]) / (times[after] - times[before])
+    pairs = zip(snapshots[before][1], snapshots[after][1], strict=True)
+    return [(1.0 - part) * early + part * late for early, late in pairs]
 
 
 class _FieldsOfTheBed:

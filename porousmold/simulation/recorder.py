@@ -13,7 +13,9 @@ from .cycles import Profile
 from .heating_time import crossing_time
 from .problem import Problem
 
-MOST_SNAPSHOTS = 32
+LEAST_SNAPSHOTS = 32
+"""That are kept during a run, for fields evenly spread over its time."""
+SAME_TIME = 1e-9
 HEATING_TIME = "heating_time"
 """Name of that answer."""
 
@@ -127,16 +129,22 @@ class Recorder:
         """Keep the temperatures along the bed at the end (s) of a phase; the flow is another one from now on, so that nothing is
         extrapolated from before (collective)."""
         self._last_flow = None
-        problem, course = self._problem, self._course
+        course = self._course
         assert course is not None
+        count = len(course.phases)
+        self._keep_profile(f"{1 + number // count} {course.phase_of(number).name}", time, number)
+        latest = (number // count - 1) * count
+        self.profiles = [
+            one for one in self.profiles if one.number is None or one.number < count or one.number >= latest
+        ]
+
+    def _keep_profile(self, label: str, time: float, number: int | None = None) -> None:
+        problem = self._problem
         parts = [problem.temperature, problem.bead_temperature if self._heat.two_temperatures else problem.temperature]
-        if course.direction(time) < 0:
+        if self._direction(time) < 0:
             problem.mirror(*parts)
         fluid, beads = (problem.along_the_bed(part)[:, 0] for part in parts)
-        self.profiles.append(Profile(number, time, fluid, beads))
-        count = len(course.phases)
-        latest = (number // count - 1) * count
-        self.profiles = [one for one in self.profiles if one.number < count or one.number >= latest]
+        self.profiles.append(Profile(label, time, fluid, beads, number))
 
     def _at_places(self, time: float) -> dict[str, float]:
         """Temperatures at the stations and at the sensors, and how steep they are there."""
@@ -179,13 +187,21 @@ class Recorder:
         return mass_flow, pressure_drop
 
     def keep_snapshot(self, time: float, *, finished: bool) -> None:
-        """Keep the fields of this time; beyond `MOST_SNAPSHOTS` every second goes and the spacing doubles."""
+        """Keep the fields of this time. At times that are asked for they stay, with a profile along the bed; beyond twice as many
+        as are written every second of the others goes, and the spacing doubles (collective)."""
+        output = self._problem.specs.output
+        if output.times:
+            if finished or any(abs(time - asked) <= SAME_TIME * time for asked in output.times):
+                self.snapshots.append((time, self._problem.state()))
+                self._keep_profile(f"{time:.6g} s", time)
+            return
         if self.snapshots and not finished and time < self.snapshots[-1][0] + self._spacing:
             return
         self.snapshots.append((time, self._problem.state()))
-        if len(self.snapshots) > MOST_SNAPSHOTS and not finished:
+        most = max(LEAST_SNAPSHOTS, 2 * output.field_times)
+        if len(self.snapshots) > most and not finished:
             self.snapshots = self.snapshots[::2]
-            self._spacing = max(2.0 * self._spacing, time / MOST_SNAPSHOTS)
+            self._spacing = max(2.0 * self._spacing, time / most)
 
     def save(self) -> Saved:
         """Everything recorded."""
@@ -201,7 +217,9 @@ class Recorder:
             "last_flow": self._last_flow,
             "snapshot_times": [time for time, _ in self.snapshots],
             "snapshot_spacing": self._spacing,
-            "profiles": [[one.number, one.time, one.fluid.tolist(), one.beads.tolist()] for one in self.profiles],
+            "profiles": [
+                [one.label, one.time, one.fluid.tolist(), one.beads.tolist(), one.number] for one in self.profiles
+            ],
         }
         return Saved(numbers, arrays)
 
@@ -212,8 +230,8 @@ class Recorder:
         self.targets |= numbers["targets"]
         self._last_flow, self._spacing = numbers["last_flow"], numbers["snapshot_spacing"]
         self.profiles = [
-            Profile(number, time, np.array(fluid), np.array(beads))
-            for number, time, fluid, beads in numbers["profiles"]
+            Profile(label, time, np.array(fluid), np.array(beads), number)
+            for label, time, fluid, beads, number in numbers["profiles"]
         ]
         spaces = [function.function_space for function in self._problem.functions]
         self.snapshots = [

@@ -227,16 +227,15 @@ class _Run:
 
 
 def _profiles_along(simulation: Simulation) -> Columns | None:
-    """Columns of the temperatures along the bed at the ends of phases; None of a scene without phases."""
-    course, profiles = simulation.specs.course, simulation.recorder.profiles
-    if course is None or not profiles:
+    """Columns of the temperatures along the bed at the times asked for, and at the ends of phases; None where there are none."""
+    profiles = simulation.recorder.profiles
+    if not profiles:
         return None
     table = Columns()
     table.add("distance_from_inlet", np.linspace(0.0, simulation.problem.domain.length, len(profiles[0].fluid)))
     for profile in profiles:
-        cycle, name = 1 + profile.number // len(course.phases), course.phase_of(profile.number).name
-        table.add(f"fluid_{cycle} {name}", profile.fluid)
-        table.add(f"beads_{cycle} {name}", profile.beads)
+        table.add(f"fluid_{profile.label}", profile.fluid)
+        table.add(f"beads_{profile.label}", profile.beads)
     return table
 
 

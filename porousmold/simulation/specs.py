@@ -29,6 +29,8 @@ from .targets import Target
 
 CONTACT_THICKNESS = 1e-6
 """Of the layer (m) that stands for a contact resistance."""
+MOST_TIMES = 2000
+"""Of output that may be asked for."""
 LARGEST_FLOW_TOLERANCE = 0.05
 """To which fewer steps raise the flow's tolerance at most."""
 FlowKind = Literal["full", "developed", "plug"]
@@ -178,10 +180,12 @@ class TimeSpec:
 
 @dataclass(frozen=True, kw_only=True)
 class OutputSpec:
-    """What is kept: fields at `field_times` times, a checkpoint every `checkpoint_interval` s of the clock."""
+    """What is kept: fields at `field_times` times, or at given `times` (s) together with profiles along the bed; a checkpoint
+    every `checkpoint_interval` s of the clock."""
 
     fields: bool
     field_times: int
+    times: tuple[float, ...]
     checkpoint_interval: float
 
 
@@ -217,6 +221,7 @@ def specs_of(scene: Scene) -> Specs:
         output=OutputSpec(
             fields=scene.output.fields,
             field_times=scene.output.field_times,
+            times=_output_times(scene),
             checkpoint_interval=scene.output.checkpoint_interval,
         ),
         laws=laws,
@@ -397,3 +402,14 @@ def _end_time(scene: Scene, course: Course | None) -> float:
         return given
     longest = course.longest
     return min(longest, given) if scene.is_given("operation.end_time") or not math.isfinite(longest) else longest
+
+
+def _output_times(scene: Scene) -> tuple[float, ...]:
+    every, times = scene.output.every, scene.output.times
+    if every is None:
+        return times or ()
+    count = int(scene.operation.end_time / every)
+    if count > MOST_TIMES:
+        allowed = f"makes {count} times up to operation.end_time {scene.operation.end_time:g} s: at most {MOST_TIMES}"
+        raise InputError("output.every", every, allowed, scene.source)
+    return tuple(every * number for number in range(1, count + 1))

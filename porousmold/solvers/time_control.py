@@ -24,6 +24,7 @@ SAFETY, LEAST_FACTOR = 0.85, 0.2
 @dataclass
 class TimeControl:
     """Proposes steps (s). `breakpoints` are times at which given series change slope: steps end there and start small again.
+    At `stops` steps only end.
 
     State is `step` (the next one), `jumps`, times (s) at which everything given changed at once, and counters.
     """
@@ -33,6 +34,7 @@ class TimeControl:
     largest_step: float
     end_time: float
     breakpoints: tuple[float, ...] = ()
+    stops: tuple[float, ...] = ()
     step: float = field(init=False)
     jumps: list[float] = field(init=False, default_factory=list)
     rejected: int = field(init=False, default=0)
@@ -59,9 +61,10 @@ class TimeControl:
     def propose(self, time: float, longest: float = math.inf) -> Any:
         """The step to try from `time`, `longest` at most: never across a breakpoint or the end."""
         self.step = min(self.step, max(longest, self.first_step))
-        stops = [stop for stop in (*self.breakpoints, self.end_time) if stop > time * (1 + 1e-12)]
+        stops = [stop for stop in (*self.breakpoints, *self.stops, self.end_time) if stop > time * (1 + 1e-12)]
         room = min(stops, default=self.end_time) - time
         if room <= self.step * (1 + 1e-9):
+            self.step = max(self.step, room)
             return room
         return room / 2 if room < 2 * self.step else self.step
 
