@@ -199,7 +199,7 @@ def _profiles(folder: Path, cycles: Sequence[Mapping[str, Any]]) -> Path:
     width = 8.0 + 4.0 * several
     shares = (2.0, 1.0) if several else (1.0,)
     figure, panels = plt.subplots(1, len(shares), figsize=(width, 4.2), squeeze=False, width_ratios=shares)
-    figure.subplots_adjust(left=0.56 / width, right=1.0 - 0.2 / width, bottom=0.14, top=0.96, wspace=0.22)
+    figure.subplots_adjust(left=0.75 / width, right=1.0 - 0.2 / width, bottom=0.14, top=0.96, wspace=0.22)
     profiles = panels[0, 0]
     for label, colour, dashes in _profiles_shown(
         [name for name in table if name.startswith("fluid_")], several=several
