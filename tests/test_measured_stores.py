@@ -1,4 +1,4 @@
-"""The two measured heatings with flow (docs/measured-stores.md): nothing is tuned, the bands are those of the page's assumptions."""
+"""The two measured heatings with flow (docs/measured-stores.md): nothing is tuned."""
 
 import numpy as np
 import pytest

@@ -4,6 +4,7 @@ Lengths in m, times in s, temperatures in K. None stands for what the scene leav
 """
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -228,15 +229,34 @@ def specs_of(scene: Scene) -> Specs:
     )
 
 
-def _require_phase(scene: Scene, laws: Laws) -> None:
-    """Raise `InputError` where a temperature that is given for the fluid makes another phase of it."""
+def _given_to_the_fluid(scene: Scene) -> Iterator[tuple[str, float]]:
+    """(key, temperature in K) of what the fluid is given: the ends of every range."""
     operation = scene.operation
-    for name in ("initial_temperature", "inlet_temperature", "fresh_temperature"):
+    yield from (
+        ("initial_temperature", one) for one in (scene.start.range if scene.start else (operation.initial_temperature,))
+    )
+    for name in ("inlet_temperature", "return_temperature", "fresh_temperature"):
         value = getattr(operation, name)
-        for temperature in () if value is None else value.range if isinstance(value, TimeSeries) else (value,):
-            text = other_phase(laws.fluid.name, operation.outlet_pressure, temperature)
-            if text is not None:
-                raise InputError(f"operation.{name}", temperature, f"does not fit fluid.material: {text}", scene.source)
+        if value is not None:
+            yield from ((name, one) for one in (value.range if isinstance(value, TimeSeries) else (value,)))
+
+
+def _require_phase(scene: Scene, laws: Laws) -> None:
+    """Raise `InputError` where a temperature that is given for the fluid makes another phase of it, or nonsense of a material:
+    a polynomial far outside its range."""
+    pressure = scene.operation.outlet_pressure
+    materials = laws.materials(scene.model.wall in ("conjugate", "thin"))
+    for name, temperature in _given_to_the_fluid(scene):
+        key = f"operation.{name}"
+        if (text := other_phase(laws.fluid.name, pressure, temperature)) is not None:
+            raise InputError(key, temperature, f"does not fit fluid.material: {text}", scene.source)
+        for owner, material in materials.items():
+            for what, law in material.laws().items():
+                arguments = (pressure,) if owner == "fluid" and what == "density" else ()
+                found = float(law(*arguments, temperature))
+                if not 0.0 < found < math.inf:
+                    allowed = f"is far outside the range of {material.name}: {what} {found:.3g} {law.unit}"
+                    raise InputError(key, temperature, allowed, scene.source)
 
 
 def _mesh(scene: Scene, laws: Laws) -> MeshSpec:

@@ -2,9 +2,10 @@
 
 OPENING = """
 **Limits of this page.** Measured heatings with flow through the bed are on another page, [measured stores](measured-stores.md):
-air through stones and molten salt through quartzite; no heating time of a mold or of its wall has been measured that we know of, and the
-thesis's figures are not available (its printed 1470 s for the aluminium mold is a computation). This page compares with correlations, cited at second hand from programs and compilations
-(`studies/validation/correlations.py`) without their data points, with five permeabilities, and with one bed without flow.
+air through stones, and molten salt through quartzite. No measured heating time of a mold or of its wall is known to us, and the
+thesis's figures are not available (its printed 1470 s for the aluminium mold is a computation). This page compares with
+correlations, cited at second hand from programs and compilations (`studies/validation/correlations.py`) without their data
+points, with five permeabilities, and with one bed without flow.
 
 Re_d = rho U d/mu and Nu are on the bead diameter d and the superficial speed U, Re_m = Re_d/(1 - phi), phi is the void
 fraction, D the tube's diameter. Two sets of closures are compared; a key that a scene sets wins:

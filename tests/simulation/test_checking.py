@@ -3,9 +3,10 @@
 import pytest
 from mpi4py import MPI
 
-from porousmold import Scene
+from porousmold import InputError, Scene
 from porousmold.cli import main
 from porousmold.simulation.checking import check, first_cell
+from porousmold.simulation.specs import specs_of
 
 from ..support import ALUMINIUM, STUDIES, box, problem_of
 
@@ -58,3 +59,10 @@ def test_missing_groups_are_named_in_a_sentence(tmp_path, capsys):
     error = capsys.readouterr().err
     assert "it has no physical curve named 'inlet' (physical surfaces: bed, wall; physical curves: entry" in error
     assert len(error.splitlines()) == 1
+
+
+@pytest.mark.parametrize("key", ["operation.initial_temperature", "operation.inlet_temperature"])
+def test_a_temperature_that_makes_nonsense_of_the_fluid_is_refused(key):
+    """A polynomial of the air's viscosity gets negative there (found by the fuzz: a traceback in the middle of the run)."""
+    with pytest.raises(InputError, match="far outside the range of air: viscosity -"):
+        specs_of(Scene.load(ALUMINIUM, {key: "2910 K", "fluid.material": "air"}))
