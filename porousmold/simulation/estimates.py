@@ -10,9 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import InputError
 from ..laws.conductivity import Anisotropic, LocalBed, added, core_dispersion, stagnant_conductivity
 from ..laws.materials import Solid
+from ..laws.natural_convection import rayleigh_darcy_number
 from ..laws.nusselt import bead_reynolds_number, prandtl_number, specific_surface
 from ..scene.geometries import BedSize
 from ..scene.series import TimeSeries
@@ -122,8 +122,7 @@ class Estimates:
 
 
 def estimate(specs: Specs, size: BedSize) -> Estimates:
-    """Estimates of a scene whose bed has this size; `InputError` where a property has no value at the inlet's temperature."""
-    _check_properties(specs)
+    """Estimates of a scene whose bed has this size."""
     heat = specs.heat
     fluid = _fluid_at(specs, heat.inlet_temperature.values[-1])
     phi, diameter, laws = specs.porosity.bulk_porosity, specs.mesh.bead_diameter, specs.laws
@@ -184,16 +183,23 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
     )
 
 
-def _check_properties(specs: Specs) -> None:
-    temperature = specs.heat.inlet_temperature.values[-1]
-    for material in specs.laws.materials(bool(specs.heat.layers)).values():
-        for name, law in material.laws().items():
-            is_fluids_density = name == "density" and material is specs.laws.fluid
-            value = law(specs.flow.outlet_pressure, temperature) if is_fluids_density else law(temperature)
-            if not (math.isfinite(value) and value > 0.0):
-                low, high = (f"{limit - 273.15:.1f}" for limit in law.temperature_range)
-                allowed = f"{material.name} {name}, which is given for {low} to {high} °C, has no value there"
-                raise InputError("operation.inlet_temperature", f"{temperature:.6g} K", allowed, specs.mesh.scene_file)
+def rayleigh_darcy(specs: Specs, low: float, high: float, height: float) -> float:
+    """Rayleigh-Darcy number of the bed at rest, with fluid from `low` to `high` (K) over a height (m)."""
+    mean, step = 0.5 * (low + high), 0.5 * max(high - low, 0.1)
+    fluid, density = _fluid_at(specs, mean), specs.laws.fluid.density
+    cold, hot = (density(specs.flow.outlet_pressure, mean + side) for side in (-step, step))
+    core = replace(_core(specs, fluid, 0.0, specs.laws.beads.conductivity(mean)), temperature=mean)
+    phi, diameter = specs.porosity.bulk_porosity, specs.mesh.bead_diameter
+    return rayleigh_darcy_number(
+        density=fluid.density,
+        heat_capacity=fluid.heat_capacity,
+        viscosity=fluid.viscosity,
+        expansion=float((cold - hot) / (2.0 * step * fluid.density)),
+        permeability=float(specs.laws.drag.permeability(phi, diameter)),
+        conductivity=float(stagnant_conductivity(core, phi)),
+        difference=high - low,
+        height=height,
+    )
 
 
 def _inlet_time(series: TimeSeries) -> float:

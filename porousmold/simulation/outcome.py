@@ -11,6 +11,7 @@ from petsc4py import PETSc
 
 from .. import __version__
 from ..errors import SolveError
+from ..laws.natural_convection import ONSET, carried_from_below, carried_from_the_side
 from ..laws.phases import LARGEST_DEPARTURE, departure, other_phase
 from ..laws.porosity import LawPorosity, benyahia_oneill_mean_porosity, dixon_mean_porosity, mean_porosity
 from ..laws.real_gas import RealGasDensity
@@ -23,6 +24,7 @@ from ..scene.plausibility import implausible_values
 from ..scene.scene import Scene
 from .cycles import SURROUNDINGS, cycles_of
 from .energy_use import energy_use
+from .estimates import rayleigh_darcy
 from .march import Simulation, temperature_bounds
 from .specs import Specs
 
@@ -405,6 +407,25 @@ def _of_the_porosity(scene: Scene, simulation: Simulation) -> list[str]:
     ]
 
 
+def _of_rest(simulation: Simulation, bounds: list[float]) -> list[str]:
+    """What natural convection would carry where the bed rests: the equations have none."""
+    specs, size, course = simulation.specs, simulation.specs.mesh.size, simulation.specs.course
+    strength = specs.flow.driven_by.range[0] if course is None else min(abs(phase.sign) for phase in course.phases)
+    if size is None or (simulation.problem.medium.estimates.flows and strength > 0.0 and not specs.flow.by_blower):
+        return []
+    if specs.flow.by_blower and course is None:
+        return []
+    upright = rayleigh_darcy(specs, *bounds, size.length)
+    if upright <= ONSET:
+        return []
+    across = carried_from_the_side(upright, 0.5 * size.length / size.half_height)
+    return [
+        "natural convection in the bed at rest is left out: its Rayleigh-Darcy number is up to "
+        f"{upright:.2g} over its length; upright and hot below it would carry about {carried_from_below(upright):.2g} times what "
+        f"conducts along it (onset at {ONSET:.0f}), hot at a side {across:.2g} times what conducts across it"
+    ]
+
+
 def _of_the_beads_weight(simulation: Simulation) -> list[str]:
     """Whether a flow against gravity would lift the beads: its pressure drop beyond the fluid's own weight carries them."""
     specs, history = simulation.specs, simulation.recorder.history
@@ -424,7 +445,7 @@ def _of_the_beads_weight(simulation: Simulation) -> list[str]:
 
 
 def _of_what_was_reached(simulation: Simulation, bounds: list[float]) -> list[str]:
-    problem, found = simulation.problem, _of_the_beads_weight(simulation)
+    problem, found = simulation.problem, _of_the_beads_weight(simulation) + _of_rest(simulation, bounds)
     mach = problem.highest_mach_number()
     if mach > HIGHEST_MACH_NUMBER:
         found.append(f"Mach number {mach:.2g} > {HIGHEST_MACH_NUMBER}: the energy balance is that of low Mach numbers")

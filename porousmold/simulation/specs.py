@@ -255,7 +255,8 @@ def _require_phase(scene: Scene, laws: Laws) -> None:
                 arguments = (pressure,) if owner == "fluid" and what == "density" else ()
                 found = float(law(*arguments, temperature))
                 if not 0.0 < found < math.inf:
-                    allowed = f"is far outside the range of {material.name}: {what} {found:.3g} {law.unit}"
+                    low, high = (f"{limit - 273.15:.1f}" for limit in law.temperature_range)
+                    allowed = f"{material.name} {what}, which is given for {low} to {high} °C, has no value there"
                     raise InputError(key, temperature, allowed, scene.source)
 
 
