@@ -415,7 +415,8 @@ def _of_rest(simulation: Simulation, bounds: list[float]) -> list[str]:
         return []
     if specs.flow.by_blower and course is None:
         return []
-    upright = rayleigh_darcy(specs, *bounds, size.length)
+    low, high = bounds
+    upright = rayleigh_darcy(specs, low, high, size.length)
     if upright <= ONSET:
         return []
     across = carried_from_the_side(upright, 0.5 * size.length / size.half_height)
