@@ -57,6 +57,7 @@ RESULT_KEYS: Mapping[str, ResultKey] = {
     "energy": ResultKey(
         "object", "energy (J) of the whole tool by source and use, peak_power (W), cost", optional=True
     ),
+    "spread_at_end": _number("K", "difference of temperature over the wall's bed side at the end", optional=True),
     "temperature_bounds": ResultKey("array", "lowest and highest temperature (K)", optional=True),
     "time_steps": ResultKey("integer", "time steps"),
     "rejected_steps": ResultKey("integer", "time steps repeated with a smaller step size"),

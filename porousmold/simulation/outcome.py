@@ -77,6 +77,7 @@ def summarise(
         **_spent(simulation),
         **_cycles(simulation),
         "energy": _energy_of_the_tool(simulation) if recorded and problem.air_loop is not None else None,
+        "spread_at_end": history["highest_bed_side"][-1] - history["lowest_bed_side"][-1] if recorded else None,
         "temperature_bounds": bounds,
         **_work_done(simulation),
         **_provenance(scene, simulation),

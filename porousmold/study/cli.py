@@ -33,22 +33,24 @@ def add_commands(commands: Any) -> None:
     add_extension_option(study)
     study.set_defaults(command=_study)
     sensitivity = commands.add_parser(
-        "sensitivity", help="elasticities of the heating time to every parameter of a scene"
+        "sensitivity", help="elasticities of the heating time, or of another result, to every parameter of a scene"
     )
     sensitivity.add_argument("scene", metavar="SCENE.toml")
     sensitivity.add_argument("--out", metavar="DIR", help="folder to write (default: runs/NAME OF SCENE-sensitivity)")
+    _add_quantity(sensitivity)
     sensitivity.add_argument("--step", default="0.05", help="relative change of every parameter (default 0.05)")
     sensitivity.add_argument("--quiet", action="store_true", help="no progress bar, no summary")
     add_extension_option(sensitivity)
     sensitivity.set_defaults(command=_sensitivity)
     uncertainty = commands.add_parser(
-        "uncertainty", help="uncertainty of the heating time of a scene, and the contribution of each input"
+        "uncertainty", help="uncertainty of the heating time, or of another result, and the contribution of each input"
     )
     uncertainty.add_argument(
         "scene", metavar="SCENE.toml", help="its table [tolerance] gives the tolerances of the inputs"
     )
     uncertainty.add_argument("--out", metavar="DIR", help="folder to write (default: runs/NAME OF SCENE-uncertainty)")
     add_settings_option(uncertainty)
+    _add_quantity(uncertainty)
     uncertainty.add_argument(
         "--sample", type=int, default=0, metavar="N", help="verify it by a Latin hypercube sample of N runs"
     )
@@ -90,6 +92,15 @@ def _part(text: str) -> Any:
     return part
 
 
+def _add_quantity(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--of",
+        metavar="RECORD",
+        help="what of result.json, such as targets.cured, energy.cost or spread_at_end (default: the first target's time, "
+        "without targets the heating time)",
+    )
+
+
 def _sensitivity(options: argparse.Namespace) -> Any:
     from ..scene.scene import Scene
 
@@ -101,19 +112,22 @@ def _sensitivity(options: argparse.Namespace) -> Any:
         raise InputError("--step", step, "must be > 0 and < 1")
     out = Path(options.out) if options.out else Path("runs") / f"{Path(options.scene).stem}-sensitivity"
     from ..mpi import MPI
+    from .quantity import quantity_of
     from .sensitivity import cases_around, elasticities, write
+
+    quantity = quantity_of(scene, options.of)
 
     signals, first = StopSignals(), MPI.COMM_WORLD.rank == 0
     bar = Bar(quiet=options.quiet or not first)
     progress = _counting(bar, len(cases_around(scene, step)))
     try:
-        found = elasticities(scene, out, step=step, progress=progress, stop=signals.__bool__)
+        found = elasticities(scene, out, quantity, step=step, progress=progress, stop=signals.__bool__)
     finally:
         bar.close()
     if first:
-        picture = write(found, out)
+        picture = write(found, out, quantity)
         if not options.quiet:
-            print(f"{'parameter':30s} change of the heating time in % for a change of 1 %")
+            print(f"{'parameter':30s} change of the {quantity.words} in % for a change of 1 %")
             for entry in found:
                 print(f"{entry.parameter:30s} {entry.value:+.3f}" if entry.value is not None
                       else f"{entry.parameter:30s} none: {entry.reason}")  # fmt: skip
@@ -131,17 +145,20 @@ def _uncertainty(options: argparse.Namespace) -> int:
         raise InputError("--seed", options.seed, "must be >= 0")
     out = Path(options.out) if options.out else Path("runs") / f"{Path(options.scene).stem}-uncertainty"
     from ..mpi import MPI
+    from .quantity import quantity_of
     from .uncertainty import budget, cases_of, sampled, summary_text, write
+
+    quantity = quantity_of(scene, options.of)
 
     signals, first = StopSignals(), MPI.COMM_WORLD.rank == 0
     bar = Bar(quiet=options.quiet or not first)
     sample = None
     try:
-        found = budget(scene, out, progress=_counting(bar, len(cases_of(scene))), stop=signals.__bool__)
+        found = budget(scene, out, quantity, progress=_counting(bar, len(cases_of(scene))), stop=signals.__bool__)
         if found is not None and options.sample:
             counting = _counting(bar, options.sample)
             sample = sampled(
-                scene, out / "sample", options.sample, options.seed, progress=counting, stop=signals.__bool__
+                scene, out / "sample", options.sample, options.seed, quantity, progress=counting, stop=signals.__bool__
             )
     finally:
         bar.close()

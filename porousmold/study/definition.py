@@ -26,6 +26,9 @@ RECORDS = {
     "heat_by_fluid": "J", "heat_stored": "J",
     "fluid_heat": "J", "pumping_work": "J", "energy_spent": "J", "mean_power": "W",
     "energy.spent": "J", "energy.heater": "J", "energy.blower": "J", "energy.peak_power": "W", "energy.cost": "1",
+    "spread_at_end": "K",
+    "last_cycle.heat_in": "J", "last_cycle.heat_out": "J", "last_cycle.heat_lost": "J", "last_cycle.pumping_work": "J",
+    "last_cycle.energy_efficiency": "1", "last_cycle.exergy_efficiency": "1", "last_cycle.utilisation": "1",
     "time_steps": "1", "rejected_steps": "1", "bead_biot_number": "1", "bead_reynolds_number": "1",
     "unknowns.flow": "1", "unknowns.energy": "1", "wall_seconds.total": "s", "wall_seconds.flow": "s", "wall_seconds.energy": "s",
 }  # fmt: skip
@@ -35,7 +38,10 @@ LONGEST_NAME = 120
 
 def unit_of_record(name: str) -> str | None:
     """Unit of what can be recorded of a run, also of "targets.NAME", the time of a target; None for what is not."""
-    return "s" if name.startswith("targets.") and len(name) > len("targets.") else RECORDS.get(name)
+    for prefix, unit in (("targets.", "s"), ("target_errors.", "1")):
+        if name.startswith(prefix) and len(name) > len(prefix):
+            return unit
+    return RECORDS.get(name)
 
 
 QUIET = {"output.pictures": False, "output.fields": False}

@@ -19,6 +19,7 @@ from ..scene.chosen_laws import Laws
 from ..scene.scene import Scene
 from .definition import Study
 from .parameters import case_around, value_of
+from .quantity import Quantity, quantity_of
 from .running import run_study
 
 PARAMETERS = (
@@ -26,7 +27,10 @@ PARAMETERS = (
     "bed.bead_density", "bed.bead_heat_capacity", "wall.thickness", "wall.density", "wall.heat_capacity",
     "wall.conductivity", "operation.pressure_drop", "operation.inlet_velocity", "operation.mass_flow",
     "operation.outlet_pressure", "operation.inlet_temperature", "operation.heating_margin", "model.exchange_factor",
+    "operation.blower_pressure", "operation.blower_flow", "operation.heater_power", "operation.recirculation",
+    "operation.outer_coefficient", "operation.duct_conductance", "operation.duct_resistance",
 )  # fmt: skip
+OF_LAYERS = ("thickness", "contact_resistance")
 STEP = 0.05
 COARSER = {"solver.mesh_refinement": 0.7, "solver.step_refinement": 0.5}
 """Factors on the scene's own refinements."""
@@ -34,7 +38,7 @@ COARSER = {"solver.mesh_refinement": 0.7, "solver.step_refinement": 0.5}
 
 @dataclass(frozen=True)
 class Elasticity:
-    """Of the heating time to one parameter: `value`, or None and the `reason` why there is none."""
+    """Of the quantity of interest to one parameter: `value`, or None and the `reason` why there is none."""
 
     parameter: str
     value: float | None
@@ -44,7 +48,10 @@ class Elasticity:
 def parameters_of(scene: Scene) -> Any:
     """{name: value (SI)} of the parameters that the scene has; properties of materials as constants."""
     laws, found = Laws.of(scene), {}
-    for name in PARAMETERS:
+    layers = [
+        f"wall.layer[{number}].{key}" for number, _ in enumerate(scene.wall.layer or (), start=1) for key in OF_LAYERS
+    ]
+    for name in (*PARAMETERS, *layers):
         table, value = name.split(".")[0], value_of(scene, laws, name)
         without_wall = scene.model.wall in ("insulated", "fixed-temperature") or scene.geometry.kind == "mesh"
         if value is not None and value > 0.0 and not (table == "wall" and without_wall):
@@ -78,27 +85,43 @@ def cases_around(scene: Scene, step: float = STEP) -> Any:
 
 
 def elasticities(
-    scene: Scene, out: Path, *, step: float = STEP, progress: Any = None, stop: Callable[[], bool] = lambda: False
-) -> list[Any]:
-    """Run what is missing in `out` and give the `Elasticity` of every parameter, largest first (collective).
+    scene: Scene,
+    out: Path,
+    quantity: Quantity | None = None,
+    *,
+    step: float = STEP,
+    progress: Any = None,
+    stop: Callable[[], bool] = lambda: False,
+) -> list[Elasticity]:
+    """Run what is missing in `out` and give the `Elasticity` of a quantity (default: `quantity_of`) to every parameter, largest
+    first (collective). Raises `InputError` where the scene itself has none.
 
     Writes elasticities.json beside the tables of the study.
     """
-    study = Study(cases_around(scene, step), [], ["heating_time"])
+    quantity = quantity or quantity_of(scene, None)
+    here = Study([case_around(coarser(scene), "as given", {})], [], [quantity.record])
+    (row,) = run_study(here, out, stop=stop)
+    if row.status in ("done", "refused", "failed") and not _is_positive(row.values[quantity.record]):
+        raise quantity.no_answer(scene, row.reason or "not reached")
+    study = Study(cases_around(scene, step), [], [quantity.record])
     rows = run_study(study, out, progress=progress, stop=stop)
     found = []
     for up, down in zip(rows[::2], rows[1::2], strict=True):
-        name = up.case.name.split(",")[0]
-        times = [row.values["heating_time"] for row in (up, down)]
-        if None in times:
+        name = up.case.name.rsplit(",", 1)[0]
+        values = [row.values[quantity.record] for row in (up, down)]
+        if all(map(_is_positive, values)):
+            found.append(Elasticity(name, math.log(values[0] / values[1]) / (2.0 * math.log(1.0 + step))))
+        else:
             reason = up.reason or down.reason or "not run to its end"
             found.append(Elasticity(name, None, reason))
-        else:
-            found.append(Elasticity(name, math.log(times[0] / times[1]) / (2.0 * math.log(1.0 + step))))
     return sorted(found, key=lambda entry: -abs(entry.value or 0.0))
 
 
-def write(found: Any, out: Path) -> Path:
+def _is_positive(value: float | None) -> bool:
+    return value is not None and value > 0.0
+
+
+def write(found: Any, out: Path, quantity: Quantity) -> Path:
     """elasticities.json, and the tornado picture; gives the picture's path."""
     from ..output.figures import STYLE, plt, save
 
@@ -112,6 +135,6 @@ def write(found: Any, out: Path) -> Path:
         colours = ["tab:red" if entry.value > 0.0 else "tab:green" for entry in shown]
         axes.barh([entry.parameter for entry in shown], [entry.value for entry in shown], color=colours)
         axes.axvline(0.0, color="k", linewidth=0.8)
-        axes.set_xlabel("per cent of heating time for one per cent of the parameter")
+        axes.set_xlabel(f"per cent of {quantity.words} for one per cent of the parameter")
         axes.grid(axis="y", visible=False)
         return save(figure, out / "tornado.png")

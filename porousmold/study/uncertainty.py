@@ -1,6 +1,6 @@
-"""Uncertainty budget of a heating time: the contributions of inputs, closures and mesh.
+"""Uncertainty budget of a heating time, or of another quantity of a run: the contributions of inputs, closures and mesh.
 
-Every input and closure of [tolerance] has a standard deviation sigma, half its tolerance. With t the heating time, each of them
+Every input and closure of [tolerance] has a standard deviation sigma, half its tolerance. With t the quantity, each of them
 contributes
 
     s_i = [ln t(p + sigma) - ln t(p - sigma)]/2
@@ -26,7 +26,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import norm, qmc
 
-from ..errors import InputError
 from ..files.atomic_files import output_file
 from ..files.tables import text_cells
 from ..laws.porosity import POROSITY_MODELS
@@ -36,6 +35,7 @@ from ..scene.tolerances import TOLERANCES, tolerance_of
 from ..simulation.accuracy import ORDER
 from .definition import Case, Study
 from .parameters import case_around, value_of
+from .quantity import Quantity, quantity_of
 from .running import run_study
 
 ALTERNATIVES: Mapping[str, Mapping[str, str]] = {
@@ -68,9 +68,10 @@ class Contribution:
 
 @dataclass(frozen=True)
 class Budget:
-    """A heating time (s) as the scene gives it, its `middle` and 95 % interval, and the contributions, largest first."""
+    """The `value` of a quantity as the scene gives it, its `middle` and 95 % interval, and the contributions, largest first."""
 
-    heating_time: float
+    quantity: Quantity
+    value: float
     middle: float
     low: float
     high: float
@@ -86,7 +87,7 @@ class Budget:
 
 @dataclass(frozen=True)
 class Sample:
-    """A Latin hypercube: how many cases gave a heating time, the standard deviation of ln t and three quantiles (s)."""
+    """A Latin hypercube: how many cases gave an answer, the standard deviation of its logarithm and three quantiles."""
 
     cases: int
     answered: int
@@ -152,23 +153,31 @@ def cases_of(scene: Scene) -> list[Case]:
     return cases
 
 
-def budget(scene: Scene, out: Path, *, progress: Any = None, stop: Callable[[], bool] = lambda: False) -> Budget | None:
-    """Run what is missing in `out` and give the budget (collective); None where it was stopped.
+def budget(
+    scene: Scene,
+    out: Path,
+    quantity: Quantity | None = None,
+    *,
+    progress: Any = None,
+    stop: Callable[[], bool] = lambda: False,
+) -> Budget | None:
+    """Run what is missing in `out` and give the budget of a quantity (default: `quantity_of`; collective); None where it was
+    stopped.
 
-    Raises `InputError` for a scene that is not heated by its end.
+    Raises `InputError` for a scene that has no such quantity by its end, or none that is positive.
     """
-    if scene.model.wall == "fixed-temperature":
-        raise InputError("model.wall", scene.model.wall, "leaves no heating time to be uncertain", scene.source)
-    cases, record = cases_of(scene), ["heating_time", "heating_time_error"]
+    quantity = quantity or quantity_of(scene, None)
+    cases, record = cases_of(scene), [quantity.record, *_error_record(quantity)]
     rows = run_study(Study(cases[:1], [], record), out, progress=progress, stop=stop)
-    here = rows[0].values["heating_time"]
+    here = _positive(rows[0].values[quantity.record])
     if here is None and rows[0].status != "missing":
-        raise InputError("SCENE", scene.source, f"has no heating time: {rows[0].reason or 'not heated'}")
+        raise quantity.no_answer(scene, rows[0].reason or "not reached")
     rows = run_study(Study(cases, [], record), out, progress=progress, stop=stop)
     if any(row.status == "missing" for row in rows):
         return None
-    times = {row.case.name: row.values["heating_time"] for row in rows}
-    reasons = {row.case.name: row.reason or "not heated" for row in rows}
+    assert here is not None, "an answer that is missing has ended the study"
+    times = {row.case.name: _positive(row.values[quantity.record]) for row in rows}
+    reasons = {row.case.name: row.reason or "not reached" for row in rows}
     found, shift = [], 0.0
     for name in inputs_of(scene):
         up, down = times[f"{name},up"], times[f"{name},down"]
@@ -178,7 +187,7 @@ def budget(scene: Scene, out: Path, *, progress: Any = None, stop: Callable[[], 
         elif up is None and down is None:
             found.append(Contribution(name, text, None, reasons[f"{name},up"]))
         else:
-            side, one = ("down", -math.log(down / here)) if up is None else ("up", math.log(up / here))
+            side, one = ("up", math.log(up / here)) if up is not None else ("down", math.log(here / (down or here)))
             found.append(Contribution(name, text, one, f"of {name},{side} alone"))
     for name, law in alternatives_of(scene).items():
         time = times[f"{name},{law}"]
@@ -194,12 +203,30 @@ def budget(scene: Scene, out: Path, *, progress: Any = None, stop: Callable[[], 
             )
         )
     else:
-        error = rows[0].values["heating_time_error"]
-        found.append(Contribution("discretisation", f"solver.accuracy {scene.solver.accuracy:g}", error))
+        error = next((rows[0].values[name] for name in _error_record(quantity)), None)
+        found.append(
+            Contribution(
+                "discretisation",
+                f"solver.accuracy {scene.solver.accuracy:g}",
+                error,
+                "" if error is not None else f"solver.accuracy estimates none of {quantity.words}",
+            )
+        )
     deviation = math.sqrt(sum(c.deviation**2 for c in found if c.deviation is not None))
     middle, reach = here * math.exp(shift), math.exp(INSIDE_95 * deviation)
     ordered = tuple(sorted(found, key=lambda c: -abs(c.deviation or 0.0)))
-    return Budget(here, middle, middle / reach, middle * reach, deviation, ordered)
+    return Budget(quantity, here, middle, middle / reach, middle * reach, deviation, ordered)
+
+
+def _positive(value: float | None) -> float | None:
+    return value if value is not None and value > 0.0 else None
+
+
+def _error_record(quantity: Quantity) -> list[str]:
+    """What a run with solver.accuracy records of the error of a quantity."""
+    if quantity.record.startswith("targets."):
+        return [f"target_errors.{quantity.record.removeprefix('targets.')}"]
+    return [f"{quantity.record}_error"] if quantity.record == "heating_time" else []
 
 
 def sample_cases(scene: Scene, count: int, seed: int) -> list[Case]:
@@ -227,16 +254,25 @@ def _kept(scene: Scene, name: str, value: float) -> float:
 
 
 def sampled(
-    scene: Scene, out: Path, count: int, seed: int, *, progress: Any = None, stop: Callable[[], bool] = lambda: False
+    scene: Scene,
+    out: Path,
+    count: int,
+    seed: int,
+    quantity: Quantity | None = None,
+    *,
+    progress: Any = None,
+    stop: Callable[[], bool] = lambda: False,
 ) -> Sample | None:
     """Run what is missing of a Latin hypercube in `out` and give its statistics (collective); None where it was stopped."""
-    rows = run_study(Study(sample_cases(scene, count, seed), [], ["heating_time"]), out, progress=progress, stop=stop)
+    quantity = quantity or quantity_of(scene, None)
+    record = quantity.record
+    rows = run_study(Study(sample_cases(scene, count, seed), [], [record]), out, progress=progress, stop=stop)
     if any(row.status == "missing" for row in rows):
         return None
-    times: NDArray[Any] = np.array([t for row in rows if (t := row.values["heating_time"]) is not None], float)
+    times: NDArray[Any] = np.array([t for row in rows if (t := _positive(row.values[record])) is not None], float)
     if len(times) < 2:
-        raise InputError("SCENE", scene.source, f"has a heating time in {len(times)} of the sampled cases")
-    slow = sum(row.status == "done" and row.values["heating_time"] is None for row in rows)
+        raise quantity.no_answer(scene, f"in {len(times)} of the sampled cases alone")
+    slow = sum(quantity.is_time and row.status == "done" and row.values[record] is None for row in rows)
     low, median, high = np.quantile(
         [*times, *[np.inf] * slow], (0.025, 0.5, 0.975), method="lower" if slow else "linear"
     )
@@ -247,25 +283,33 @@ def summary_text(found: Budget, sample: Sample | None) -> str:
     """The answer in a sentence, the budget as lines, and the sample beside it."""
     shares = found.shares
     leading = ", ".join(f"{name} {share:.0%}" for name, share in list(shares.items())[:4])
+    text = found.quantity.text
+    named = "" if found.quantity.record == "heating_time" else f"{found.quantity.words}: "
     lines = [
-        f"{found.heating_time:.0f} s, 95 % within {found.low:.0f} to {found.high:.0f} s; {leading} of the variance",
-        f"standard deviation {found.deviation:.1%}, middle {found.middle:.0f} s",
+        f"{named}{text(found.value)}, 95 % within {_range(found, found.low, found.high)}; {leading} of the variance",
+        f"standard deviation {found.deviation:.1%}, middle {text(found.middle)}",
     ]
     for entry in found.contributions:
-        text = (
+        part = (
             f"{entry.deviation:+.2%}  {shares[entry.name]:4.0%}"
             if entry.deviation is not None
             else f"none: {entry.reason}"
         )
-        lines.append(f"  {entry.name:28s} {entry.tolerance:28s} {text}")
+        lines.append(f"  {entry.name:28s} {entry.tolerance:28s} {part}")
     if sample is not None:
         lines += [
-            f"{sample.answered} of {sample.cases} sampled cases: 95 % within {sample.low:.0f} to {sample.high:.0f} s, median "
-            f"{sample.median:.0f} s",
+            f"{sample.answered} of {sample.cases} sampled cases: 95 % within {_range(found, sample.low, sample.high)}, median "
+            f"{text(sample.median)}",
             f"  standard deviation {sample.deviation:.1%} against {found.deviation:.1%} of the budget "
             f"({sample.deviation / max(found.deviation, 1e-300) - 1.0:+.0%})",
         ]
     return "\n".join(lines)
+
+
+def _range(found: Budget, low: float, high: float) -> str:
+    first, last = found.quantity.text(low), found.quantity.text(high)
+    unit = "" if found.quantity.unit == "1" else f" {found.quantity.unit}"
+    return f"{first.removesuffix(unit)} to {last}"
 
 
 def write(found: Budget, sample: Sample | None, out: Path) -> list[Path]:
@@ -296,10 +340,11 @@ def _draw(found: Budget, sample: Sample | None, path: Path) -> Path:
         axes.barh([f"{c.name} ({c.tolerance})" for c in shown], sizes,
                   color=["tab:red" if size > 0.0 else "tab:green" for size in sizes])  # fmt: skip
         axes.axvline(0.0, color="k", linewidth=0.8)
-        axes.set_xlabel("standard deviation of the heating time in % (red: longer)")
-        title = f"{found.heating_time:.0f} s, 95 % within {found.low:.0f} to {found.high:.0f} s"
+        larger = "longer" if found.quantity.is_time else "larger"
+        axes.set_xlabel(f"standard deviation of the {found.quantity.words} in % (red: {larger})")
+        title = f"{found.quantity.text(found.value)}, 95 % within {_range(found, found.low, found.high)}"
         if sample is not None:
-            title += f"\n{sample.answered} sampled cases: {sample.low:.0f} to {sample.high:.0f} s"
+            title += f"\n{sample.answered} sampled cases: {_range(found, sample.low, sample.high)}"
         axes.set_title(title)
         axes.grid(axis="y", visible=False)
         return Path(save(figure, path))

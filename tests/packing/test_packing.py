@@ -73,7 +73,7 @@ def test_sauter_mean_of_a_mixture():
     [
         (np.zeros((0, 3)), np.zeros(0), "at least one bead"),
         (np.zeros((2, 3)), np.ones(3), "at least one bead"),
-        (np.array([[0.0, 0.0, np.nan]]), np.ones(1), "finite"),
+        (np.array([[0.0, 0.0, np.nan]]), np.ones(1), "centres and diameters within"),
         (np.array([[0.0, 0.0, 0.5]]), np.array([-1.0]), "diameters > 0"),
         (np.array([[1.9, 0.0, 0.5]]), np.ones(1), "reach into"),
         (np.array([[2.1, 0.0, 0.5]]), np.ones(1), "outside"),

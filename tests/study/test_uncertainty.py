@@ -108,7 +108,7 @@ def test_solid_heat_sets_the_time_scale(found):
     assert parts["bed.bead_heat_capacity"] + parts["wall.heat_capacity"] == pytest.approx(0.015, rel=0.02)
     assert parts["bed.bead_density"] / parts["bed.bead_heat_capacity"] == pytest.approx(1.0 / 3.0, rel=0.02)
     assert parts["operation.pressure_drop"] < 0.0 < parts["model.drag_factor"]
-    assert found.middle == found.heating_time
+    assert found.middle == found.value
     assert math.log(found.high / found.low) == pytest.approx(2 * 1.96 * found.deviation)
     assert sum(found.shares.values()) == pytest.approx(1.0)
     assert [abs(entry.deviation) for entry in found.contributions] == sorted(map(abs, parts.values()), reverse=True)
@@ -128,7 +128,7 @@ def test_a_sample_has_the_budgets_deviation(found, folder):
     assert sample.answered == 24
     assert sample.deviation == pytest.approx(found.deviation, rel=0.3)
     assert sample.low < sample.median < sample.high
-    assert sample.median == pytest.approx(found.heating_time, rel=0.03)
+    assert sample.median == pytest.approx(found.value, rel=0.03)
     first, second = (sample_cases(scene, 3, seed)[0].settings for seed in (1, 2))
     assert first != second and first == sample_cases(scene, 3, 1)[0].settings
     assert "sampled" in summary_text(found, sample)
@@ -149,7 +149,7 @@ def test_the_command_goes_on_where_it_was(found, folder):
     settings = [option for name, value in CHEAP.items() for option in ("--set", f"{name}={value}")]
     before = {path: path.stat().st_mtime_ns for path in folder.glob("*/result.json")}
     ran = under_mpirun(2, "-m", "porousmold", "uncertainty", str(ALUMINIUM), *settings, "--out", str(folder))
-    assert ran.returncode == 0 and f"{found.heating_time:.0f} s, 95 % within" in ran.stdout
+    assert ran.returncode == 0 and f"{found.value:.0f} s, 95 % within" in ran.stdout
     assert before == {path: path.stat().st_mtime_ns for path in folder.glob("*/result.json")}
     assert len(before) == len(cases_of(Scene.load(ALUMINIUM, CHEAP)))
 
