@@ -266,15 +266,10 @@ def _uncertainty(folder: Path) -> str:
             else [entry["name"], entry["tolerance"], "-", entry["reason"]]
             for entry in found["contributions"]
         ]
-        sentence = (
-            f"Heating time {found['heating_time']:.0f} s, 95 % within {found['low']:.0f} to {found['high']:.0f} s"
-        )
-        sample = found["sample"]
-        if sample is not None:
-            sentence += f"; {sample['answered']} sampled cases: {sample['low']:.0f} to {sample['high']:.0f} s"
+        sentence, words = str(found["sentence"]), str(found["of"])
     except (OSError, ValueError, LookupError, TypeError) as error:
         raise InputError("RUN", str(folder), f"has a damaged uncertainty.json: {error}") from error
-    head = ["of", "tolerance", "standard deviation of the heating time", "share of the variance"]
+    head = ["of", "tolerance", f"standard deviation of the {words}", "share of the variance"]
     return f'<p class="large">{_text(sentence)}</p>' + _table(head, rows)
 
 

@@ -306,6 +306,14 @@ def summary_text(found: Budget, sample: Sample | None) -> str:
     return "\n".join(lines)
 
 
+def _answer(found: Budget, sample: Sample | None, separator: str) -> str:
+    """The value and its interval, and that of the sample."""
+    parts = [f"{found.quantity.text(found.value)}, 95 % within {_range(found, found.low, found.high)}"]
+    if sample is not None:
+        parts.append(f"{sample.answered} sampled cases: {_range(found, sample.low, sample.high)}")
+    return separator.join(parts)
+
+
 def _range(found: Budget, low: float, high: float) -> str:
     first, last = found.quantity.text(low), found.quantity.text(high)
     unit = "" if found.quantity.unit == "1" else f" {found.quantity.unit}"
@@ -315,6 +323,10 @@ def _range(found: Budget, low: float, high: float) -> str:
 def write(found: Budget, sample: Sample | None, out: Path) -> list[Path]:
     """uncertainty.json, budget.csv and the picture budget.png; gives their paths."""
     content = asdict(found) | {"shares": found.shares, "sample": None if sample is None else asdict(sample)}
+    content |= {
+        "of": found.quantity.words,
+        "sentence": f"{found.quantity.words}: {_answer(found, sample, '; ')}".capitalize(),
+    }
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["of", "tolerance", "standard deviation of ln t [1]", "share of the variance [1]", "reason"])
@@ -342,9 +354,6 @@ def _draw(found: Budget, sample: Sample | None, path: Path) -> Path:
         axes.axvline(0.0, color="k", linewidth=0.8)
         larger = "longer" if found.quantity.is_time else "larger"
         axes.set_xlabel(f"standard deviation of the {found.quantity.words} in % (red: {larger})")
-        title = f"{found.quantity.text(found.value)}, 95 % within {_range(found, found.low, found.high)}"
-        if sample is not None:
-            title += f"\n{sample.answered} sampled cases: {_range(found, sample.low, sample.high)}"
-        axes.set_title(title)
+        axes.set_title(_answer(found, sample, "\n"))
         axes.grid(axis="y", visible=False)
         return Path(save(figure, path))

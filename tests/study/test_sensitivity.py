@@ -5,6 +5,7 @@ import pytest
 from porousmold import Scene
 from porousmold.cli import main
 from porousmold.study import sensitivity
+from porousmold.study.quantity import Quantity
 from porousmold.study.sensitivity import COARSER, coarser, elasticities, parameters_of, write
 
 from ..support import ALUMINIUM, PIPE, STUDIES
@@ -23,7 +24,7 @@ def test_heat_stored_in_beads_and_wall_sets_the_time_scale(tmp_path):
     assert found["wall.density"].value == pytest.approx(found["wall.heat_capacity"].value, abs=1e-4)
     assert found["bed.bead_density"].value + found["wall.density"].value == pytest.approx(1.0, abs=0.01)
     assert found["operation.pressure_drop"].value < 0.0 < found["geometry.length"].value
-    assert write(list(found.values()), tmp_path).is_file()
+    assert write(list(found.values()), tmp_path, Quantity("heating_time", "s")).is_file()
     assert (tmp_path / "elasticities.json").is_file()
 
 
