@@ -165,6 +165,14 @@ def energy_text(energy: Mapping[str, Any]) -> str:
     return f"{parts}; at most {energy['peak_power'] / 1e3:.3g} kW{cost}; to {uses} kWh"
 
 
+def kept_text(kept: Mapping[str, Any] | None) -> str:
+    """When a target was lost again, and from when it holds."""
+    if kept is None or kept["lost"] is None:
+        return ""
+    since = "not held at the end" if kept["kept_from"] is None else f"kept from {kept['kept_from']:.1f} s"
+    return f"; first met at {kept['met']:.1f} s, lost at {kept['lost']:.1f} s, {since}"
+
+
 def cycle_text(cycle: Mapping[str, Any], phases: Sequence[Mapping[str, Any]]) -> str:
     """What the last cycle gave and took, and when its phases ended."""
     shares = [
@@ -217,7 +225,8 @@ def summary_text(scene: Scene, summary: Mapping[str, Any], out: Path, pictures: 
         spent = f"energy of the whole tool: {energy_text(energy)}"
     seconds, low_high = summary["wall_seconds"], summary["temperature_bounds"]
     targets = [
-        f"{name}: {shown(time)} ({summary['target_meanings'][name]})" for name, time in summary["targets"].items()
+        f"{name}: {shown(time)} ({summary['target_meanings'][name]}){kept_text(summary['targets_kept'].get(name))}"
+        for name, time in summary["targets"].items()
     ]
     whole, bed_side = summary["heating_time"], summary["heating_time_bed_side"]
     lines = targets

@@ -16,7 +16,7 @@ from ..files.units import preferred_unit
 from ..scene.geometries import modelled_part
 from ..scene.keys import flat, kind_of, unit_and_meaning
 from ..scene.schema import KEYS
-from .console import closures_text, model_text, outer_wall_text
+from .console import closures_text, kept_text, model_text, outer_wall_text
 from .pictures import draw, fields_with_slider
 from .quantities import ENERGY_GIVEN, ENERGY_NAMES, JOULES_A_KWH
 from .stored import read_study
@@ -218,7 +218,11 @@ def _model(summary: Any) -> list[str]:
 
 def _targets(summary: Any) -> list[str]:
     rows = [
-        [name, summary["target_meanings"][name], *((time / 60.0, "min") if time is not None else ("not met", ""))]
+        [
+            name,
+            summary["target_meanings"][name] + kept_text(summary["targets_kept"].get(name)),
+            *((time / 60.0, "min") if time is not None else ("not met", "")),
+        ]
         for name, time in summary["targets"].items()
     ]
     return ["<h2>Targets</h2>", _table(["name", "asks for", "met at", ""], rows)] if rows else []

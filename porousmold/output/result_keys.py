@@ -35,6 +35,10 @@ RESULT_KEYS: Mapping[str, ResultKey] = {
     ),
     "heating_time_bed_side": _number("s", "heating time of the bed side of the wall alone", optional=True),
     "targets": ResultKey("object", "time (s) at which each target was met, or null"),
+    "targets_kept": ResultKey(
+        "object",
+        "of each target that was met: first met, lost (s, or null), kept_from (s; null where it does not hold at the end)",
+    ),
     "target_meanings": ResultKey("object", "each target in words"),
     "end_time": _number("s", "end of the run"),
     "mass_flow_initial": _number("kg/s", "initial mass flow of the modelled part", optional=True),

@@ -251,6 +251,7 @@ KEYS: dict[str, dict[str, Key]] = {
             "below": Key("K", "all of the place below this temperature", low=0.0, high=5000.0),
             "spread": Key("delta_degC", "largest temperature difference within the place, from half-way on",
                           low=0.0, high=1000.0),
+            "keep": Key("flag", "it is met only as long as it holds: the run goes on until all such targets hold at once", False),
             "cured": Key("", "least degree of cure of a layer", low=0.0, high=1.0),
         }),
     },

@@ -27,6 +27,7 @@ from .energy_use import energy_use
 from .estimates import rayleigh_darcy
 from .march import Simulation, temperature_bounds
 from .specs import Specs
+from .unmet_targets import kept_targets, why_not_met
 
 HIGHEST_MACH_NUMBER = 0.3
 HIGHEST_BIOT_NUMBER = 0.1
@@ -65,6 +66,7 @@ def summarise(
         "peak_errors": _part(errors, "peaks."),
         "heating_time_bed_side": recorder.heating_time_bed_side,
         "targets": recorder.targets,
+        "targets_kept": kept_targets(simulation),
         "target_meanings": {target.name: target.meaning for target in specs.time.targets},
         "end_time": simulation.time,
         "mass_flow_initial": history["mass_flow"][0] if recorded else None,
@@ -330,6 +332,9 @@ def _of_the_outcome(simulation: Simulation) -> list[str]:
             found.append(f"the state is not periodic within operation.cycle_tolerance after {course.cycles} cycles")
     if waiting and (at_end or steady) and not time.targets:
         found.append(_why_not_heated(simulation))
+    kept, energy = kept_targets(simulation), None
+    if simulation.problem.air_loop is not None and len(simulation.recorder.history):
+        energy = _energy_of_the_tool(simulation)
     for target in time.targets:
         if simulation.recorder.targets[target.name] is None and (at_end or steady):
             by = (
@@ -337,7 +342,15 @@ def _of_the_outcome(simulation: Simulation) -> list[str]:
                 if at_end
                 else f"in the steady state at {simulation.time:.4g} s"
             )
-            found.append(f"target {target.name!r} not met {by}")
+            why = why_not_met(simulation, target, energy)
+            found.append(f"target {target.name!r} not met {by}{f': {why}' if why else ''}")
+        elif target.name in kept and kept[target.name]["kept_from"] is None:
+            met, lost = kept[target.name]["met"], kept[target.name]["lost"]
+            off = target.quantity(simulation.recorder.history, len(simulation.recorder.history) - 1) - target.margin
+            found.append(
+                f"target {target.name!r} was met at {met:.0f} s and lost at {lost:.0f} s: at the end it is off by {off:.3g} "
+                f"{'' if target.asks == 'cured' else 'K'} (target.keep = true waits until it holds)".replace("  ", " ")
+            )
     imbalance = simulation.problem.heat.balance.imbalance
     if abs(imbalance) > LARGEST_IMBALANCE:
         found.append(

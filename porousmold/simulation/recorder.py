@@ -21,9 +21,10 @@ HEATING_TIME = "heating_time"
 
 
 class Recorder:
-    """`history` with a row for every step, the times at which the wall was heated and the `targets` were met (None until
-    then), `snapshots` of all functions, (time, arrays), spread over the march, and `profiles` along the bed at the ends of
-    phases: those of the first cycle and of the last two."""
+    """`history` with a row for every step; the times at which the wall was heated and the `targets` were met, None until then,
+    of those to keep also where they were lost since (`first_met` keeps the first); `snapshots` of all functions, (time, arrays),
+    spread over the march; and `profiles` along the bed at the times asked for and at the ends of phases, the first cycle's and
+    the last two's."""
 
     def __init__(self, problem: Problem) -> None:
         self._problem, self._time, self._heat = problem, problem.specs.time, problem.specs.heat
@@ -32,6 +33,7 @@ class Recorder:
         self.heating_time: float | None = None
         self.heating_time_bed_side: float | None = None
         self.targets: dict[str, float | None] = {target.name: None for target in self._time.targets}
+        self.first_met: dict[str, float | None] = dict(self.targets)
         self.snapshots: list[tuple[float, list[NDArray[Any]]]] = []
         self.profiles: list[Profile] = []
         self._spacing = 0.0
@@ -95,8 +97,12 @@ class Recorder:
 
     def _look_at_targets(self) -> None:
         for target in self._time.targets:
-            if self.targets[target.name] is None:
-                self.targets[target.name] = target.time(self.history)
+            name = target.name
+            if self.targets[name] is None:
+                self.targets[name] = target.time(self.history)
+                self.first_met[name] = self.targets[name] if self.first_met[name] is None else self.first_met[name]
+            elif target.keep and not target.holds(self.history, len(self.history) - 1):
+                self.targets[name] = None
 
     def answers(self) -> dict[str, float]:
         """What the run answers: the heating time and the times (s) at which targets were met, as far as they were, and by how
@@ -214,6 +220,7 @@ class Recorder:
             "heating_time": self.heating_time,
             "heating_time_bed_side": self.heating_time_bed_side,
             "targets": self.targets,
+            "first_met": self.first_met,
             "last_flow": self._last_flow,
             "snapshot_times": [time for time, _ in self.snapshots],
             "snapshot_spacing": self._spacing,
@@ -228,6 +235,7 @@ class Recorder:
         self.history = Columns(numbers["columns"])
         self.heating_time, self.heating_time_bed_side = numbers["heating_time"], numbers["heating_time_bed_side"]
         self.targets |= numbers["targets"]
+        self.first_met |= numbers["first_met"]
         self._last_flow, self._spacing = numbers["last_flow"], numbers["snapshot_spacing"]
         self.profiles = [
             Profile(label, time, np.array(fluid), np.array(beads), number)

@@ -392,6 +392,7 @@ def _targets(scene: Scene) -> tuple[Target, ...]:
                 is_sensor=target.place in sensors and target.place not in (*RESERVED_PLACES, *layers),
                 initial=initial,
                 final=farthest,
+                keep=target.keep,
             )
         )
     return tuple(found)

@@ -6,6 +6,7 @@ the run serve as the reference, from which the quantities fall off nearly expone
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Literal, Protocol
 
 from .heating_time import crossing_time
@@ -14,6 +15,8 @@ HALF_WAY = 0.5
 """Of the way from the initial to the inlet temperature, from which on a spread counts: at the start every place is even."""
 LEAST_MARGIN = 1.0
 """Kelvin between a limit and the reference that it is seen from."""
+SAME = 1e-9
+"""Part of the margin that rounding may exceed it by."""
 Asked = Literal["within", "above", "below", "spread", "cured"]
 
 
@@ -30,7 +33,8 @@ class Target:
     most as much (K), or "cured" to that degree.
 
     `initial` (K) is the temperature that the run starts from, `final` (K) the set-point that is farthest from it: of a programme
-    that cools down again the hottest. What lies between the two counts as "below", or "above", only after it was passed.
+    that cools down again the hottest. What lies between the two counts as "below", or "above", only after it was passed. One to
+    `keep` is met only as long as it holds.
     """
 
     name: str
@@ -40,6 +44,7 @@ class Target:
     initial: float
     final: float
     is_sensor: bool = False
+    keep: bool = False
 
     @property
     def meaning(self) -> str:
@@ -90,6 +95,26 @@ class Target:
         if len(quantities) == 1:
             return 0.0 if quantities[0] < self.margin else None
         return crossing_time(history["time"][-len(quantities) :], quantities, self.margin)
+
+    def holds(self, history: Rows, row: int) -> bool:
+        """Whether it holds in a row of the history, after it was met."""
+        return self.quantity(history, row) <= self.margin * (1.0 + SAME)
+
+    def lost_and_kept(self, history: Rows, met: float) -> tuple[float | None, float | None]:
+        """When it was lost first (s) after it was `met`, and from when it holds up to the end; None where that is not so."""
+        times = history["time"]
+        rows = [row for row in range(len(times)) if times[row] >= met]
+        lost, kept = None, met
+        for before, row in pairwise(rows):
+            was, now = self.holds(history, before), self.holds(history, row)
+            if was == now:
+                continue
+            start, end = self.quantity(history, before) - self.margin, self.quantity(history, row) - self.margin
+            crossing = times[before] + (times[row] - times[before]) * start / (start - end)
+            if was and lost is None:
+                lost = crossing
+            kept = crossing
+        return lost, kept if rows and self.holds(history, rows[-1]) else None
 
     def _was_passed(self, history: Rows) -> bool:
         """Whether the place has been on the other side of a limit that the run goes through twice."""

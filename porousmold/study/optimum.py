@@ -185,10 +185,13 @@ def search(
         return max(differences)
 
     agreed = False
+    inside = {
+        name: limit * (1.0 - AGREEMENT) for name, limit in aim.below.items()
+    }  # what is found keeps the limits themselves
     for _ in range(MOST_ROUNDS):
         if any(row.status == "missing" for row in rows):
             return None
-        agreed = run_at([(aim.minimise, aim.below)]) < AGREEMENT
+        agreed = run_at([(aim.minimise, inside)]) < AGREEMENT
         if agreed:
             break
     curve = []
@@ -207,11 +210,11 @@ def search(
 
 
 def best(rows: Sequence[Any], name: str, limits: Any) -> Any:
-    """The row with the least of a record among those within the limits (to `AGREEMENT`); None if there is none."""
+    """The row with the least of a record among those within the limits; None if there is none."""
     within = [
         row for row in rows
         if _positive(row.values[name])
-        and all(_positive(row.values[n]) and row.values[n] <= limit * (1.0 + AGREEMENT) for n, limit in limits.items())
+        and all(_positive(row.values[n]) and row.values[n] <= limit for n, limit in limits.items())
     ]  # fmt: skip
     return min(within, key=lambda row: row.values[name], default=None)
 

@@ -2,8 +2,12 @@
 
 import numpy as np
 import pytest
+from mpi4py import MPI
 
+from porousmold import Scene, run
 from porousmold.simulation.targets import Target
+
+from ..support import COARSE, STUDIES, cured_mold
 
 TIMES = np.linspace(0.0, 400.0, 81)
 
@@ -67,3 +71,49 @@ def test_a_cure_and_a_place_that_gets_hotter_than_the_inlet():
     hot = 300.0 + 0.5 * TIMES
     assert first_time(target("above", 450.0), lowest_wall=hot, highest_wall=hot) == pytest.approx(300.0)
     assert first_time(target("above", 600.0), lowest_wall=hot, highest_wall=hot) is None
+
+
+def test_a_target_that_is_lost_and_kept_again():
+    """A place that is 5 K within its limit from 100 to 200 s, and again from 300 s on."""
+    low = 390.0 + 5.0 * np.where((TIMES >= 100.0) & (TIMES <= 200.0) | (TIMES >= 300.0), 1.0, -1.0)
+    history = {"time": list(TIMES), "lowest_wall": list(low), "highest_wall": list(low)}
+    found = target("above", 390.0).lost_and_kept(history, 100.0)
+    assert found == (pytest.approx(202.5, abs=2.6), pytest.approx(297.5, abs=2.6))
+    ended = {name: values[:55] for name, values in history.items()}  # at 270 s
+    assert target("above", 390.0).lost_and_kept(ended, 100.0) == (pytest.approx(202.5, abs=2.6), None)
+    assert target("above", 380.0).lost_and_kept(history, 50.0) == (None, 50.0)
+
+
+def test_a_run_goes_on_until_the_targets_to_keep_hold_at_once():
+    """A part that is even while it is warmed slowly, and uneven while its cure sets heat free: with `keep` the run waits."""
+    settings = {"solver.step_refinement": 0.6, "model.flow": "plug"}
+    scene = cured_mold(settings)
+    targets = [{"name": "even", "place": "part", "spread": 25.0}, {"name": "cured", "place": "part", "cured": 0.8}]
+    tables = scene.as_tables()
+    results = []
+    for keep in (False, True):
+        given = Scene({**tables, "target": [{**targets[0], "keep": keep}, targets[1]]})
+        results.append(
+            run(given.changed({"output.pictures": False, "output.fields": False}), communicator=MPI.COMM_SELF)
+        )
+    free, kept = (result.summary for result in results)
+    assert kept["targets"]["even"] >= free["targets"]["even"]
+    assert kept["targets_kept"]["even"]["met"] == pytest.approx(free["targets"]["even"])
+    last = results[1]["highest_part"][-1] - results[1]["lowest_part"][-1]
+    assert last <= 25.0 and kept["targets_kept"]["even"]["kept_from"] is not None
+    if free["targets_kept"]["even"]["lost"] is not None and free["targets_kept"]["even"]["kept_from"] is None:
+        assert any("was met at" in text and "lost at" in text for text in free["warnings"])
+
+
+def test_what_keeps_a_target_from_being_met_is_told():
+    """A heater that is too weak for the air that leaves, and the lever that would help most."""
+    settings = {
+        "operation.heater_power": "1.2 kW",
+        "operation.recirculation": 0.0,
+        "operation.end_time": "2 h",
+        **COARSE,
+    }
+    settings |= {"output.pictures": False, "output.fields": False, "model.flow": "plug"}
+    result = run(Scene.load(STUDIES / "mold" / "workshop.toml", settings), communicator=MPI.COMM_SELF)
+    told = next(text for text in result.summary["warnings"] if text.startswith("target 'hot' not met"))
+    assert "K short" in told and "the heater is at its limit of 1.2 kW" in told and "operation.recirculation" in told

@@ -1,0 +1,82 @@
+"""Why a target was not met: what was at its limit, where the heat went, and the largest lever."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ..output.quantities import ENERGY_GIVEN, JOULES_A_KWH
+from .march import Simulation
+from .targets import Target
+
+AT_LIMIT = 0.999
+"""Part of a heater's limit, or of the blower's end, from which it counts as reached."""
+LEVERS = {
+    "exhaust": "operation.recirculation returns what leaves",
+    "outer_wall": "insulation, or a smaller operation.outer_coefficient",
+    "return_duct": "a smaller operation.duct_conductance",
+}
+"""What lessens each loss."""
+LARGE_LOSS = 0.1
+"""Part of the energy given above which a loss is named."""
+
+
+def why_not_met(simulation: Simulation, target: Target, energy: Mapping[str, float | None] | None) -> str:
+    """Reasons in one sentence part, for a scene with or without blower and heater (`energy` of the whole tool, J)."""
+    history = simulation.recorder.history
+    last = len(history) - 1
+    short = target.quantity(history, last) - target.margin
+    parts = [f"{short:.3g} short" if target.asks == "cured" else f"{short:.1f} K short"] if short > 0.0 else []
+    parts += _supply(simulation)
+    parts += _losses(energy)
+    return "; ".join(parts)
+
+
+def _supply(simulation: Simulation) -> list[str]:
+    """What of heater and blower was at its limit, and since when."""
+    loop, history = simulation.problem.air_loop, simulation.recorder.history
+    if loop is None:
+        return []
+    found, times = [], np.array(history["time"])
+    lacks = np.array(history["set_point"]) - np.array(history["inlet_temperature"])
+    limit = loop.spec.supply.heater_power
+    powers = np.array(history["heater_power"])
+    if limit > 0.0 and np.isfinite(limit) and powers[-1] >= AT_LIMIT * limit:
+        below = np.flatnonzero(powers < AT_LIMIT * limit)
+        since = times[below[-1] + 1] if len(below) else 0.0
+        found.append(
+            f"the heater is at its limit of {limit / 1e3:.3g} kW from {since / 60.0:.0f} min on, the inlet "
+            f"{max(lacks[-1], 0.0):.1f} K below its set-point (a larger operation.heater_power)"
+        )
+    elif lacks[-1] > 1.0:
+        found.append(f"the inlet is {lacks[-1]:.1f} K below its set-point")
+    return found
+
+
+def _losses(energy: Mapping[str, float | None] | None) -> list[str]:
+    """The largest loss of the whole tool, and what lessens it."""
+    if energy is None:
+        return []
+    given = sum(max(float(energy[name] or 0.0), 0.0) for name in ENERGY_GIVEN)
+    losses = {name: float(energy[name] or 0.0) for name in LEVERS}
+    name = max(losses, key=lambda one: losses[one])
+    if given <= 0.0 or losses[name] < LARGE_LOSS * given:
+        return []
+    where = {
+        "exhaust": "left with the exhaust",
+        "outer_wall": "left through the outer wall",
+        "return_duct": "left the return duct",
+    }
+    return [f"{losses[name] / given:.0%} of the {given / JOULES_A_KWH:.3g} kWh given {where[name]} ({LEVERS[name]})"]
+
+
+def kept_targets(simulation: Simulation) -> dict[str, dict[str, Any]]:
+    """Of every target that was met: "met" (s), "lost" (s, the first time after it, None where it never was) and "kept_from" (s,
+    None where it does not hold at the end)."""
+    history, found = simulation.recorder.history, {}
+    for target in simulation.specs.time.targets:
+        met = simulation.recorder.first_met[target.name]
+        if met is not None:
+            lost, kept = target.lost_and_kept(history, met)
+            found[target.name] = {"met": met, "lost": lost, "kept_from": kept}
+    return found
