@@ -69,6 +69,7 @@ EXAMPLES = {
     "keys": ["", "wall", "--result", "--json-schema"],
     "show": ["runs/mold", "runs/mold --animate"],
     "report": ["runs/mold"],
+    "cite": ["runs/mold"],
     "cache": ["", "--prune '30 days'"],
 }
 """Arguments of each command as they are used, shown below its help."""
@@ -208,6 +209,9 @@ def _parser() -> Any:
     report = commands.add_parser("report", help="write a self-contained HTML report of a run or a study")
     report.add_argument("folder", metavar="RUN|STUDY")
     report.set_defaults(serial=_report)
+    cite = commands.add_parser("cite", help="BibTeX of the program, the model, and the sources that a run used")
+    cite.add_argument("run", metavar="RUN")
+    cite.set_defaults(serial=_cite)
     cache = commands.add_parser("cache", help="show how much the compiled forms take, or prune them")
     cache.add_argument(
         "--prune", metavar="TIME", help="take away what was not used for so long, and what nobody reads of the rest"
@@ -333,6 +337,12 @@ def _report(options: argparse.Namespace) -> str:
     from .output.report import write_report
 
     return str(write_report(options.folder))
+
+
+def _cite(options: argparse.Namespace) -> str:
+    from .output.citation import citations
+
+    return citations(Path(options.run))
 
 
 def _cache(options: argparse.Namespace) -> str:

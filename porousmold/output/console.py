@@ -208,7 +208,7 @@ def outer_wall_text(operation: Mapping[str, Any]) -> str:
 
 def summary_text(scene: Scene, summary: Mapping[str, Any], out: Path, pictures: Sequence[Path]) -> str:
     """The short readable end of a run."""
-    margin = scene.operation.heating_margin
+    margin, place = scene.operation.heating_margin, scene.operation.heated_place.replace("_", " ")
     modelled = modelled_part(dict(scene.geometry))
     change = "cooling" if is_cooling(scene) else "heating"
 
@@ -232,12 +232,13 @@ def summary_text(scene: Scene, summary: Mapping[str, Any], out: Path, pictures: 
     lines = targets
     lines += [cycle_text(summary["last_cycle"], summary["cycles"][-1]["phases"])] if summary["cycles"] else []
     if whole is not None or not (targets or scene.operation.phase):
-        lines.append(f"{change} time (wall within {margin:g} K of the inlet): {shown(whole)}")
+        lines.append(f"{change} time ({place} within {margin:g} K of the inlet): {shown(whole)}")
     if bed_side is not None and (whole is None or abs(bed_side - whole) > LEAST_DIFFERENCE * whole):
         lines.append(f"  bed side of the wall: {shown(bed_side)}")
     lines += [
         f"mass flow, heat and energy below: of {modelled}",
-        f"mass flow: {summary['mass_flow_initial']:.5g} kg/s at the start, {summary['mass_flow_final']:.5g} kg/s at the end",
+        f"mass flow: {summary['mass_flow_initial']:.5g} kg/s at the start, {summary['mass_flow_final']:.5g} kg/s at the end; "
+        f"pressure drop {summary['pressure_drop_initial']:.4g} and {summary['pressure_drop_final']:.4g} Pa",
         f"heat balance: {summary['heat_by_fluid'] / 1e6:.4g} MJ from the fluid, "
         f"relative imbalance {summary['energy_imbalance']:.1e}; "
         f"temperatures {low_high[0] - 273.15:.2f} to {low_high[1] - 273.15:.2f} °C",

@@ -69,6 +69,7 @@ FAMILIES: Mapping[str, Quantity] = {
     "lowest": Quantity(r"T_\min", "lowest temperature of a place", "K"),
     "highest": Quantity(r"T_\max", "highest temperature of a place", "K"),
     "cure": Quantity(r"\alpha", "least degree of cure of a layer", "1"),
+    "deficit": Quantity(r"\Delta T", "largest difference between a place and the inlet temperature", "K"),
     "fluid": Quantity("T_f", "fluid temperature along the bed at the end of a phase", "K"),
     "beads": Quantity("T_s", "bead temperature along the bed at the end of a phase", "K"),
     "gradient": Quantity(r"|\nabla T|", "temperature gradient at a sensor", "K/m"),

@@ -25,7 +25,9 @@ RESULT_KEYS: Mapping[str, ResultKey] = {
     "status": ResultKey("string", "done, failed or interrupted"),
     "failure": ResultKey("string", "reason of the failure: time, equations, residuals, advice", optional=True),
     "heating_time": _number(
-        "s", "time at which the whole wall is within operation.heating_margin of the inlet temperature", optional=True
+        "s",
+        "time at which all of operation.heated_place is within operation.heating_margin of the inlet temperature",
+        optional=True,
     ),
     "heating_time_error": _number("1", "estimated relative error of the discretisation", optional=True),
     "target_errors": ResultKey("object", "estimated relative error of each target's time, with solver.accuracy"),
@@ -43,6 +45,8 @@ RESULT_KEYS: Mapping[str, ResultKey] = {
     "end_time": _number("s", "end of the run"),
     "mass_flow_initial": _number("kg/s", "initial mass flow of the modelled part", optional=True),
     "mass_flow_final": _number("kg/s", "final mass flow of the modelled part", optional=True),
+    "pressure_drop_initial": _number("Pa", "initial pressure drop of the bed", optional=True),
+    "pressure_drop_final": _number("Pa", "final pressure drop of the bed", optional=True),
     "mass_imbalance": _number("1", "(in - out)/out of the mass flow at the end", optional=True),
     "energy_imbalance": _number("1", "relative imbalance of the heat balance"),
     "energy_rev_residual": _number("1", "heat created by the REV terms, relative to the heat from the fluid"),

@@ -48,6 +48,7 @@ def check_together(scene: Any) -> None:
         _targets,
         _tolerances,
         _output,
+        _heated_place,
     ):
         rule(scene)
 
@@ -381,6 +382,12 @@ def _targets(scene: Any) -> None:
 def target_name(target: Any) -> str:
     """The name of a target, by default of its place and what it asks for."""
     return target.name or f"{target.place} {next(name for name in ASKED if getattr(target, name) is not None)}"
+
+
+def _heated_place(scene: Any) -> None:
+    layers = [layer.name or layer.material for layer in scene.wall.layer or ()]
+    if scene.operation.heated_place not in (known := [*RESERVED_PLACES, *layers]):
+        _refuse(scene, "operation.heated_place", f"must be one of {', '.join(known)}")
 
 
 def _output(scene: Any) -> None:

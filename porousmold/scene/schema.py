@@ -173,7 +173,9 @@ KEYS: dict[str, dict[str, Key]] = {
         "ambient_temperature": Key("K", "outside the outer wall", low=0.0, high=5000.0, series=True),
         "wall_temperature": Key("K", "of the bed's wall, for model.wall 'fixed-temperature'", low=0.0, high=5000.0,
                                 series=True),
-        "heating_margin": Key("delta_degC", "the wall is heated when all of it is within this of T_in", 2.0, low=0.0,
+        "heated_place": Key("text", "what the heating time is of: wall (all of it), bed_side, bed, or the name of a layer",
+                            "wall"),
+        "heating_margin": Key("delta_degC", "that place is heated when all of it is within this of T_in", 2.0, low=0.0,
                               high=1000.0),
         "end_time": Key("s", "maximum simulated time, if the wall is not heated before; if not set, a steady state, too, ends "
                         "the run", 1e5, low=0.0, high=1e9),

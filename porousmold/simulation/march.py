@@ -126,7 +126,7 @@ class Simulation:
                 self._note_regime()
                 self.recorder.record(self.time, step, self._flow_time())
                 self._keep_snapshot()
-                progress(self.time, self.recorder.history["deficit_wall"][-1])
+                progress(self.time, self.recorder.history[f"deficit_{self.specs.time.heated_place}"][-1])
                 self._follow_course()
         return self
 

@@ -71,6 +71,8 @@ def summarise(
         "end_time": simulation.time,
         "mass_flow_initial": history["mass_flow"][0] if recorded else None,
         "mass_flow_final": history["mass_flow"][-1] if recorded else None,
+        "pressure_drop_initial": history["pressure_drop"][0] if recorded else None,
+        "pressure_drop_final": history["pressure_drop"][-1] if recorded else None,
         "mass_imbalance": problem.balances.mass_imbalance if recorded else None,
         "energy_imbalance": balance.imbalance,
         "energy_rev_residual": balance.by_rev_terms / balance.by_fluid if balance.by_fluid else 0.0,
@@ -298,8 +300,10 @@ def _why_not_heated(simulation: Simulation) -> str:
     """How far the wall is from the inlet's temperature at the end, and whether it still approaches it."""
     time, history, heat = simulation.specs.time, simulation.recorder.history, simulation.specs.heat
     end = f"at {simulation.time:.4g} s" if simulation.is_steady() else f"by operation.end_time {time.end_time:g} s"
-    text = f"not heated to within {time.margin:g} K {end}: the wall is {history['deficit_wall'][-1]:.1f} K away"
-    times, deficits = (np.array(history[name]) for name in ("time", "deficit_wall"))
+    place, column = time.heated_place, f"deficit_{time.heated_place}"
+    named = {"wall": "the wall", "bed_side": "the wall's bed side", "bed": "the bed"}.get(place, f"layer {place!r}")
+    text = f"not heated to within {time.margin:g} K {end}: {named} is {history[column][-1]:.1f} K away"
+    times, deficits = (np.array(history[name]) for name in ("time", column))
     if len(times) < 3:
         return text
     before = min(int(np.searchsorted(times, 0.8 * times[-1])), len(times) - 2)

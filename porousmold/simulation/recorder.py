@@ -28,7 +28,7 @@ class Recorder:
 
     def __init__(self, problem: Problem) -> None:
         self._problem, self._time, self._heat = problem, problem.specs.time, problem.specs.heat
-        self._course = problem.specs.course
+        self._course, self._place = problem.specs.course, problem.specs.time.heated_place
         self.history = Columns()
         self.heating_time: float | None = None
         self.heating_time_bed_side: float | None = None
@@ -56,6 +56,7 @@ class Recorder:
             "outlet_temperature": outlet,
             "deficit_wall": self._deficit("wall", time),
             "deficit_bed_side": self._deficit("bed_side", time),
+            f"deficit_{self._place}": self._deficit(self._place, time),
             "mass_flow": mass_flow,
             "pressure_drop": pressure_drop,
             "heat_by_fluid": balance.by_fluid,
@@ -79,7 +80,7 @@ class Recorder:
         self._look_at_targets()
         if not self._heat.is_heated_by_inflow(self._time.margin):
             return  # the wall's temperature is given, or its heat comes from elsewhere: nothing to wait for
-        self.heating_time = self._heated_at(self.heating_time, "wall")
+        self.heating_time = self._heated_at(self.heating_time, self._place)
         self.heating_time_bed_side = self._heated_at(self.heating_time_bed_side, "bed_side")
 
     def _heated_at(self, before: float | None, place: str) -> float | None:

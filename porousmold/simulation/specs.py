@@ -163,8 +163,8 @@ class HeatSpec:
 @dataclass(frozen=True, kw_only=True)
 class TimeSpec:
     """The march: steps before `refinement`, `breakpoints` at which steps end, whether it `keeps_bounds` of the temperatures, and
-    when the wall counts as heated: all of it within `margin` (K) of the inlet's temperature. With `targets` the march goes on
-    until these are met; `until_steady` ends it where the temperatures are steady before that."""
+    when the `heated_place` (the wall, or a part) counts as heated: all of it within `margin` (K) of the inlet's temperature. With
+    `targets` the march goes on until these are met; `until_steady` ends it where the temperatures are steady before that."""
 
     first_step: float | None
     step_growth: float
@@ -175,6 +175,7 @@ class TimeSpec:
     end_time: float
     until_steady: bool
     margin: float
+    heated_place: str
     targets: tuple[Target, ...]
     breakpoints: tuple[float, ...]
 
@@ -412,6 +413,7 @@ def _time(scene: Scene, course: Course | None) -> TimeSpec:
         end_time=_end_time(scene, course),
         until_steady=not scene.is_given("operation.end_time") and not (course is not None and course.repeats),
         margin=operation.heating_margin,
+        heated_place=operation.heated_place,
         targets=_targets(scene),
         breakpoints=tuple(sorted({instant for each in series for instant in each.breakpoints if instant > 0.0})),
     )

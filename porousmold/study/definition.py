@@ -22,7 +22,8 @@ from ..scene.schema import KEYS
 DESIGNS = ("grid", "one-at-a-time", "cases")
 RECORDS = {
     "heating_time": "s", "heating_time_bed_side": "s", "heating_time_error": "1", "end_time": "s",
-    "mass_flow_initial": "kg/s", "mass_flow_final": "kg/s", "mass_imbalance": "1", "energy_imbalance": "1",
+    "mass_flow_initial": "kg/s", "mass_flow_final": "kg/s",
+    "pressure_drop_initial": "Pa", "pressure_drop_final": "Pa", "mass_imbalance": "1", "energy_imbalance": "1",
     "heat_by_fluid": "J", "heat_stored": "J",
     "fluid_heat": "J", "pumping_work": "J", "energy_spent": "J", "mean_power": "W",
     "energy.spent": "J", "energy.heater": "J", "energy.blower": "J", "energy.peak_power": "W", "energy.cost": "1",

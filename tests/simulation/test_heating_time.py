@@ -2,8 +2,13 @@
 
 import numpy as np
 import pytest
+from mpi4py import MPI
 
+from porousmold import InputError, Scene, run
+from porousmold.files.tables import read_toml
 from porousmold.simulation.heating_time import crossing_time
+
+from ..support import ALUMINIUM, COARSE
 
 
 def test_exact_for_an_exponential_approach():
@@ -35,3 +40,26 @@ def test_none_before_and_none_while_there_is_nothing_to_heat_yet():
 
 def test_linear_with_two_points():
     assert crossing_time([0.0, 10.0], [4.0, 0.0], 2.0) == pytest.approx(5.0)
+
+
+def test_the_heating_time_may_be_that_of_a_layer():
+    """Insulation is warm inside only: the whole wall is never heated, its tank is."""
+    layers = [
+        {"name": "tank", "material": "aluminium", "thickness": 0.003},
+        {"name": "insulation", "material": "mineral_wool", "thickness": 0.05},
+    ]
+    tables = {name: dict(table) for name, table in read_toml("scene", ALUMINIUM).items() if name != "wall"}
+    given = Scene({**tables, "wall": {"layer": layers}}).changed(
+        {**COARSE, "model.flow": "plug", "operation.outer_coefficient": 10.0, "operation.ambient_temperature": 298.15,
+         "operation.heating_margin": "6 K",
+         "operation.end_time": "2 h", "output.pictures": False, "output.fields": False}
+    )  # fmt: skip
+    whole, tank = (
+        run(given.changed({"operation.heated_place": place}), communicator=MPI.COMM_SELF) for place in ("wall", "tank")
+    )
+    assert whole.heating_time is None and any("the wall is" in text for text in whole.summary["warnings"])
+    assert tank.heating_time == pytest.approx(
+        np.interp(0.0, 6.0 - np.array(tank["deficit_tank"]), tank["time"]), rel=0.01
+    )
+    with pytest.raises(InputError, match="must be one of wall, bed_side, bed, tank, insulation"):
+        given.changed({"operation.heated_place": "lid"})
