@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from ..errors import InputError
-from ..files.units import preferred_unit
 from ..files.xdmf import read_fields
 from .figures import STYLE, plt, save
 from .quantities import ENERGY_GIVEN, ENERGY_NAMES, JOULES_A_KWH, Columns, quantity
@@ -63,7 +62,7 @@ def draw(folder: Path, processes: int = 1) -> list[Path]:
     with locked_folder(folder, "drawn"), plt.rc_context(STYLE):
         history = read_table(folder / "history.csv")
         pictures = [partial(_temperatures, folder, history, marks)]
-        if targets:
+        if targets or _layers_of(history):
             pictures.append(partial(_skin, folder, history, marks))
         if energy is not None:
             pictures.append(partial(_supply, folder, history, energy))
@@ -80,10 +79,20 @@ def draw(folder: Path, processes: int = 1) -> list[Path]:
             return [one.result() for one in reversed(drawing)]
 
 
+def time_unit(end: float) -> tuple[str, float]:
+    """Sign and size (s) of the unit of all times in the pictures of a run that ends at a time (s)."""
+    return next(
+        (sign, size)
+        for sign, size, most in (("s", 1.0, 600.0), ("min", 60.0, 36e3), ("h", 3600.0, math.inf))
+        if end <= most
+    )
+
+
 def marks_of(summary: Mapping[str, Any]) -> dict[str, float]:
     """Times (s) to be marked in pictures, of the content of result.json, by what they are called there."""
-    marks = {f"heated, {summary['heating_time']:.0f} s": summary["heating_time"]} if summary["heating_time"] else {}
-    return marks | {f"{name}, {time:.0f} s": time for name, time in summary["targets"].items() if time is not None}
+    sign, size = time_unit(summary["end_time"])
+    times = {"heated": summary["heating_time"], **summary["targets"]}
+    return {f"{name}, {time / size:.4g} {sign}": time for name, time in times.items() if time is not None}
 
 
 def _temperatures(folder: Path, history: Columns, marks: Mapping[str, float]) -> Path:
@@ -95,8 +104,8 @@ def _temperatures(folder: Path, history: Columns, marks: Mapping[str, float]) ->
 
 def _time_axis(history: Any) -> tuple[NDArray[Any], str, float]:
     """Times as they are drawn, their unit, and the factor on seconds."""
-    times, unit = preferred_unit(history["time"], "s")
-    return np.array(times), unit, 1.0 if unit == "s" else 1.0 / 60.0
+    sign, size = time_unit(history["time"][-1])
+    return np.array(history["time"]) / size, sign, 1.0 / size
 
 
 def draw_temperatures(axes: Any, history: Any, marks: Mapping[str, float]) -> None:
@@ -146,18 +155,38 @@ def _mark(axes: Any, marks: Mapping[str, float], scale: float) -> list[Any]:
     return entries
 
 
+def _layers_of(history: Any) -> list[str]:
+    """Names of the wall's layers that have columns of their own."""
+    plain = ("temperature", "wall", "bed", "bed_side")
+    return [name.removeprefix("lowest_") for name in history if name.startswith("lowest_") and name[7:] not in plain]
+
+
 def _skin(folder: Path, history: Columns, marks: Mapping[str, float]) -> Path:
-    """How even the wall's bed side is, where it is coldest and hottest, and how far layers have cured."""
+    """How hot the wall's layers are, how even the wall's bed side is, where it is coldest and hottest, and how far layers have
+    cured."""
     times, unit, scale = _time_axis(history)
-    cured = [name for name in history if name.startswith("cure_")]
-    figure, axes = plt.subplots(2 + bool(cured), 1, figsize=(8.0, 2.2 * (2 + bool(cured)) + 0.6), sharex=True)
+    layers, cured = _layers_of(history), [name for name in history if name.startswith("cure_")]
+    rows = bool(layers) + 2 + bool(cured)
+    figure, all_axes = plt.subplots(rows, 1, figsize=(8.0, 2.2 * rows + 0.6), sharex=True)
     height = figure.get_size_inches()[1]
     figure.subplots_adjust(left=0.1, right=0.97, bottom=0.55 / height, top=1.0 - 0.15 / height, hspace=0.12)
+    axes = list(all_axes)
+    if layers:
+        panel = axes.pop(0)
+        for number, name in enumerate(layers):
+            low, high = (np.array(history[f"{end}_{name}"]) - 273.15 for end in ("lowest", "highest"))
+            panel.fill_between(times, low, high, color=f"C{number}", alpha=0.3, linewidth=0.0)
+            panel.plot(times, high, color=f"C{number}", linewidth=1.4, label=f"{name}, coldest to hottest")
+            panel.plot(times, low, color=f"C{number}", linewidth=1.4)
+        panel.plot(times, np.array(history["inlet_temperature"]) - 273.15, color="0.4", linewidth=1.0, label="inlet")
+        panel.set_ylabel("temperature\nin °C", fontsize=9)
+        panel.legend(fontsize=8, loc="lower right")
     low, high = (np.array(history[f"{end}_bed_side"]) for end in ("lowest", "highest"))
     axes[0].plot(times, high - low, color="tab:blue")
     axes[0].set_ylabel("bed side: hottest\nminus coldest in K", fontsize=9)
     axes[0].set_ylim(0, None)
-    axes[0].legend(handles=_mark(axes[0], marks, scale), fontsize=8, loc="upper center")
+    if marks:
+        axes[0].legend(handles=_mark(axes[0], marks, scale), fontsize=8, loc="upper center")
     for end, colour in (("coldest", "tab:blue"), ("hottest", "tab:red")):
         axes[1].plot(times, history[f"{end}_place"], color=colour, label=end)
     axes[1].set_ylabel("along the flow\nin m", fontsize=9)
@@ -333,8 +362,9 @@ def _fields(folder: Path) -> Path:
         axes[-1, column].set_xlabel(section.along)
         for row, time in enumerate(times):
             drawn = section.draw(axes[row, column], steps[time], levels)
+    sign, size = time_unit(times[-1])
     for row, time in enumerate(times):
-        axes[row, 0].set_ylabel(f"t = {time:.0f} s\nacross in mm", fontsize=9)
+        axes[row, 0].set_ylabel(f"t = {time / size:.4g} {sign}\nacross in mm", fontsize=9)
     _colour_bar(figure, drawn, ticks)
     return save(figure, folder / "fields.png")
 
@@ -374,6 +404,7 @@ def _movie(folder: Path) -> Any:
     """An animation of matplotlib: both sections, a frame for each time."""
     nodes, cells, steps = read_fields(folder / "fields.xdmf")
     sections, (levels, ticks), times = _sections(nodes, cells), _levels(steps), sorted(steps)
+    sign, size = time_unit(times[-1])
     figure, axes = plt.subplots(1, 2, figsize=(11.0, 2.6))
     figure.subplots_adjust(left=0.08, right=0.88, bottom=0.22, top=0.8)
 
@@ -383,7 +414,7 @@ def _movie(folder: Path) -> Any:
             drawn = section.draw(panel, steps[time], levels)
             panel.set(title=section.title, xlabel=section.along)
         axes[0].set_ylabel("across in mm")
-        figure.suptitle(f"t = {time:.0f} s", x=0.01, ha="left", fontsize=11)
+        figure.suptitle(f"t = {time / size:.4g} {sign}", x=0.01, ha="left", fontsize=11)
         if len(figure.axes) == len(axes):
             _colour_bar(figure, drawn, ticks)
 
