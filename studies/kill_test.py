@@ -51,6 +51,9 @@ SHEAR = "shear|--solid-fraction|0.5|--shear-rate|1e-2|--strains|4|--distance|8|-
 LONGEST_HANG = 120.0
 """Seconds after which a command is lost that was killed in part, or given again for the last time."""
 
+MOST_KILLS = 16
+"""Of one command, after which it may come to its end: on a busy machine one that keeps nothing on the way never would."""
+
 Answer = dict[str, NDArray[np.float64]]
 
 
@@ -161,7 +164,8 @@ def one_command(number: int, command: Command, seconds: float, expected: Answer)
             directory.mkdir()
             process = command.start(place, directory)
             try:
-                errors = process.communicate(timeout=draw.uniform(0.3, 1.1) * seconds)[1]
+                patience = draw.uniform(0.3, 1.1) * seconds if kills < MOST_KILLS else LONGEST_HANG
+                errors = process.communicate(timeout=patience)[1]
             except subprocess.TimeoutExpired:
                 try:
                     kill(process, command, draw)
