@@ -19,17 +19,8 @@ from .schema import KEYS
 from .series import TimeSeries
 from .start import PROFILE, LastState
 
-COMPUTING = ("laws", "mesh", "equations", "solvers", "simulation")
-"""Subpackages whose sources are part of the identity; of the others only those that read values: `READING`."""
-READING = (
-    "files/units.py",
-    "files/tables.py",
-    "scene/chosen_laws.py",
-    "scene/series.py",
-    "scene/geometries.py",
-    "scene/phases.py",
-    "scene/start.py",
-)
+COMPUTING = ("laws", "mesh", "equations", "solvers", "simulation", "scene", "files")
+"""Subpackages whose sources are part of the identity: all that reads a scene and computes it."""
 FREE_TO_CHANGE = {
     *("operation.end_time", "solver.first_step", "solver.step_growth", "solver.largest_step"),
     *("solver.step_tolerance", "solver.flow_tolerance"),
@@ -41,10 +32,14 @@ ENDS_OF_STEPS = ("output.times", "output.every")
 @functools.cache
 def code_digest(rooms: tuple[str, ...] = COMPUTING) -> str:
     """Digest of the sources of everything that computes in these subpackages, read once a process."""
-    package = Path(__file__).parent.parent
+    return digest_of(Path(__file__).parent.parent, rooms)
+
+
+def digest_of(package: Path, rooms: tuple[str, ...]) -> str:
+    """Digest of all sources, tables and libraries of some rooms of a package."""
     files = sorted(p for room in rooms for p in (package / room).rglob("*") if p.suffix in (".py", ".toml", ".csv"))
     digest = hashlib.sha256()
-    for path in [*files, *(package / name for name in READING)]:
+    for path in files:
         digest.update(str(path.relative_to(package)).encode() + path.read_bytes())
     return digest.hexdigest()
 

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import porousmold
-from porousmold.scene.identity import code_digest, identity_of
+from porousmold.scene.identity import COMPUTING, code_digest, digest_of, identity_of
 from porousmold.scene.scene import Scene
 
 from ..support import ALUMINIUM
@@ -61,3 +61,23 @@ def test_a_result_of_other_formulas_is_not_handed_out(tmp_path):
 def test_the_code_that_draws_and_reports_does_not_count(tmp_path):
     """Only what computes is hashed: a digest of laws, mesh, equations, solvers and simulation."""
     assert len(code_digest()) == 64 and code_digest() == code_digest()
+
+
+def test_every_source_that_computes_is_part_of_the_identity(tmp_path):
+    """A result of other code is no answer, whichever file of the rooms that compute has changed."""
+    package = tmp_path / "porousmold"
+    shutil.copytree(Path(porousmold.__file__).parent, package, ignore=shutil.ignore_patterns("__pycache__"))
+    before = digest_of(package, COMPUTING)
+    assert before == code_digest()
+    files = [
+        path for room in COMPUTING for path in (package / room).rglob("*") if path.suffix in (".py", ".toml", ".csv")
+    ]
+    assert len(files) > 80
+    for path in files:
+        content = path.read_bytes()
+        path.write_bytes(content + b"\n")
+        assert digest_of(package, COMPUTING) != before, path
+        path.write_bytes(content)
+    for room in ("output", "study", "packing"):  # what only shows, repeats or prepares
+        next((package / room).glob("*.py")).write_text("changed")
+    assert digest_of(package, COMPUTING) == before
