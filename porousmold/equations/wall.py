@@ -13,6 +13,7 @@ from typing import Any
 
 import ufl
 
+from ..laws.conductivity import STEFAN_BOLTZMANN
 from ..laws.functions import Value
 from ..laws.materials import Solid
 from .coordinates import Coordinates
@@ -25,12 +26,14 @@ def volumetric_heat(solid: Solid, temperature: Value) -> Value:
 
 @dataclass(frozen=True)
 class OuterWall:
-    """Heat exchange of the outer wall: `heat_flux` into the wall (W/m2) and/or `coefficient` (W/m2/K) to `ambient` (K)."""
+    """Heat exchange of the outer wall: `heat_flux` into the wall (W/m2), `coefficient` (W/m2/K) and radiation by an `emissivity`
+    to `ambient` (K), which is large and dark."""
 
     ds: ufl.Measure
     heat_flux: Any = None
     coefficient: Any = None
     ambient: Any = None
+    emissivity: Any = None
 
     def into_wall(self, temperature: Value) -> Value:
         """Heat flux into the wall, W/m2."""
@@ -39,6 +42,8 @@ class OuterWall:
             flux += self.heat_flux
         if self.coefficient is not None:
             flux += self.coefficient * (self.ambient - temperature)
+        if self.emissivity is not None:
+            flux += self.emissivity * STEFAN_BOLTZMANN * (self.ambient**4 - temperature**4)
         return flux
 
 

@@ -35,6 +35,8 @@ from ..scene.scene import Scene
 TOLERANCE = 1e-8
 WITHOUT_EFFECT = (
     *("operation.outer_heat_flux", "operation.heater_power", "operation.recirculation", "operation.bead_velocity"),
+    *("operation.outer_emissivity", "operation.phase", "operation.reversal_period", "operation.return_temperature"),
+    *("operation.initial_state", "output.times", "output.every"),
     *("target.list", "model.bead_modes", "bed.shear_rate"),
 )
 """Keys of a scene that would be ignored."""
@@ -79,6 +81,9 @@ class FluidisedBed:
         for name in WITHOUT_EFFECT:
             if scene.is_given(name):
                 raise InputError(name, str(scene.value(name)), "has no effect on a fluidised bed", scene.source)
+        if scene.start is not None:
+            allowed = "must be one temperature: a fluidised bed is mixed"
+            raise InputError("operation.initial_temperature", None, allowed, scene.source)
         self._laws = Laws.of(scene)
         self.porosity_at_rest = self._laws.bulk_porosity
         layers = scene.wall.layer

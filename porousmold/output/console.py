@@ -198,9 +198,11 @@ def is_cooling(scene: Scene) -> bool:
 
 def outer_wall_text(operation: Mapping[str, Any]) -> str:
     """What happens at the outer wall, by the keys of [operation]."""
-    coefficient = operation.get("outer_coefficient")
-    if coefficient is not None:
-        return f"{coefficient:g} W/m2/K to the surroundings"
+    coefficient, emissivity = operation.get("outer_coefficient"), operation.get("outer_emissivity")
+    ways = [] if coefficient is None else [f"{coefficient:g} W/m2/K"]
+    ways += [] if emissivity is None else [f"radiation with an emissivity of {emissivity:g}"]
+    if ways:
+        return f"{' and '.join(ways)} to the surroundings"
     if operation.get("outer_heat_flux") is not None:
         return "given heat flux"
     return "adiabatic, no heat loss (see operation.outer_coefficient)"

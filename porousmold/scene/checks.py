@@ -328,12 +328,15 @@ def _is_heated_otherwise(scene: Any) -> bool:
 
 def _outer_wall(scene: Any) -> None:
     operation = scene.operation
-    heated = (operation.outer_heat_flux or operation.outer_coefficient) is not None
-    if scene.model.wall in ("insulated", "fixed-temperature") and heated:
-        _refuse(scene, "model.wall", "excludes operation.outer_heat_flux and outer_coefficient")
+    given = (operation.outer_heat_flux, operation.outer_coefficient, operation.outer_emissivity)
+    if scene.model.wall in ("insulated", "fixed-temperature") and any(one is not None for one in given):
+        _refuse(scene, "model.wall", "excludes operation.outer_heat_flux, outer_coefficient and outer_emissivity")
     if operation.outer_heat_flux is None and operation.outer_heat_flux_factor != 1.0:
         _refuse(scene, "operation.outer_heat_flux_factor", "has no meaning without operation.outer_heat_flux")
-    if (operation.outer_coefficient is None) != (operation.ambient_temperature is None):
+    if operation.outer_emissivity is not None and operation.ambient_temperature is None:
+        _refuse(scene, "operation.outer_emissivity", "and operation.ambient_temperature must be given together")
+    exchanges = operation.outer_coefficient is not None or operation.outer_emissivity is not None
+    if exchanges != (operation.ambient_temperature is not None):
         _refuse(scene, "operation.outer_coefficient", "and operation.ambient_temperature must be given together")
 
 

@@ -170,6 +170,8 @@ KEYS: dict[str, dict[str, Key]] = {
         "outer_heat_flux_factor": Key("", "factor on outer_heat_flux, for the error of its sensors", 1.0, low=0.0, high=10.0),
         "outer_coefficient": Key("W/(m^2*K)", "heat transfer coefficient of the outer wall (not set: adiabatic)",
                                  low=0.0, high=1e6),
+        "outer_emissivity": Key("", "emissivity of the outer wall, which radiates to ambient_temperature", low=0.0, high=1.0,
+                                closed=True),
         "ambient_temperature": Key("K", "outside the outer wall", low=0.0, high=5000.0, series=True),
         "wall_temperature": Key("K", "of the bed's wall, for model.wall 'fixed-temperature'", low=0.0, high=5000.0,
                                 series=True),

@@ -99,7 +99,7 @@ def build_domain(
             allowed = "finds no place for cells at the wall: the first cells of the mesh are too distorted"
             raise InputError("geometry.refine_wall", True, allowed, mesh.scene_file)
     outer = specs.heat.outer_wall
-    if not domain.has_outer_wall and (outer.heat_flux is not None or outer.coefficient is not None):
+    if not domain.has_outer_wall and (outer.heat_flux is not None or outer.exchanges):
         raise InputError("geometry.mesh", str(mesh.file), "needs a physical curve 'outer' for the outer wall's heat")
     return domain, size, estimates
 

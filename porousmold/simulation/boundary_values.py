@@ -87,7 +87,7 @@ class BoundaryValues:
             ambient = self.following(self._heat.wall_temperature)
             return OuterWall(ds, coefficient=self._domain.constant(PENALTY_COEFFICIENT), ambient=ambient)
         given = self._heat.outer_wall
-        if given.heat_flux is None and given.coefficient is None:
+        if given.heat_flux is None and not given.exchanges:
             return None
         terms = {}
         if given.heat_flux is not None:
@@ -96,9 +96,11 @@ class BoundaryValues:
                 sensors = fem.Constant(self._domain.mesh, given.heat_flux.positions)
                 flux = _between(sensors, flux, ufl.SpatialCoordinate(self._domain.mesh)[0])
             terms["heat_flux"] = flux * self._domain.constant(given.heat_flux_factor)
-        if given.coefficient is not None:
-            ambient = self.following(given.ambient)
-            terms |= {"coefficient": self._domain.constant(given.coefficient), "ambient": ambient}
+        if given.exchanges:
+            terms["ambient"] = self.following(given.ambient)
+        for name in ("coefficient", "emissivity"):
+            if (value := getattr(given, name)) is not None:
+                terms[name] = self._domain.constant(value)
         return OuterWall(ds, **terms)
 
     def following(self, series: TimeSeries | None) -> Constant:

@@ -294,13 +294,14 @@ def _is_heated_from_outside(specs: Specs) -> bool:
     heat = specs.heat
     sources = any(layer.heat_source is not None or layer.solid.cure is not None for layer in heat.layers)
     outer = heat.outer_wall
-    return sources or outer.coefficient is not None or outer.heat_flux is not None or heat.wall == "fixed-temperature"
+    return sources or outer.exchanges or outer.heat_flux is not None or heat.wall == "fixed-temperature"
 
 
 def _conduction_time(specs: Specs, bed: _Store) -> float:
     """Time constant (s) of wall and bed in series behind the film outside: every store through what lies before it."""
     temperature, outer = specs.heat.inlet_temperature.values[-1], specs.heat.outer_wall
-    behind = 1.0 / outer.coefficient if outer.coefficient else 0.0
+    film = outer.film(temperature)
+    behind = 1.0 / film if film else 0.0
     time = 0.0
     for layer in reversed(specs.heat.layers):
         if layer.thickness is None:

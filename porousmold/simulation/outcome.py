@@ -308,7 +308,7 @@ def _why_not_heated(simulation: Simulation) -> str:
         return text
     before = min(int(np.searchsorted(times, 0.8 * times[-1])), len(times) - 2)
     approached = deficits[before] - deficits[-1]
-    losses = heat.outer_wall.coefficient is not None or heat.outer_wall.heat_flux is not None
+    losses = heat.outer_wall.exchanges or heat.outer_wall.heat_flux is not None
     has_lost = losses and deficits[-1] > deficits[0]  # it is further away than at the start
     if deficits[-1] > (1.0 - STEADY) * deficits.max() and not has_lost:
         return text + ", its coldest point hardly heated yet"

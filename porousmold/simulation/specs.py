@@ -11,6 +11,7 @@ from typing import Any, Literal
 
 from ..errors import InputError
 from ..laws.air_supply import Blower
+from ..laws.conductivity import STEFAN_BOLTZMANN
 from ..laws.materials import Solid
 from ..laws.phases import other_phase
 from ..laws.porosity import Porosity
@@ -100,12 +101,23 @@ class FlowSpec:
 
 @dataclass(frozen=True, kw_only=True)
 class OuterWallSpec:
-    """What the outer wall exchanges: `heat_flux` in (W/m2) times a factor, `coefficient` (W/m2/K) to `ambient`."""
+    """What the outer wall exchanges: `heat_flux` in (W/m2) times a factor, `coefficient` (W/m2/K) and radiation by an
+    `emissivity` to `ambient` (K)."""
 
     heat_flux: TimeSeries | None
     heat_flux_factor: float
     coefficient: float | None
+    emissivity: float | None
     ambient: TimeSeries | None
+
+    def film(self, temperature: float) -> float:
+        """Coefficient (W/m2/K) about a temperature (K) of the outer wall, radiation included; 0 without either."""
+        return (self.coefficient or 0.0) + 4.0 * (self.emissivity or 0.0) * STEFAN_BOLTZMANN * temperature**3
+
+    @property
+    def exchanges(self) -> bool:
+        """Whether heat passes to the surroundings."""
+        return self.coefficient is not None or self.emissivity is not None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -366,6 +378,7 @@ def _heat(scene: Scene, laws: Laws, air_loop: AirLoopSpec | None, course: Course
             heat_flux=_thinned(operation.outer_heat_flux),
             heat_flux_factor=operation.outer_heat_flux_factor,
             coefficient=operation.outer_coefficient,
+            emissivity=operation.outer_emissivity,
             ambient=_thinned(operation.ambient_temperature),
         ),
         initial_temperature=operation.initial_temperature,

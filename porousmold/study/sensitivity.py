@@ -28,7 +28,7 @@ PARAMETERS = (
     "wall.conductivity", "operation.pressure_drop", "operation.inlet_velocity", "operation.mass_flow",
     "operation.outlet_pressure", "operation.inlet_temperature", "operation.heating_margin", "model.exchange_factor",
     "operation.blower_pressure", "operation.blower_flow", "operation.heater_power", "operation.recirculation",
-    "operation.outer_coefficient", "operation.duct_conductance", "operation.duct_resistance",
+    "operation.outer_coefficient", "operation.outer_emissivity", "operation.duct_conductance", "operation.duct_resistance",
 )  # fmt: skip
 OF_LAYERS = ("thickness", "contact_resistance")
 STEP = 0.05

@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.special import j0, jn_zeros
 
 from porousmold import InputError, Scene, run
 from porousmold.scene.series import MOST_ROWS, TimeSeries
+from porousmold.simulation.march import STEP_ERROR
 
 from ..support import RESIN, STUDIES, coarse_scene
 
@@ -255,3 +257,28 @@ def test_missing_values_of_a_file_are_told(tmp_path):
     path.write_text("time [s],inlet [degC]\n0,25\n60,55.5\n120,\n180,90\n")
     warnings = run(coarse_scene({"operation.inlet_temperature": str(path)})).summary["warnings"]
     assert any("operation.inlet_temperature: 1 missing value" in warning for warning in warnings)
+
+
+@pytest.mark.parametrize("coefficient", [None, 8.0])
+@pytest.mark.parametrize("wall", ["conjugate", "thin"])
+def test_a_hot_wall_radiates_to_its_surroundings(wall, coefficient):
+    """A metal sheet at 900 K on a bed that stores and conducts nothing: the ordinary differential equation of a body of one
+    temperature, d(rho C delta T)/dt = -e sigma (T^4 - T_a^4) - h (T - T_a)."""
+    given = {
+        "wall.thickness": 0.003, "model.wall": wall, "bed.bead_heat_capacity": 1e-3, "bed.bead_conductivity": 1e-6,
+        "fluid.conductivity": 1e-6, "fluid.density": 1e-3, "operation.initial_temperature": 900.0,
+        "operation.inlet_temperature": 900.0, "operation.ambient_temperature": 300.0, "operation.outer_emissivity": 0.8,
+        "operation.end_time": 600.0, "wall.density": 2700.0, "wall.heat_capacity": 900.0, "wall.conductivity": 200.0,
+    } | ({} if coefficient is None else {"operation.outer_coefficient": coefficient})  # fmt: skip
+
+    def rate(_, warm):
+        lost = 0.8 * 5.670374419e-8 * (warm**4 - 300.0**4) + (coefficient or 0.0) * (warm - 300.0)
+        return -lost / (2700.0 * 900.0 * 0.003)
+
+    exact = solve_ivp(rate, (0.0, 600.0), [900.0], rtol=1e-10, dense_output=True).sol
+    worst = []
+    for refinement in (1.0, 2.0):
+        result = run(bed_at_rest(given | {"solver.step_refinement": refinement}))
+        worst.append(np.max(np.abs(np.array(result["lowest_wall"]) - exact(np.array(result["time"]))[0])) / 600.0)
+        assert abs(result.summary["energy_imbalance"]) < 1e-6
+    assert worst[0] < STEP_ERROR and worst[1] < 0.4 * worst[0]
