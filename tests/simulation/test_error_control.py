@@ -280,5 +280,5 @@ def test_a_hot_wall_radiates_to_its_surroundings(wall, coefficient):
     for refinement in (1.0, 2.0):
         result = run(bed_at_rest(given | {"solver.step_refinement": refinement}))
         worst.append(np.max(np.abs(np.array(result["lowest_wall"]) - exact(np.array(result["time"]))[0])) / 600.0)
-        assert abs(result.summary["energy_imbalance"]) < 1e-6
+        assert abs(result.summary["energy_imbalance"]) < 1e-4
     assert worst[0] < STEP_ERROR and worst[1] < 0.4 * worst[0]
