@@ -261,3 +261,29 @@ def test_phases_that_lack_something_are_refused(given, words):
 def test_what_does_not_go_with_phases_is_refused(key, value, words):
     with pytest.raises(InputError, match=words):
         store().changed({key: value})
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("flow", ["plug", "full"])
+def test_the_flow_turns_alike_on_any_number_of_ranks(flow):
+    """The mirror image of a node lies on another rank."""
+    given = store(phases(charge="30 min", rest="10 min", discharge="30 min"), end_time="2 h").changed(
+        {"model.flow": flow, "solver.axial_cells": 10, "output.times": [1000.0, 3000.0]}
+    )
+    everywhere, here = run(given, communicator=MPI.COMM_WORLD), run(given, communicator=MPI.COMM_SELF)
+    for name in ("time", "outlet_temperature", "heat_stored", "temperature_bed_side_L/8", "coldest_place"):
+        assert np.array(everywhere[name]) == pytest.approx(np.array(here[name]), rel=1e-5)
+    assert everywhere.summary["last_cycle"]["heat_out"] == pytest.approx(
+        here.summary["last_cycle"]["heat_out"], rel=1e-5
+    )
+
+
+@pytest.mark.mpi
+def test_a_state_is_the_start_of_a_run_on_any_number_of_ranks(tmp_path):
+    folder = MPI.COMM_WORLD.bcast(str(tmp_path))
+    first = Scene.load(STORE, {"operation.end_time": "30 min", "output.pictures": False})
+    run(first, folder, MPI.COMM_WORLD)
+    more = {"operation.initial_temperature": None, "operation.initial_state": folder, "operation.end_time": "10 min"}
+    second = Scene.load(STORE, more | QUIET)
+    everywhere, here = run(second, communicator=MPI.COMM_WORLD), run(second, communicator=MPI.COMM_SELF)
+    assert np.array(everywhere["outlet_temperature"]) == pytest.approx(np.array(here["outlet_temperature"]), rel=1e-8)
