@@ -266,8 +266,8 @@ def test_what_does_not_go_with_phases_is_refused(key, value, words):
 @pytest.mark.mpi
 @pytest.mark.parametrize(("flow", "same"), [("plug", 1e-8), ("full", 1e-4)])
 def test_the_flow_turns_alike_on_any_number_of_ranks(flow, same):
-    """The mirror image of a node lies on another rank. Steps follow estimated errors, which in full flow, solved to a tolerance, are
-    the same to some digits only."""
+    """The mirror image of a node lies on another rank. Steps follow estimated errors, which in full flow, solved to a tolerance,
+    are the same to some digits only."""
     given = store(phases(charge="30 min", rest="10 min", discharge="30 min"), end_time="2 h").changed(
         {"model.flow": flow, "solver.axial_cells": 10, "output.times": [1000.0, 3000.0]}
     )
