@@ -188,7 +188,7 @@ def cycle_text(cycle: Mapping[str, Any], phases: Sequence[Mapping[str, Any]]) ->
         for phase in phases
     )
     periodic = ", periodic" if cycle["is_periodic"] else ""
-    return f"cycle {cycle['cycle']}{periodic}: {', '.join(shares)}\n  {ends}"
+    return f"cycle {cycle['cycle']}{periodic}{': ' if shares else ''}{', '.join(shares)}\n  {ends}"
 
 
 def is_cooling(scene: Scene) -> bool:

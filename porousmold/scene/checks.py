@@ -24,6 +24,8 @@ ASKED: tuple[Literal["within", "above", "below", "spread", "cured"], ...] = (
 RESERVED_PLACES = ("wall", "bed_side", "bed")
 RESERVED_NAMES = (*RESERVED_PLACES, "fluid", "beads", "temperature")
 """Places that every scene has, whose names no layer can have."""
+SAME_LENGTH = 1e-6
+"""Relative difference of two lengths that rounding explains."""
 SMALLEST_RATIO = 10.0
 """Bead diameters that a bed is wide at least."""
 
@@ -49,6 +51,7 @@ def check_together(scene: Any) -> None:
         _tolerances,
         _output,
         _heated_place,
+        _state,
     ):
         rule(scene)
 
@@ -385,6 +388,13 @@ def _targets(scene: Any) -> None:
 def target_name(target: Any) -> str:
     """The name of a target, by default of its place and what it asks for."""
     return target.name or f"{target.place} {next(name for name in ASKED if getattr(target, name) is not None)}"
+
+
+def _state(scene: Any) -> None:
+    state, length = scene.operation.initial_state, scene.geometry.length
+    if state is not None and length is not None and abs(state.length / length - 1.0) > SAME_LENGTH:
+        allowed = f"is of a bed of {state.length:.6g} m: geometry.length is {length:g} m"
+        raise InputError("operation.initial_state", str(state.folder), allowed, scene.source)
 
 
 def _heated_place(scene: Any) -> None:

@@ -18,8 +18,8 @@ from .series import ProfileSeries, TimeSeries
 DRIVES = ("pressure_drop", "inlet_velocity", "mass_flow")
 Side = Literal["above", "below"]
 ENDS: tuple[Side, ...] = ("above", "below")
-SHORTEST = 1e-9
-"""Part of its whole time below which a piece of a series is none."""
+MOST_REVERSALS = 10_000
+"""Up to the end of a run, each of which takes several steps."""
 
 
 @dataclass(frozen=True)
@@ -146,6 +146,9 @@ def check_phases(scene: Any) -> None:
         raise InputError(f"operation.{name}", getattr(operation, name), "needs [[operation.phase]]", scene.source)
     if operation.reversal_period is not None:
         _check_period(scene)
+    drive = drive_of(scene)
+    if drive is not None and len(drive.values) == 1 and drive.values[0] < 0.0:
+        return  # refused as such
     if not phases_of(scene):
         if operation.return_temperature is not None:
             allowed = "has no meaning: the flow never comes from the outlet"
@@ -194,10 +197,13 @@ def _check_period(scene: Any) -> None:
     if operation.return_temperature is not None:
         allowed = "has no place beside operation.reversal_period: the same fluid comes from both ends"
         raise InputError("operation.return_temperature", None, allowed, scene.source)
-    drive = drive_of(scene)
+    drive, period = drive_of(scene), operation.reversal_period
     if drive is not None and min(drive.values) < 0.0:
         allowed = "cannot be combined with a drive that changes its sign"
-        raise InputError("operation.reversal_period", operation.reversal_period, allowed, scene.source)
+        raise InputError("operation.reversal_period", period, allowed, scene.source)
+    if operation.end_time > MOST_REVERSALS * period:
+        allowed = f"makes more than {MOST_REVERSALS} reversals up to operation.end_time {operation.end_time:g} s"
+        raise InputError("operation.reversal_period", period, allowed, scene.source)
 
 
 def _check_table(scene: Any) -> None:
@@ -222,5 +228,24 @@ def _check_table(scene: Any) -> None:
         if ends and not getattr(phase, name):
             allowed = "needs a flow: without one nothing leaves"
             raise InputError(f"{place}.until_outlet_{ends[0]}", None, allowed, where)
+        if ends:
+            _check_limit(scene, place, ends[0], getattr(phase, f"until_outlet_{ends[0]}"))
         if not ends and phase.duration is None:
             raise InputError(f"{place}.duration", None, "is missing, and so is until_outlet_above or _below", where)
+
+
+def _check_limit(scene: Any, place: str, side: Side, limit: float) -> None:
+    """Refuse an outlet temperature that nothing given in the scene can bring about."""
+    operation = scene.operation
+    sources = (
+        any(layer.heat_source is not None for layer in scene.wall.layer or ()) or operation.outer_heat_flux is not None
+    )
+    given = [phase.temperature for phase in operation.phase if phase.temperature is not None]
+    given += scene.start.range if scene.start is not None else [operation.initial_temperature]
+    given += [] if operation.ambient_temperature is None else operation.ambient_temperature.values
+    is_far = limit >= max(given) if side == "above" else limit <= min(given)
+    if is_far and not sources:
+        extreme = (
+            f"{'hotter' if side == 'above' else 'colder'} than {max(given) if side == 'above' else min(given):.6g} K"
+        )
+        raise InputError(f"{place}.until_outlet_{side}", limit, f"is never reached: nothing is {extreme}", scene.source)

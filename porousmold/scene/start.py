@@ -87,6 +87,11 @@ class LastState:
         fields = steps[max(steps)]
         return nodes, {name: fields[name] for name in ("temperature", "bead_temperature", "in_bed")}
 
+    @property
+    def length(self) -> float:
+        """Of the mesh along the flow, m."""
+        return float(np.ptp(self._last[0][:, 0]))
+
     def mean(self) -> float:
         """Mean temperature (K) of the nodes."""
         return float(np.mean(self._last[1]["temperature"]))

@@ -58,6 +58,8 @@ def check(scene: Scene, communicator: Communicator) -> Checked:
     if specs.course is not None and specs.course.repeats:
         duration = specs.time.end_time
         breakpoints = (0.0,) * (specs.course.cycles * len(specs.course.phases))
+    elif specs.course is not None and specs.course.waits_for_heat:
+        breakpoints = (0.0,) * int(duration / specs.course.phase.duration)
     steps = STEPS_AT_THE_START * (1 + len(breakpoints)) + duration / (specs.time.largest_step or estimates.largest_step)
     seconds = SECONDS_A_STEP[dimension] * (flow + energy) * steps
     unit = "m2" if dimension == 3 or domain.axisymmetric else "m2 per metre of width"
@@ -144,7 +146,11 @@ def _warnings_of_the_mesh(specs: Specs, domain: Domain, estimates: Estimates, fi
         found.append(f"the first cell at the wall is {first / estimates.first_cell:.0f} times too high: {remedy}")
     if estimates.bead_biot_number > HIGHEST_BIOT_NUMBER and specs.heat.bead_modes is None:
         found.append(f"bead Biot number {estimates.bead_biot_number:.2g} > {HIGHEST_BIOT_NUMBER}: see model.bead_modes")
-    if not math.isfinite(estimates.conduction_time) and specs.time.end_time < estimates.flow_duration:
+    if (
+        specs.waits_for_heat
+        and not math.isfinite(estimates.conduction_time)
+        and specs.time.end_time < estimates.flow_duration
+    ):
         found.append(
             f"operation.end_time {specs.time.end_time:g} s is before the lower bound of the heating time, "
             f"{estimates.flow_duration:.0f} s"

@@ -44,11 +44,20 @@ def followed(series: Sequence[TimeSeries], read: Callable[[float], float]) -> Fo
 
 class Course:
     """The phases of a run, gone through `cycles` times; `ends` are the times (s) at which those so far have ended, `heats` the
-    heat (J) that the fluid had given until then."""
+    heat (J) that the fluid had given until then. It `waits_for_heat` where the same fluid comes from both ends; else it goes on
+    to its end, and has no heating time."""
 
-    def __init__(self, phases: Sequence[Phase], cycles: int, tolerance: float | None, *, repeats: bool) -> None:
+    def __init__(
+        self,
+        phases: Sequence[Phase],
+        cycles: int,
+        tolerance: float | None,
+        *,
+        repeats: bool,
+        waits_for_heat: bool = False,
+    ) -> None:
         self.phases, self.cycles, self.tolerance = tuple(phases), cycles, tolerance
-        self.repeats = repeats
+        self.repeats, self.waits_for_heat = repeats, waits_for_heat
         self.ends: list[float] = []
         self.heats: list[float] = []
 
@@ -59,7 +68,8 @@ class Course:
         if not phases:
             return None
         operation = scene.operation
-        return cls(phases, operation.cycles, operation.cycle_tolerance, repeats=has_phases(scene))
+        waits = operation.reversal_period is not None
+        return cls(phases, operation.cycles, operation.cycle_tolerance, repeats=has_phases(scene), waits_for_heat=waits)
 
     def _at(self, time: float) -> Phase:
         """The phase of a time (s); at the end of a phase that phase."""

@@ -172,7 +172,9 @@ class Simulation:
         return history["lowest_temperature"][-1], history["highest_temperature"][-1]
 
     def _start(self) -> None:
-        problem = self.problem
+        problem, course = self.problem, self.specs.course
+        if course is not None and course.direction_of(0) < 0:  # profiles and states are given from the inlet on
+            problem.mirror(*problem.heat.functions, *problem.heat.memory, *problem.temperatures)
         with problem.stopwatch("flow"):
             problem.find_flow(problem.flow.start, 0.0)
             self._note_regime()
@@ -304,7 +306,10 @@ class Simulation:
 
     def _heated_for_good(self) -> bool:
         """Whether the wall is heated, or all targets are met, and the inlet's temperature has no change ahead."""
-        last_change = max(self.specs.heat.inlet_temperature.breakpoints, default=0.0)
+        changes = list(self.specs.heat.inlet_temperature.breakpoints)
+        if self.specs.course is not None and not self.specs.course.waits_for_heat:
+            changes += self.specs.flow.driven_by.breakpoints
+        last_change = max(changes, default=0.0)
         return self.recorder.reached and self.time >= last_change * (1 - 1e-12)
 
     def is_steady(self) -> bool:

@@ -325,9 +325,8 @@ def _of_the_outcome(simulation: Simulation) -> list[str]:
     time, found = simulation.specs.time, []
     at_end, steady = simulation.time >= time.end_time * (1 - 1e-9), simulation.is_steady()
     course = simulation.specs.course
-    waiting = simulation.recorder.heating_time is None and simulation.specs.heat.is_heated_by_inflow(time.margin)
+    waiting = simulation.recorder.heating_time is None and simulation.specs.waits_for_heat
     if course is not None and course.repeats:
-        waiting = False
         if not course.is_over and at_end:
             found.append(
                 f"operation.end_time {time.end_time:g} s came in phase {course.phase.name!r}, which had not ended"
@@ -346,6 +345,8 @@ def _of_the_outcome(simulation: Simulation) -> list[str]:
                 if at_end
                 else f"in the steady state at {simulation.time:.4g} s"
             )
+            if course is not None and course.is_over:
+                by = f"when the phases were through, at {simulation.time:.6g} s"
             why = why_not_met(simulation, target, energy)
             found.append(f"target {target.name!r} not met {by}{f': {why}' if why else ''}")
         elif target.name in kept and kept[target.name]["kept_from"] is None:

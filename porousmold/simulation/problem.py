@@ -161,12 +161,13 @@ class Problem:
         return PointProbe(self.domain, np.array([station.get("centre", station["bed_side"]) for station in stations]))
 
     def storable(self, low: float, high: float) -> float:
-        """Heat (J) that beads and wall store between two temperatures (K) (collective)."""
+        """Heat (J) that fluid, beads and wall store between two temperatures (K), the fluid with its present capacity
+        (collective)."""
         warm, cold = self.domain.constant(high), self.domain.constant(low)
         forms = self.energy_equations.heat_kept(warm, warm, cold)
-        return sum(
-            ranks.integral(self.communicator, fenicsx.compiled_form(forms[name])) for name in STORES if name in forms
-        )
+        parts = [forms[name] for name in STORES if name in forms]
+        parts.append((high - low) * self.energy_equations.fluid_heat_capacity())
+        return sum(ranks.integral(self.communicator, fenicsx.compiled_form(part)) for part in parts)
 
     def _places_along_the_flow(self) -> NDArray[Any]:
         """x[0] (m) of every temperature of the heat's unknowns."""

@@ -78,7 +78,7 @@ class Recorder:
             row["largest_bead_difference"] = difference
         self.history.append(self._facing_the_inlet(row | self._at_places(time), time))
         self._look_at_targets()
-        if not self._heat.is_heated_by_inflow(self._time.margin):
+        if not self._problem.specs.waits_for_heat:
             return  # the wall's temperature is given, or its heat comes from elsewhere: nothing to wait for
         self.heating_time = self._heated_at(self.heating_time, self._place)
         self.heating_time_bed_side = self._heated_at(self.heating_time_bed_side, "bed_side")

@@ -216,6 +216,12 @@ class Specs:
     course: Course | None = None
 
     @property
+    def waits_for_heat(self) -> bool:
+        """Whether the wall is waited for until it is as warm as what flows in."""
+        is_one = self.course is None or self.course.waits_for_heat
+        return is_one and self.heat.is_heated_by_inflow(self.time.margin)
+
+    @property
     def porosity(self) -> Porosity:
         """Porosity against wall distance."""
         return self.laws.porosity

@@ -26,10 +26,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import norm, qmc
 
+from ..errors import InputError
 from ..files.atomic_files import output_file
 from ..files.tables import text_cells
 from ..laws.porosity import POROSITY_MODELS
 from ..scene.chosen_laws import Laws
+from ..scene.phases import DRIVES
 from ..scene.scene import Scene
 from ..scene.tolerances import TOLERANCES, tolerance_of
 from ..simulation.accuracy import ORDER
@@ -98,11 +100,20 @@ class Sample:
 
 
 def inputs_of(scene: Scene) -> dict[str, tuple[float, float]]:
-    """{name: (value, standard deviation)} in SI of what the scene has of [tolerance]; properties of materials as constants."""
+    """{name: (value, standard deviation)} in SI of what the scene has of [tolerance]; properties of materials as constants.
+
+    Raises `InputError` for a tolerance that is given of what has no single value, such as a time series or phases.
+    """
     laws, found = Laws.of(scene), {}
+    for name in unvaried(scene):
+        if scene.is_given(f"tolerance.{name}"):
+            allowed = f"has no effect: {name} has no single value in this scene"
+            raise InputError(f"tolerance.{name}", str(getattr(scene.tolerance, name)), allowed, scene.source)
     for name in TOLERANCES:
         value = value_of(scene, laws, name)
-        if value is None or not _counts(scene, name):
+        if not _counts(scene, name):
+            continue
+        if value is None:
             continue
         size = tolerance_of(name, getattr(scene.tolerance, name), scene.source).of(value)
         if size > 0.0:
@@ -120,6 +131,13 @@ def _counts(scene: Scene, name: str) -> bool:
     if name == "model.exchange_factor":
         return model.energy == "two-temperature"
     return True
+
+
+def unvaried(scene: Scene) -> list[str]:
+    """Inputs that change in time or from phase to phase, whose tolerances are not part of the budget."""
+    names = ("operation.inlet_temperature", *(f"operation.{name}" for name in DRIVES))
+    laws = Laws.of(scene)
+    return [name for name in names if scene.value(name) is not None and value_of(scene, laws, name) is None]
 
 
 def alternatives_of(scene: Scene) -> dict[str, str]:
@@ -189,6 +207,7 @@ def budget(
         else:
             side, one = ("up", math.log(up / here)) if up is not None else ("down", math.log(here / (down or here)))
             found.append(Contribution(name, text, one, f"of {name},{side} alone"))
+    found += [Contribution(name, "", None, "changes in time: not varied") for name in unvaried(scene)]
     for name, law in alternatives_of(scene).items():
         time = times[f"{name},{law}"]
         half = None if time is None else 0.5 * math.log(time / here)

@@ -288,3 +288,65 @@ def test_a_state_is_the_start_of_a_run_on_any_number_of_ranks(tmp_path):
     second = Scene.load(STORE, more | QUIET)
     everywhere, here = run(second, communicator=MPI.COMM_WORLD), run(second, communicator=MPI.COMM_SELF)
     assert np.array(everywhere["outlet_temperature"]) == pytest.approx(np.array(here["outlet_temperature"]), rel=1e-8)
+
+
+@pytest.fixture
+def profile(tmp_path):
+    """Hot near the inlet, cold at the outlet."""
+    (tmp_path / "start.csv").write_text("x [m], temperature [degC]\n0, 500\n0.4, 500\n0.6, 25\n1, 25\n")
+    return str(tmp_path / "start.csv")
+
+
+def test_a_profile_lies_where_it_is_given_though_the_flow_begins_backwards(profile):
+    """It was turned end for end: the discharge entered the hot end (found by a tester)."""
+    discharge = phases()[2] | {"duration": "10 min"}
+    backwards = computed(store([discharge], initial_temperature=profile))
+    after_a_rest = computed(store([{"duration": "1 s"}, discharge], initial_temperature=profile))
+    assert backwards["temperature_bed_side_L/8"][0] == pytest.approx(773.15, abs=1.0)
+    assert backwards["temperature_bed_side_L"][0] == pytest.approx(COLD, abs=1.0)
+    one, other = (result.summary["cycles"][0]["phases"][-1] for result in (backwards, after_a_rest))
+    assert one["heat"] == pytest.approx(other["heat"], rel=0.01) and one["heat"] < -1e5
+    assert one["outlet_temperature"] == pytest.approx(other["outlet_temperature"], abs=2.0)
+
+
+def test_a_store_has_no_heating_time_and_runs_to_the_end_of_its_series():
+    """The run ended when the wall was as warm as what enters, before the flow turned; with a flux from outside, or a part that
+    cures, even a bed that was far hotter than what enters counted as heated (found by a tester)."""
+    series = {
+        "operation.mass_flow": ([0.0, 6.0 * 3600.0, 6.1 * 3600.0], [0.05, 0.05, -0.05]),
+        "operation.end_time": "8 h",
+    }
+    for more in ({}, {"operation.outer_heat_flux": 50.0, "model.wall": "conjugate"}):
+        scene = Scene.load(STORE, series | more | {"operation.return_temperature": COLD} | QUIET)
+        result = computed(scene)
+        assert result["time"][-1] == pytest.approx(8.0 * 3600.0) and result.heating_time is None
+    assert computed(store()).heating_time is None
+
+
+def test_utilisation_counts_the_fluid_that_stores():
+    water = {"fluid.density": 980.0, "fluid.viscosity": 5e-4, "fluid.heat_capacity": 4190.0, "fluid.conductivity": 0.65}
+    given = [
+        {"mass_flow": 0.05, "temperature": 350.0, "duration": "6 h"},
+        {"mass_flow": -0.05, "temperature": COLD, "duration": "6 h"},
+    ]
+    (cycle,) = computed(store(given).changed(water)).summary["cycles"]
+    assert 0.5 < cycle["utilisation"] <= 1.01
+
+
+@pytest.mark.parametrize(("side", "limit"), [("above", HOT), ("above", 900.0), ("below", COLD)])
+def test_an_outlet_temperature_that_is_never_reached_is_refused(side, limit):
+    given = [{"mass_flow": 0.01, "temperature": HOT, f"until_outlet_{side}": limit}]
+    with pytest.raises(InputError, match="never reached"):
+        store(given)
+
+
+def test_a_state_of_another_bed_is_refused(tmp_path):
+    run(Scene.load(STORE, {"operation.end_time": 60.0, "output.pictures": False}), tmp_path, MPI.COMM_SELF)
+    more = {"operation.initial_temperature": None, "operation.initial_state": str(tmp_path), "geometry.length": 1.5}
+    with pytest.raises(InputError, match="of a bed of 1 m"):
+        Scene.load(STORE, more)
+
+
+def test_thousands_of_reversals_are_refused():
+    with pytest.raises(InputError, match="more than 10000 reversals"):
+        Scene.load(STORE, {"operation.reversal_period": 1e-3})

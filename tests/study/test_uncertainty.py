@@ -160,3 +160,15 @@ def test_impossible_options_are_refused(capsys):
     assert main(["uncertainty", "absent.toml"]) == 2
     told = capsys.readouterr().err
     assert "--sample" in told and "--seed" in told and "absent.toml" in told
+
+
+def test_a_tolerance_of_what_changes_in_time_is_refused():
+    """It was ignored in silence."""
+    series = {
+        "operation.inlet_temperature": ([0.0, 100.0], [300.0, 360.0]),
+        "tolerance.operation.inlet_temperature": "2 K",
+    }
+    with pytest.raises(InputError, match="no single value"):
+        inputs_of(
+            Scene.load(ALUMINIUM, {"operation.inlet_temperature": ([0.0, 100.0], [300.0, 360.0])}).changed(series)
+        )
