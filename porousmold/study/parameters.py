@@ -5,6 +5,7 @@ from typing import Any
 
 from ..errors import InputError
 from ..scene.chosen_laws import Laws
+from ..scene.phases import drive_name
 from ..scene.scene import Scene
 from .definition import QUIET, Case
 
@@ -30,3 +31,18 @@ def case_around(scene: Scene, name: str, settings: Mapping[str, Any]) -> Case:
         return Case(name, dict(settings), scene.changed({"bed.allow_small_ratio": True, **QUIET, **settings}))
     except InputError as error:
         return Case(name, dict(settings), None, str(error))
+
+
+def phase_values(scene: Scene, name: str) -> dict[str, float]:
+    """{key: value} of every phase that stands for the key "operation.inlet_temperature" or that of the drive; empty for other
+    keys, and without phases."""
+    drive = drive_name(scene.operation.phase or ())
+    key = {"operation.inlet_temperature": "temperature", f"operation.{drive}": drive}.get(name)
+    if key is None or scene.operation.phase is None:
+        return {}
+    numbered = enumerate(scene.operation.phase, start=1)
+    return {
+        f"operation.phase[{number}].{key}": value
+        for number, phase in numbered
+        if (value := getattr(phase, key)) is not None and value
+    }

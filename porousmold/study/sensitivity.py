@@ -18,7 +18,7 @@ from ..files.atomic_files import output_file
 from ..scene.chosen_laws import Laws
 from ..scene.scene import Scene
 from .definition import Study
-from .parameters import case_around, value_of
+from .parameters import case_around, phase_values, value_of
 from .quantity import Quantity, quantity_of
 from .running import run_study
 
@@ -51,8 +51,10 @@ def parameters_of(scene: Scene) -> Any:
     layers = [
         f"wall.layer[{number}].{key}" for number, _ in enumerate(scene.wall.layer or (), start=1) for key in OF_LAYERS
     ]
-    for name in (*PARAMETERS, *layers):
-        table, value = name.split(".")[0], value_of(scene, laws, name)
+    phases = [f"operation.phase[{number}].duration" for number, _ in enumerate(scene.operation.phase or (), start=1)]
+    for name in (*PARAMETERS, *layers, *phases):
+        of_phases = [abs(one) for one in phase_values(scene, name).values()]
+        table, value = name.split(".")[0], max(of_phases) if of_phases else value_of(scene, laws, name)
         without_wall = scene.model.wall in ("insulated", "fixed-temperature") or scene.geometry.kind == "mesh"
         if value is not None and value > 0.0 and not (table == "wall" and without_wall):
             found[name] = value
@@ -77,10 +79,10 @@ def cases_around(scene: Scene, step: float = STEP) -> Any:
     scene, cases = coarser(scene), []
     for name, value in parameters_of(scene).items():
         for side, factor in (("up", 1.0 + step), ("down", 1.0 / (1.0 + step))):
-            changed = value * factor
-            if name == "operation.inlet_temperature":
-                changed = initial + (value - initial) * factor
-            cases.append(case_around(scene, f"{name},{side}", {name: float(changed)}))
+            values = phase_values(scene, name) or {name: value}
+            from_start = initial if name == "operation.inlet_temperature" else 0.0
+            changed = {key: float(from_start + (one - from_start) * factor) for key, one in values.items()}
+            cases.append(case_around(scene, f"{name},{side}", changed))
     return cases
 
 

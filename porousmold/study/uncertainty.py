@@ -36,7 +36,7 @@ from ..scene.scene import Scene
 from ..scene.tolerances import TOLERANCES, tolerance_of
 from ..simulation.accuracy import ORDER
 from .definition import Case, Study
-from .parameters import case_around, value_of
+from .parameters import case_around, phase_values, value_of
 from .quantity import Quantity, quantity_of
 from .running import run_study
 
@@ -110,7 +110,8 @@ def inputs_of(scene: Scene) -> dict[str, tuple[float, float]]:
             allowed = f"has no effect: {name} has no single value in this scene"
             raise InputError(f"tolerance.{name}", str(getattr(scene.tolerance, name)), allowed, scene.source)
     for name in TOLERANCES:
-        value = value_of(scene, laws, name)
+        of_phases = [abs(value) for value in phase_values(scene, name).values()]
+        value = max(of_phases) if of_phases else value_of(scene, laws, name)
         if not _counts(scene, name):
             continue
         if value is None:
@@ -137,7 +138,20 @@ def unvaried(scene: Scene) -> list[str]:
     """Inputs that change in time or from phase to phase, whose tolerances are not part of the budget."""
     names = ("operation.inlet_temperature", *(f"operation.{name}" for name in DRIVES))
     laws = Laws.of(scene)
-    return [name for name in names if scene.value(name) is not None and value_of(scene, laws, name) is None]
+    return [
+        name
+        for name in names
+        if scene.value(name) is not None and value_of(scene, laws, name) is None and not phase_values(scene, name)
+    ]
+
+
+def moved(scene: Scene, name: str, value: float, deviation: float, steps: float) -> dict[str, float]:
+    """Settings of an input moved by so many standard deviations; of phases all of them, each by its own, drives in magnitude."""
+    phases = phase_values(scene, name)
+    if not phases:
+        return {name: value + steps * deviation}
+    tolerance = tolerance_of(name, getattr(scene.tolerance, name), scene.source)
+    return {key: one + steps * math.copysign(0.5 * tolerance.of(abs(one)), one) for key, one in phases.items()}
 
 
 def alternatives_of(scene: Scene) -> dict[str, str]:
@@ -159,7 +173,7 @@ def cases_of(scene: Scene) -> list[Case]:
     cases = [case_around(scene, "as given", {})]
     for name, (value, deviation) in inputs_of(scene).items():
         cases += [
-            case_around(scene, f"{name},{side}", {name: value + sign * deviation})
+            case_around(scene, f"{name},{side}", moved(scene, name, value, deviation, sign))
             for side, sign in (("up", 1), ("down", -1))
         ]
     cases += [case_around(scene, f"{name},{law}", {name: law}) for name, law in alternatives_of(scene).items()]
@@ -254,10 +268,12 @@ def sample_cases(scene: Scene, count: int, seed: int) -> list[Case]:
     points = qmc.LatinHypercube(len(inputs) + len(others), seed=seed).random(count)
     cases = []
     for number, point in enumerate(points):
-        settings: dict[str, Any] = {
-            name: _kept(scene, name, value + deviation * float(norm.ppf(place)))
-            for (name, (value, deviation)), place in zip(inputs.items(), point, strict=False)
-        }
+        settings: dict[str, Any] = {}
+        for (name, (value, deviation)), place in zip(inputs.items(), point, strict=False):
+            settings |= {
+                key: _kept(scene, key, one)
+                for key, one in moved(scene, name, value, deviation, float(norm.ppf(place))).items()
+            }
         tosses = point[len(inputs) :]
         settings |= {name: law for (name, law), toss in zip(others.items(), tosses, strict=True) if toss < 0.5}
         cases.append(case_around(scene, f"sample-{number:04d}", settings))

@@ -2,13 +2,14 @@
 
 import pytest
 
-from porousmold import InputError
+from porousmold import InputError, Scene
 from porousmold.cli import main
+from porousmold.scene.tolerances import TOLERANCES
 from porousmold.study.quantity import quantity_of
 from porousmold.study.sensitivity import elasticities
 from porousmold.study.uncertainty import budget
 
-from ..support import ALUMINIUM, cured_mold
+from ..support import ALUMINIUM, FIELD_CASES, cured_mold
 
 PLUG = {"model.flow": "plug", "solver.axial_cells": 8, "solver.cell_growth": 1.6}
 
@@ -54,3 +55,31 @@ def test_uncertainty_of_the_pumping_work(tmp_path, capsys):
     assert main(command) == 0
     told = capsys.readouterr().out
     assert "pumping work: " in told and " J, 95 % within" in told and "operation.pressure_drop" in told
+
+
+@pytest.fixture
+def store():
+    """A store that is charged, without a breakthrough, and discharged."""
+    given = {"operation.mass_flow": None, "operation.inlet_temperature": None, "operation.end_time": None}
+    charge = {"name": "charge", "mass_flow": 0.01, "temperature": 773.15, "duration": "1 h"}
+    back = {"name": "discharge", "mass_flow": -0.01, "temperature": 298.15, "duration": "1 h"}
+    more = {"operation.phase": [charge, back], "solver.axial_cells": 10}
+    return Scene.load(FIELD_CASES / "17-tes-cycle" / "tes.toml", given | more)
+
+
+def test_heat_of_a_charge_goes_with_its_flow_its_time_and_its_temperature(store, tmp_path):
+    """m C_f (T_in - T_0) t, as what leaves is as cold as at the start: elasticities of 1."""
+    heat = quantity_of(store, "last_cycle.heat_in")
+    found = {entry.parameter: entry.value for entry in elasticities(store, tmp_path, heat)}
+    for name in ("operation.mass_flow", "operation.inlet_temperature", "operation.phase[1].duration"):
+        assert found[name] == pytest.approx(1.0, abs=0.02)
+    assert abs(found["operation.phase[2].duration"]) < 0.02 and abs(found["bed.bead_diameter"]) < 0.02
+
+
+def test_tolerances_of_phases_are_part_of_the_budget(store, tmp_path):
+    given = dict.fromkeys((f"tolerance.{name}" for name in TOLERANCES), "0") | {"tolerance.operation.mass_flow": "10 %"}
+    given |= {"tolerance.operation.inlet_temperature": "9.5 K"}
+    found = budget(store.changed(given), tmp_path, quantity_of(store, "last_cycle.heat_in"))
+    parts = {entry.name: entry.deviation for entry in found.contributions}
+    assert parts["operation.mass_flow"] == pytest.approx(0.05, rel=0.03)
+    assert parts["operation.inlet_temperature"] == pytest.approx(0.5 * 9.5 / 475.0, rel=0.6)
