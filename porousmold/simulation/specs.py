@@ -439,12 +439,14 @@ def _time(scene: Scene, course: Course | None) -> TimeSpec:
 
 
 def _end_time(scene: Scene, course: Course | None) -> float:
-    """Of phases that end by themselves, when they are through."""
+    """Of phases that end by themselves, when they are through; without a given end each may last as long as the default."""
     given = float(scene.operation.end_time)
     if course is None or not course.repeats:
         return given
-    longest = course.longest
-    return min(longest, given) if scene.is_given("operation.end_time") or not math.isfinite(longest) else longest
+    if scene.is_given("operation.end_time"):
+        return min(course.longest, given)
+    phases = (min(phase.duration, given) if phase.side is not None else phase.duration for phase in course.phases)
+    return course.cycles * sum(phases)
 
 
 def _output_times(scene: Scene) -> tuple[float, ...]:

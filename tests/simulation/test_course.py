@@ -9,6 +9,7 @@ from scipy.signal import lfilter
 
 from porousmold import InputError, Scene, run
 from porousmold.cli import main
+from porousmold.simulation.specs import specs_of
 from tests.support import FIELD_CASES
 
 STORE = FIELD_CASES / "17-tes-cycle" / "tes.toml"
@@ -350,3 +351,12 @@ def test_a_state_of_another_bed_is_refused(tmp_path):
 def test_thousands_of_reversals_are_refused():
     with pytest.raises(InputError, match="more than 10000 reversals"):
         Scene.load(STORE, {"operation.reversal_period": 1e-3})
+
+
+def test_the_default_end_is_that_of_each_phase_that_waits():
+    """Cycles of a store took longer than the default of a heating, which cut them."""
+    charge = {"mass_flow": 0.01, "temperature": HOT, "until_outlet_above": 400.0}
+    back = {"mass_flow": -0.01, "temperature": COLD, "until_outlet_below": 600.0}
+    assert specs_of(store([charge, back], cycles=4)).time.end_time == pytest.approx(8e5)
+    assert specs_of(store([charge, back], cycles=4, end_time="9 h")).time.end_time == pytest.approx(9.0 * 3600.0)
+    assert specs_of(store(cycles=2)).time.end_time == pytest.approx(10.0 * 3600.0)
