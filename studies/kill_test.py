@@ -146,8 +146,9 @@ def largest_difference(one: Answer, other: Answer) -> float:
 
 def kill(process: "subprocess.Popen[bytes]", command: Command, draw: random.Random) -> None:
     """All processes of the command, or one of its ranks."""
-    ranks = subprocess.run(["pgrep", "-P", str(process.pid)], capture_output=True, text=True).stdout.split()
-    if command.ranks > 1 and ranks:
+    children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
+    ranks = children.read_text().split() if command.ranks > 1 and children.exists() else []
+    if ranks:
         os.kill(int(draw.choice(ranks)), signal.SIGKILL)
     else:
         os.killpg(process.pid, signal.SIGKILL)
