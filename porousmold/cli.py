@@ -116,9 +116,14 @@ def _status_of(command: Callable[..., Any], options: argparse.Namespace) -> Any:
             f"porousmold: needs {package}, which pip does not install: apt install {COMPILED[package]}", file=sys.stderr
         )
         return LACKING
-    except Exception:
+    except Exception as error:
+        from .files.atomic_files import FULL
         from .mpi import MPI
 
+        if (
+            isinstance(error, OSError) and error.errno in FULL and MPI.COMM_WORLD.size == 1
+        ):  # of a library's own cache, say
+            return _end(UNFINISHED, f"a file cannot be written: {error}; with room there, the same command goes on")
         if MPI.COMM_WORLD.size > 1:
             traceback.print_exc()
             MPI.COMM_WORLD.Abort(1)
