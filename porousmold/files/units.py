@@ -20,6 +20,8 @@ _PRODUCT = rf"{_FACTOR}(?:(?: ?[*/·⋅] ?| ){_FACTOR})*"
 _GROUP = rf"(?:{_FACTOR}|\({_PRODUCT}\))"
 _UNIT = re.compile(rf"{_GROUP}(?:(?: ?[*/·⋅] ?| ){_GROUP})*")
 """A product of units with short exponents, and no arithmetic that pint would evaluate."""
+FARTHEST = 1e6
+"""m: beyond it no bed lies, and squares lose their digits."""
 LONGEST_UNIT = 60
 """Characters of a unit."""
 

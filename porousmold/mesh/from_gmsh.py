@@ -13,6 +13,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from ..errors import InputError
+from ..files.units import FARTHEST
 from . import fenicsx, gmsh_model
 from .aliases import Communicator
 from .domain import BED, INLET, INTERFACE, OUTER, OUTLET, SIDE, SYMMETRY, WALL, Domain
@@ -120,8 +121,6 @@ SIDES = {  # corners of the sides of a cell, in gmsh's order, by dimension and n
 }
 SAME_PLACE = 1e-7
 """Distance of nodes, over the extent of their mesh, below which they are one where that is asked for."""
-FARTHEST = 1e6
-"""m: beyond it no bed lies, and squares lose their digits."""
 TOUCHING = 1e-3
 """Distance of sides of two regions, over their size, below which they are meant to be one."""
 

@@ -11,6 +11,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from ..errors import InputError
+from ..files.units import FARTHEST
 
 HELD = 0.1
 """Gap between beads, over their diameter, up to which one holds the other."""
@@ -21,8 +22,6 @@ REACH = 0.05
 MOST_REACHING = 0.01
 """Part of a packing's beads that may reach further, by `FURTHEST_REACH` of their diameter at most."""
 FURTHEST_REACH = 0.25
-FARTHEST = 1e6
-"""m: beyond it no bed lies, and squares lose their digits."""
 
 
 @dataclass(frozen=True)

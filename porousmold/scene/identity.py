@@ -14,10 +14,10 @@ from typing import Any
 from ..laws.material_library import SOLIDS
 from ..laws.registry import source_text
 from .chosen_laws import CHOICES
+from .keys import Table
 from .scene import Scene
 from .schema import KEYS
 from .series import TimeSeries
-from .start import PROFILE, LastState
 
 COMPUTING = ("laws", "mesh", "equations", "solvers", "simulation", "scene", "files")
 """Subpackages whose sources are part of the identity: all that reads a scene and computes it."""
@@ -57,12 +57,7 @@ def identity_of(scene: Scene, *, going_on: bool = False) -> str:
             if is_free or (going_on and full_name in FREE_TO_CHANGE):
                 continue
             value = getattr(getattr(scene, table), name)
-            is_file = isinstance(value, Path | LastState) or (full_name == PROFILE and scene.start is not None)
-            values[full_name] = (
-                scene.file_digests[PROFILE if isinstance(value, LastState) else full_name]
-                if is_file
-                else _content(value)
-            )
+            values[full_name] = scene.file_digests.get(full_name) or _content(value)
     laws = {
         full_name: source_text(registry[values[full_name]])
         for full_name, registry in CHOICES.items()
@@ -80,6 +75,7 @@ def _content(value: Any) -> Any:
     if isinstance(value, TimeSeries):
         return value.content
     if isinstance(value, tuple):
-        tables = (entry for entry in value if not isinstance(entry, float))
-        return [{name: _content(part) for name, part in entry} for entry in tables] or list(value)
+        return [_content(entry) for entry in value]
+    if isinstance(value, Table):
+        return {name: _content(part) for name, part in value}
     return value

@@ -97,7 +97,7 @@ def _of_table(number: int, phase: Table, scene: Any) -> Phase:
         temperature = scene.operation.inlet_temperature.values[-1]
     return Phase(
         phase.name or f"phase {number}",
-        (strength > 0.0) - (strength < 0.0),
+        _sign(strength),
         TimeSeries.constant(abs(strength)),
         TimeSeries.constant(temperature),
         math.inf if phase.duration is None else phase.duration,

@@ -100,7 +100,7 @@ class Scene:
         if found["start"] is not None:
             values["operation"]["initial_temperature"] = found["start"].mean()
             found["operation"] = Table("operation", values["operation"])
-            found["file_digests"]["operation.initial_temperature"] = found["start"].digest()
+            found["file_digests"][found["start"].key] = found["start"].digest()
         if (programme := values["operation"]["programme"]) and (begun := values["operation"]["initial_temperature"]):
             series = series_of(programme, begun, found["source"])
             found["operation"] = Table("operation", {**values["operation"], "inlet_temperature": series})
@@ -226,17 +226,13 @@ class Scene:
 
 def _as_toml(value: Any) -> Any:
     """A value as a TOML file has it."""
-    if isinstance(value, TimeSeries):
+    if isinstance(value, TimeSeries | Profile | LastState):
         return value.as_value()
-    if isinstance(value, tuple) and all(isinstance(part, float) for part in value):
-        return list(value)
     if isinstance(value, tuple):
-        return [{name: _as_toml(part) for name, part in entry if part is not None} for entry in value]
-    if isinstance(value, Profile):
-        return value.source
-    return (
-        str(value.folder if isinstance(value, LastState) else value) if isinstance(value, Path | LastState) else value
-    )
+        return [_as_toml(entry) for entry in value]
+    if isinstance(value, Table):
+        return {name: _as_toml(part) for name, part in value if part is not None}
+    return str(value) if isinstance(value, Path) else value
 
 
 def _with_absolute_files(given: Mapping[str, Any], base: Path) -> dict[str, Any]:

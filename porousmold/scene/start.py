@@ -4,7 +4,7 @@ import hashlib
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,7 @@ class Profile:
     positions: tuple[float, ...]
     values: tuple[float, ...]
     source: str
+    key: ClassVar[str] = PROFILE
 
     @classmethod
     def read(cls, path: Path) -> "Profile":
@@ -38,6 +39,10 @@ class Profile:
         if not (values > 0.0).all() or not (values < 5000.0).all():
             raise InputError(PROFILE, str(path), "must have temperatures > 0 and < 5000 K")
         return cls(tuple(positions.tolist()), tuple(values.tolist()), str(path))
+
+    def as_value(self) -> str:
+        """What a TOML file would have."""
+        return self.source
 
     def mean(self) -> float:
         """Mean temperature (K) over its positions."""
@@ -65,6 +70,7 @@ class LastState:
     """The temperatures at the end of the run in a folder."""
 
     folder: Path
+    key: ClassVar[str] = STATE
 
     @classmethod
     def read(cls, folder: Path, where: str | None) -> "LastState":
@@ -86,6 +92,10 @@ class LastState:
         nodes, _, steps = read_fields(self.folder / FIELDS)
         fields = steps[max(steps)]
         return nodes, {name: fields[name] for name in ("temperature", "bead_temperature", "in_bed")}
+
+    def as_value(self) -> str:
+        """What a TOML file would have."""
+        return str(self.folder)
 
     @property
     def length(self) -> float:

@@ -112,17 +112,14 @@ class Course:
         return self.direction_of(bisect_left(self.ends, time))
 
     @property
-    def breakpoints(self) -> tuple[float, ...]:
-        """Times (s) ahead at which steps are to end, as far as the present phase knows them."""
-        phase, begun = self.phase, self.begun
-        inside = [instant for series in (phase.drive, phase.temperature) for instant in series.breakpoints]
-        end = begun + phase.duration
-        return tuple(sorted({time for time in inside if begun < time < end} | ({end} if math.isfinite(end) else set())))
+    def planned_end(self) -> float:
+        """When (s) the present phase ends at the latest."""
+        return self.begun + self.phase.duration
 
     def is_past(self, time: float, outlet: float, differences: float) -> bool:
         """Whether the present phase ends at a time (s), with a temperature of what leaves (K)."""
         phase = self.phase
-        if time >= (self.begun + phase.duration) * (1.0 - 1e-12):
+        if time >= self.planned_end * (1.0 - 1e-12):
             return True
         return phase.side is not None and self._beyond(outlet) >= -NEAR_LIMIT * differences
 

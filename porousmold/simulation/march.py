@@ -164,7 +164,10 @@ class Simulation:
     def _breakpoints(self) -> tuple[float, ...]:
         """Those of the series, and of the present phase."""
         course, known = self.specs.course, self.specs.time.breakpoints
-        return known if course is None else tuple(sorted({*known, *course.ends[-1:], *course.breakpoints}))
+        if course is None:
+            return known
+        end = (course.planned_end,) if math.isfinite(course.planned_end) else ()
+        return tuple(sorted({*known, *course.ends[-1:], *end}))
 
     def _range_now(self) -> tuple[float, float]:
         """Lowest and highest present temperature (K)."""

@@ -335,9 +335,9 @@ def _of_the_outcome(simulation: Simulation) -> list[str]:
             found.append(f"the state is not periodic within operation.cycle_tolerance after {course.cycles} cycles")
     if waiting and (at_end or steady) and not time.targets:
         found.append(_why_not_heated(simulation))
-    kept, energy = kept_targets(simulation), None
-    if simulation.problem.air_loop is not None and len(simulation.recorder.history):
-        energy = _energy_of_the_tool(simulation)
+    kept = kept_targets(simulation)
+    is_unmet = None in simulation.recorder.targets.values() and (at_end or steady)
+    energy = _energy_of_the_tool(simulation) if is_unmet and simulation.problem.air_loop is not None else None
     for target in time.targets:
         if simulation.recorder.targets[target.name] is None and (at_end or steady):
             by = (
