@@ -32,8 +32,21 @@ LIQUIDS = {
     "water": ("Water", 274.0, 450.0),
     "water_glycol": ("INCOMP::MEG[0.5]", 243.15, 373.15),
     "thermal_oil": ("INCOMP::T66", 290.0, 600.0),
+    "therminol_vp1": ("INCOMP::TVP1", 290.0, 660.0),
 }
-NAMES = {"water_glycol": "ethylene glycol, 50 % by mass, in water", "thermal_oil": "Therminol 66"}
+NAMES = {
+    "water_glycol": "ethylene glycol, 50 % by mass, in water",
+    "thermal_oil": "Therminol 66",
+    "therminol_vp1": "Therminol VP-1, diphenyl oxide and biphenyl",
+}
+SOLAR_SALT = {
+    "density": [2090.0, -0.636],
+    "viscosity": [22.714e-3, -0.120e-3, 2.281e-7, -1.474e-10],
+    "heat_capacity": [1443.0, 0.172],
+    "conductivity": [0.443, 1.9e-4],
+}
+"""60 % sodium nitrate, 40 % potassium nitrate by mass: Zavoico, SAND2001-2100, polynomials in degC, 260 to 600 degC. CoolProp's
+INCOMP::NaK has the same from 300 degC on."""
 PROPERTIES = {"viscosity": "V", "heat_capacity": "C", "conductivity": "L"}
 PRESSURES = (1.01325e5, 2e5, 3e5, 5e5, 7e5, 10e5, 15e5, 20e5, 30e5, 40e5, 50e5)
 """Of the table of real gases, Pa."""
@@ -99,6 +112,17 @@ def law(table, name, fluid, symbol, low, high, pressure):
     return f'[{table}.{name}]\n{form} = [{numbers}]\nsource = "{source(fluid)}, fitted within {error:.2%}"\n'
 
 
+def solar_salt() -> str:
+    """Text of its table: Zavoico's polynomials, in K."""
+    told = 'source = "60 % NaNO3, 40 % KNO3 by mass: Zavoico, SAND2001-2100 (2001)"\nrange = [533.15, 873.15]\n'
+    parts = ["[solar_salt]\n" + told]
+    for name, celsius in SOLAR_SALT.items():
+        kelvin = np.polynomial.Polynomial(celsius)(np.polynomial.Polynomial([-273.15, 1.0])).coef
+        numbers = ", ".join(f"{c:.12g}" for c in kelvin)
+        parts.append(f"[solar_salt.{name}]\npolynomial = [{numbers}]\n")
+    return "\n".join(parts)
+
+
 def source(fluid):
     import CoolProp
 
@@ -123,6 +147,7 @@ def write_fluids(path: Path) -> None:
         parts.append(f'[{name}]\nsource = "{told}"\nrange = [{low}, {high}]\n')
         entries = {"density": "D", **PROPERTIES}.items()
         parts += [law(name, entry, fluid, symbol, low, high, LIQUID_PRESSURE) for entry, symbol in entries]
+    parts.append(solar_salt())
     path.write_text("\n".join(parts), encoding="utf-8")
 
 
@@ -245,7 +270,7 @@ def write_page(path: Path) -> None:
         )
     page.table(("fluid", "property", "table", "temperatures", "median", "largest", "at"), rows)
     page.add(
-        "Not compared, for want of another table: glycol and water, thermal oil.",
+        "Not compared, for want of another table: glycol and water, thermal oils, solar salt.",
         "",
         "## Under pressure",
         "",

@@ -52,7 +52,7 @@ SALT = {
         "operation.inlet_temperature": "290 degC", "bed.bead_diameter": "15 mm",
     },
     "measured closures": {"model.closures": "measured"},
-    "measured closures, axial dispersion": {"model.closures": "measured", "model.dispersion": "winterberg-tsotsas-axial"},
+    "measured closures, no axial dispersion": {"model.closures": "measured", "model.dispersion": "winterberg-tsotsas"},
     "bead_modes = 4": {"model.bead_modes": 4},
     "flow + 5 %": {"operation.mass_flow": 1.05 * 5.46},
     "twice the cells and steps": {"solver.mesh_refinement": 2.0, "solver.step_refinement": 2.0},

@@ -84,6 +84,9 @@ PHASES = {
     "carbon_dioxide": Phase(304.1, 7.37e6, 0.225),
     "steam": Phase(647.096, 22.064e6, 0.344, part=1.0),
     "water": Phase(647.096, 22.064e6, 0.344, liquid=True, part=1.0),
+    "therminol_vp1": Phase(
+        772.0, 3.31e6, 0.42, liquid=True
+    ),  # critical point of the supplier; boils at 257 °C at 1 bar
     "water_glycol": Phase(647.096, 22.064e6, 0.344, liquid=True, part=0.775),
 }
 """By the names of the library; the glycol's is a mixture of equal masses, of which 0.775 of the molecules are water."""

@@ -14,14 +14,14 @@ from ..mesh import fenicsx, ranks
 from ..mesh.aliases import Communicator
 from ..mesh.domain import Domain
 from ..output.console import outer_wall_text
-from ..scene.plausibility import implausible_values
 from ..scene.scene import Scene
 from .assembly import build_domain
 from .course import Course
 from .estimates import Estimates
 from .meshing import BYTES_AN_UNKNOWN
-from .outcome import HIGHEST_BIOT_NUMBER, outside_ranges
+from .outcome import outside_ranges
 from .problem import sensors_of
+from .scene_warnings import warnings_of_the_scene
 from .specs import Specs, specs_of
 
 SECONDS_A_STEP = {2: 1.2e-5, 3: 8e-5}
@@ -74,7 +74,7 @@ def check(scene: Scene, communicator: Communicator) -> Checked:
         *([f"outer wall: {outer_wall_text(dict(scene.operation))}"] if domain.has_outer_wall else []),
         *(_bound_text(estimates) if specs.course is None else [_phases_text(specs.course)]),
     ]
-    warnings = implausible_values(scene) + outside_ranges(specs, bool(specs.heat.layers), {})
+    warnings = warnings_of_the_scene(scene, specs, estimates, size) + outside_ranges(specs, bool(specs.heat.layers), {})
     return Checked(facts, warnings + _warnings_of_the_mesh(specs, domain, estimates, first))
 
 
@@ -144,8 +144,6 @@ def _warnings_of_the_mesh(specs: Specs, domain: Domain, estimates: Estimates, fi
     if first > COARSEST_FIRST_CELL * estimates.first_cell:
         remedy = "see geometry.refine_wall" if is_file else "see solver.first_cell"
         found.append(f"the first cell at the wall is {first / estimates.first_cell:.0f} times too high: {remedy}")
-    if estimates.bead_biot_number > HIGHEST_BIOT_NUMBER and specs.heat.bead_modes is None:
-        found.append(f"bead Biot number {estimates.bead_biot_number:.2g} > {HIGHEST_BIOT_NUMBER}: see model.bead_modes")
     if (
         specs.waits_for_heat
         and not math.isfinite(estimates.conduction_time)

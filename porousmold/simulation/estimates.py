@@ -41,6 +41,8 @@ CELLS_OF_THICK = 32
 """Through such a layer, small at its surfaces."""
 CELLS_OF_CURE = 6
 """Through a layer that cures, at least: it is hottest in its middle."""
+COMMON_EMISSIVITY = 0.8
+"""Of oxidised metal, ceramic and stone."""
 LEAST_END_LENGTH = 1e-3
 """Of the bed's length: shorter ends of the wall move the heating time by less than 0.05 %."""
 
@@ -49,7 +51,9 @@ LEAST_END_LENGTH = 1e-3
 class Estimates:
     """Of the developed flow in the middle of the bed at the inlet temperature (SI units).
 
-    `conduction_ratio` is what the beads conduct by the scene's law over what measurements give for the whole bed across the flow.
+    `conduction_ratio` is what the beads conduct by the scene's law over what measurements give for the whole bed across the flow,
+    `radiation_ratio` what radiation between beads of emissivity `COMMON_EMISSIVITY` would carry over what the bed conducts
+    across the flow at the highest inlet temperature, 0 where the scene has an emissivity.
 
     `transfer_units` are those of the exchange between fluid and beads over the bed's length, `wall_biot_number` the largest of
     the wall's layers.
@@ -79,6 +83,7 @@ class Estimates:
     transfer_units: float
     wall_biot_number: float
     conduction_ratio: float
+    radiation_ratio: float
     first_cell: float
     wall_cells: tuple[int, ...]
     thick_layers: tuple[bool, ...]
@@ -169,6 +174,7 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
         transfer_units=exchange * size.length / advection,
         wall_biot_number=wall.biot_number,
         conduction_ratio=_conduction_ratio(specs, core),
+        radiation_ratio=_radiation_ratio(specs, core),
         first_cell=min(in_wall_units, 0.01 * diameter) / max(prandtl, 1.0) ** (1.0 / 3.0),
         wall_cells=wall.cells,
         thick_layers=wall.thick,
@@ -239,6 +245,16 @@ def _conduction_ratio(specs: Specs, core: LocalBed) -> float:
     found = replace(specs.laws.bead_conduction, mixing_rate=0.0).beads(core)
     across = found.across if isinstance(found, Anisotropic) else found
     return float(across / (stagnant_conductivity(core, core.porosity) + core_dispersion(core)))
+
+
+def _radiation_ratio(specs: Specs, core: LocalBed) -> float:
+    if specs.heat.emissivity:
+        return 0.0
+    hottest = float(np.max(specs.heat.inlet_temperature.values))
+    law, shining = specs.laws.bead_conduction, replace(core, emissivity=COMMON_EMISSIVITY, temperature=hottest)
+    conducted = added(added(law.fluid(core), law.beads(core)), specs.laws.dispersion.mixed(core))
+    across = conducted.across if isinstance(conducted, Anisotropic) else conducted
+    return float((stagnant_conductivity(shining, core.porosity) - stagnant_conductivity(core, core.porosity)) / across)
 
 
 class _Fluid(NamedTuple):

@@ -13,29 +13,21 @@ from .. import __version__
 from ..errors import SolveError
 from ..laws.natural_convection import ONSET, carried_from_below, carried_from_the_side
 from ..laws.phases import LARGEST_DEPARTURE, departure, other_phase
-from ..laws.porosity import LawPorosity, benyahia_oneill_mean_porosity, dixon_mean_porosity, mean_porosity
 from ..laws.real_gas import RealGasDensity
-from ..laws.stirring import SOLID_FRACTIONS
 from ..output.quantities import JOULES_A_KWH
-from ..scene.checks import SMALLEST_RATIO, series_of
-from ..scene.chosen_laws import width_ratio
+from ..scene.checks import series_of
 from ..scene.closures import departures
-from ..scene.plausibility import implausible_values
 from ..scene.scene import Scene
 from .cycles import SURROUNDINGS, cycles_of
 from .energy_use import energy_use
 from .estimates import rayleigh_darcy
 from .march import Simulation, temperature_bounds
+from .scene_warnings import warnings_of_the_scene
 from .specs import Specs
 from .unmet_targets import kept_targets, why_not_met
 
 HIGHEST_MACH_NUMBER = 0.3
-HIGHEST_BIOT_NUMBER = 0.1
 LARGEST_OVERSHOOT = 0.1
-LARGEST_POROSITY_ERROR = 0.02
-HIGHEST_BEAD_CONDUCTION = 2.0
-"""Of the beads, over what measurements give for the whole bed across the flow. Up to twice that, bulk conduction stands for the
-dispersion that the thesis leaves out (ceramic beads in air: 1 to 1.5); beyond, nothing makes up for it."""
 LARGEST_UNDERSHOOT = 0.05
 LARGEST_IMBALANCE = 1e-3
 """Of the heat put in, above which the balance is warned of."""
@@ -234,7 +226,12 @@ def versions(ranks: int) -> dict[str, Any]:
 
 def warnings_of(scene: Scene, simulation: Simulation, bounds: list[float] | None) -> list[str]:
     """Warnings of a run: limits of the model that it exceeds (collective)."""
-    found = _of_the_outcome(simulation) + _of_the_scene(scene, simulation) + _of_series(scene, simulation.time)
+    specs, medium = simulation.specs, simulation.problem.medium
+    found = (
+        _of_the_outcome(simulation)
+        + warnings_of_the_scene(scene, specs, medium.estimates, medium.size)
+        + _of_series(scene, simulation.time)
+    )
     if bounds is not None:
         return found + _of_what_was_reached(simulation, bounds)
     return found + outside_ranges(simulation.specs, simulation.problem.has_wall, {})
@@ -369,61 +366,6 @@ def _of_the_outcome(simulation: Simulation) -> list[str]:
             "with these settings a laminar flow is steady, too; the turbulent solution is used, as for a tripped flow"
         )
     return found
-
-
-def _of_the_scene(scene: Scene, simulation: Simulation) -> list[str]:
-    specs, estimates, found = simulation.specs, simulation.problem.medium.estimates, implausible_values(scene)
-    if estimates.bead_biot_number > HIGHEST_BIOT_NUMBER and specs.heat.bead_modes is None:
-        found.append(
-            f"bead Biot number {estimates.bead_biot_number:.2g} > {HIGHEST_BIOT_NUMBER}: "
-            "the assumption of isothermal beads is not valid (see model.bead_modes)"
-        )
-    low, high = specs.laws.nusselt.reynolds_range
-    if not low <= estimates.reynolds_number <= high:
-        found.append(
-            f"bead Reynolds number {estimates.reynolds_number:.3g} is outside {low:g} to {high:g}, "
-            f"the range of model.nusselt {scene.model.nusselt!r}"
-        )
-    if specs.flow.kind == "plug" and scene.model.turbulence != "none":
-        found.append("plug flow carries no turbulence: model.turbulence has no effect")
-    if estimates.conduction_ratio > HIGHEST_BEAD_CONDUCTION:
-        found.append(
-            f"the beads conduct {estimates.conduction_ratio:.2g} times as much as measured for the whole bed: "
-            "conduction in the bed is overestimated (see model.closures 'measured', or model.bead_conduction)"
-        )
-    solid_fraction = 1.0 - specs.porosity.bulk_porosity
-    if scene.bed.shear_rate and not SOLID_FRACTIONS[0] <= solid_fraction <= SOLID_FRACTIONS[1]:
-        found.append(
-            f"the solid fraction {solid_fraction:.2f} is outside {SOLID_FRACTIONS[0]:g} to {SOLID_FRACTIONS[1]:g}, "
-            "the range of what stirring carries (bed.shear_rate)"
-        )
-    for name in ("emissivity", "contact_flattening"):
-        if not specs.laws.bead_conduction.whole_bed and getattr(scene.bed, name):
-            law = scene.model.bead_conduction
-            found.append(f"bed.{name} has no effect with model.bead_conduction {law!r}")
-    found += _of_the_porosity(scene, simulation)
-    if specs.mesh.is_too_narrow:
-        found.append(
-            f"the bed is {specs.mesh.beads_across:.1f} beads wide, below {SMALLEST_RATIO:g}: "
-            "volume averages are not meaningful at this width"
-        )
-    return found
-
-
-def _of_the_porosity(scene: Scene, simulation: Simulation) -> list[str]:
-    """Whether spheres pour like that, of a law in a tube or a gap; a profile from a file is the user's own."""
-    specs = simulation.specs
-    size, diameter = simulation.problem.medium.size, specs.mesh.bead_diameter
-    if not isinstance(specs.porosity, LawPorosity) or specs.mesh.size is None or size.half_width is not None:
-        return []
-    mean = mean_porosity(specs.porosity, diameter, size.half_height, axisymmetric=size.axisymmetric)
-    measured = [correlation(width_ratio(scene)) for correlation in (dixon_mean_porosity, benyahia_oneill_mean_porosity)]
-    if min(abs(mean - other) for other in measured) <= LARGEST_POROSITY_ERROR:
-        return []
-    return [
-        f"the mean porosity {mean:.3f} is not that of poured spheres, {min(measured):.3f} to {max(measured):.3f} at this width "
-        "(Dixon; Benyahia, O'Neill): see bed.bulk_porosity"
-    ]
 
 
 def _of_rest(simulation: Simulation, bounds: list[float]) -> list[str]:

@@ -17,7 +17,7 @@ from porousmold.output.figures import plt, save
 from porousmold.scene.closures import CLOSURES
 from studies.page import Page
 
-from . import texts
+from . import at_rest, texts
 from .beds import Bed, Settings, run_along
 from .correlations import AIR as FLUID
 from .correlations import (
@@ -287,6 +287,65 @@ def steel(page: Page, pictures: Path, runs: Path) -> None:
     page.add("", *paragraphs(texts.STEEL_END, rises=rises), "![Steel beads](validation/steel.png)")
 
 
+def beds_at_rest(page: Page, pictures: Path) -> None:
+    """Measured conductivities and a profile in vacuum."""
+    page.add("", "## Conductivity of beds at rest", "", *paragraphs(texts.AT_REST))
+    page.head("measured on", "computed for", "computed over measured, median", "least to most")
+    for measured in at_rest.SETS:
+        for words in measured.beds:
+            ratios = measured.ratios(words)
+            page.row(measured.name, words, f"{np.median(ratios):.2f}", spread(list(ratios)))
+    page.add("", *texts.AT_REST_END.split("\n"), *paragraphs(texts.COMPILATION))
+    page.head("void", "flattening", "below 10", "10 to 1000", "above 1000", "median deviation", "within 30 %",
+              "rms, a factor of")  # fmt: skip
+    for void in (0.36, 0.40, 0.42):
+        for flattening in (None, at_rest.CERAMIC, at_rest.STEEL):
+            beads, measured_ratio, found = at_rest.compilation(void, flattening)
+            off = found / measured_ratio
+            parts = [off[(beads > low) & (beads <= high)] for low, high in ((0.0, 10.0), (10.0, 1e3), (1e3, 1e5))]
+            page.row(void, "0.0077 below 300, 0.0013 above" if flattening is None else flattening,
+                     *(f"{np.median(part):.2f}" for part in parts), f"{np.median(np.abs(off - 1.0)):.0%}",
+                     f"{np.mean(np.abs(off - 1.0) < 0.3):.0%}",
+                     f"{np.exp(np.sqrt(np.mean(np.log(off) ** 2))):.2f}")  # fmt: skip
+    page.add("", "![Conductivity of beds at rest](validation/at_rest.png)", "", *paragraphs(texts.VACUUM))
+    page.head("void", "flattening", "rms, K", "of the range")
+    for void in (0.39, 0.49):
+        for flattening in (0.0, at_rest.CERAMIC, 0.01, 0.02):
+            rms = at_rest.vacuum(void, flattening).rms
+            page.row(void, flattening, f"{rms:.1f}", f"{rms / 458.0:.1%}")
+    _draw_beds_at_rest(pictures / "at_rest.png")
+
+
+def _draw_beds_at_rest(path: Path) -> None:
+    figure, (scatter, profile) = plt.subplots(1, 2, figsize=(10, 4.2), layout="constrained")
+    beads, measured, _ = at_rest.compilation(0.40)
+    order = np.argsort(beads)
+    for void, style in ((0.36, "C0--"), (0.40, "C0-")):
+        computed = at_rest.compilation(void)[2][order]
+        scatter.loglog(beads[order], computed, style, label=f"law, void {void}")
+    middle = at_rest.compilation(0.40)[2][order]
+    scatter.fill_between(beads[order], 0.7 * middle, 1.3 * middle, color="0.88", label="±30 %")
+    scatter.loglog(beads, measured, "k.", label="measured (van Antwerpen's compilation)")
+    scatter.set(xlabel="conductivity of beads over gas", ylabel="conductivity of bed over gas", title="beds in gas")
+    for flattening, style in ((0.0, "C3-"), (at_rest.CERAMIC, "C0-"), (0.02, "C2-")):
+        found = at_rest.vacuum(0.49, flattening)
+        profile.plot(found.places, found.computed - 273.15, style, label=f"law, flattening {flattening}")
+    profile.plot(found.places, found.measured - 273.15, "k.", ms=7, label="measured (De Beer)")
+    profile.set(xlabel="distance from the hot wall in m", ylabel="temperature in °C", title="pebbles in vacuum")
+    for axis in (scatter, profile):
+        axis.legend(fontsize=8)
+    save(figure, path)
+
+
+def helium(page: Page) -> None:
+    """A measured pressure drop of helium."""
+    page.add("", "### A pressure drop that was measured", "", *paragraphs(texts.HELIUM))
+    page.head("law", "computed over measured at 1 bar", "at 2 bar")
+    for name in ("kta", "erdim", "eisfeld-schnitzlein", "ergun", "macdonald", "carman"):
+        slopes = [at_rest.helium_pressure_drop(name, pressure) for pressure in (1e5, 2e5)]
+        page.row(name, *(" and ".join(f"{ratio:.2f}" for ratio in ratios) for ratios in slopes))
+
+
 def heating_times(page: Page) -> None:
     """Both sets, all shipped scenes and turbulence models."""
     page.add("", "## Heating times of the shipped scenes", "", *paragraphs(texts.TIMES))
@@ -298,13 +357,20 @@ def heating_times(page: Page) -> None:
             page.row(name, closures, *(f"{_heated(path, chosen | {'model.turbulence': t})[0]:.1f}" for t in turbulence))
     page.add("", *paragraphs(texts.TIMES_LATERAL))
     page.head(
-        "scene", "thesis", "lateral", "lateral and axial", "measured", "solver time, lateral over thesis (median of 5)"
+        "scene",
+        "thesis",
+        "lateral",
+        "lateral and axial",
+        "measured without axial",
+        "measured",
+        "solver time, measured over thesis (median of 5)",
     )
     axial = LATERAL | {"model.dispersion": "winterberg-tsotsas-axial"}
+    across = {**MEASURED, "model.dispersion": "winterberg-tsotsas"}
     for name, path in SHIPPED.items():
-        times = [_heated(path, settings)[0] for settings in (THESIS, LATERAL, axial, MEASURED)]
-        pairs = [[_heated(path, settings)[1] for settings in (THESIS, LATERAL)] for _ in range(5)]
-        cost = statistics.median(lateral / thesis for thesis, lateral in pairs)
+        times = [_heated(path, settings)[0] for settings in (THESIS, LATERAL, axial, across, MEASURED)]
+        pairs = [[_heated(path, settings)[1] for settings in (THESIS, MEASURED)] for _ in range(5)]
+        cost = statistics.median(measured / thesis for thesis, measured in pairs)
         changes = [f"{time:.1f} ({time / times[0] - 1.0:+.1%})" for time in times[1:]]
         page.row(name, f"{times[0]:.1f}", *changes, f"{cost:.2f}")
     beads = {"bed.bead_material": "aluminium"}
@@ -340,9 +406,11 @@ def main() -> None:
     )
     sections: list[Callable[[], None]] = [
         lambda: pressure_drop(page, pictures),
+        lambda: helium(page),
         lambda: heat_transfer(page, pictures),
         lambda: permeability(page),
         lambda: steel(page, pictures, HERE.parent / "runs" / "validation"),
+        lambda: beds_at_rest(page, pictures),
         lambda: heating_times(page),
     ]
     for section in sections:

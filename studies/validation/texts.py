@@ -5,7 +5,7 @@ OPENING = """
 air through stones, and molten salt through quartzite. No measured heating time of a mold or of its wall is known to us, and the
 thesis's figures are not available (its printed 1470 s for the aluminium mold is a computation). This page compares with
 correlations, cited at second hand from programs and compilations (`studies/validation/correlations.py`) without their data
-points, with five permeabilities, and with one bed without flow.
+points, with five permeabilities, one pressure drop, and with beds without flow.
 
 Re_d = rho U d/mu and Nu are on the bead diameter d and the superficial speed U, Re_m = Re_d/(1 - phi), phi is the void
 fraction, D the tube's diameter. Two sets of closures are compared; a key that a scene sets wins:
@@ -88,6 +88,33 @@ The five beds give {mean:.0f} ± {deviation:.0f} (one sigma, without the error o
 %): Macdonald's 180 rather than Ergun's 150, and rather than the 160 of KTA that `measured` takes. Nothing measured there
 tests the inertial constant.
 """
+AT_REST = """
+Effective conductivities and a profile in vacuum that we hold as numbers (`studies/validation/data/`, with where they come from),
+beside the law of Zehner, Bauer and Schluender that `measured` takes for a bed at rest; its published scatter is ±30 %. No
+void fraction stands beside any point, so each is computed for the beds that it can have been.
+"""
+AT_REST_END = """
+- **Li2TiO3** in helium, where contacts do not matter, agrees within 15 %, with the measured slope against temperature.
+- **COMET's graphite** of 1 mm conducts less than half of the law: its grains are rough, and contact is worse than that of two
+  smooth spheres, which the law assumes. Its gas pressure is not stated.
+- **SANA's pebbles** of 60 mm conduct twice the law, most in cold nitrogen, 4 to 6 times, where the measured value *falls*
+  with temperature: natural convection in voids of centimetres is in these values. The law has no term for it, nor has this
+  program: large pebbles at rest in a dense gas conduct more than it says.
+"""
+COMPILATION = """
+Twenty-five values of many authors, van Antwerpen's compilation: conductivity of the bed over that of its gas. Two values
+at the same ratio of 2360 differ by a factor of 3.4: smooth and rough, hard and soft beads. A law without
+roughness cannot be nearer than that.
+"""
+VACUUM = """
+Graphite pebbles of 60 mm in vacuum between walls of 800 and 163 °C (De Beer 2014), 7 points between the outermost
+thermocouples, range 458 K: the shape of the profile tests how the conductivity grows with temperature. The measured slopes
+give 2.07 for the ratio of the conductivities at 770 and 453 °C. Radiation alone (flattening 0) grows too steeply.
+"""
+HELIUM = """
+Helium through steel beads of 1 mm in a tube of 28 mm, 20 °C (Cheng et al. 2024): slope from 0.15 to 0.55 m, at 0.5 and 1.0 m/s
+(Re_d 4 to 17). The pressure of the gas is given as 0.1 to 0.2 MPa, which is worth 8 to 14 %.
+"""
 STEEL = """
 `studies/beds/steel_heated_from_above.toml`: air at rest, the wall put from 20 to 53 °C; thermocouples 40, 60 and 73 mm below
 it (C. Beaulieu, PhD thesis, Polytechnique Montreal 2020, digitised by the Lethe project, whose further curves put the
@@ -104,8 +131,15 @@ Until the wall is within 2 K of the inlet, in s; developed flow. Re_d and D/d ar
 the pipe. The sets' own turbulence is damped N-K (`thesis`) and decaying N-K (`measured`).
 """
 TIMES_LATERAL = """
-`lateral`: conduction and dispersion of `measured` alone, with drag, turbulence and porosity of `thesis`; `axial` adds dispersion
-along the flow (Pe/2), which Wakao's exchange was evaluated with.
+`lateral`: conduction and dispersion of `measured` alone, across the flow only, with drag, turbulence and porosity of `thesis`;
+`lateral and axial` adds dispersion along the flow (Pe/2).
+
+**Axial dispersion is part of `measured`**, since Wakao's exchange was evaluated with it: without it the exchange is too large and
+the front of the [measured store of stones](measured-stores.md) too steep (19.0 K rms in place of 13.5; of the quartzite in salt
+it changes nothing, whose front is broad from the start). It adds some 1 % to the heating times here, nothing to the overall
+coefficients above, which are those of a section far from the inlet, and nothing to the bed of steel beads at rest. Radiation
+(`bed.emissivity`) is a property of the beads and not of the set: a scene whose beads would radiate more than 20 % of what the bed
+conducts is warned of.
 """
 TIMES_END = """
 The published 1470 s (aluminium) and 1275 s (FRP) are nearer to `measured`; both sides are computed, and the thesis prints

@@ -71,3 +71,11 @@ def test_a_gas_that_is_not_ideal_is_warned_of():
     assert any("carbon_dioxide is no ideal gas at 10" in warning and "more" in warning for warning in warnings)
     warnings = run(coarse_scene(given)).summary["warnings"]
     assert not any("ideal" in warning for warning in warnings)
+
+
+def test_therminol_vp1_boils_as_its_supplier_says():
+    """257 degC at 1 bar; vapour pressures of CoolProp's fit (INCOMP::TVP1) at 560 and 650 K, 5 %."""
+    phase = PHASES["therminol_vp1"]
+    assert phase.boiling_temperature(101325.0) == pytest.approx(257.0 + 273.15, abs=1.0)
+    assert phase.saturation_pressure(560.0) == pytest.approx(1.868e5, rel=0.05)
+    assert phase.saturation_pressure(650.0) == pytest.approx(8.046e5, rel=0.05)

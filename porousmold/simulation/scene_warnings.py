@@ -1,0 +1,79 @@
+"""What a scene asks for beyond the limits of the model: told before a run, and after it."""
+
+from ..laws.porosity import LawPorosity, benyahia_oneill_mean_porosity, dixon_mean_porosity, mean_porosity
+from ..laws.stirring import SOLID_FRACTIONS
+from ..scene.checks import SMALLEST_RATIO
+from ..scene.chosen_laws import width_ratio
+from ..scene.geometries import BedSize
+from ..scene.plausibility import implausible_values
+from ..scene.scene import Scene
+from .estimates import Estimates
+from .specs import Specs
+
+HIGHEST_BIOT_NUMBER = 0.1
+LARGEST_POROSITY_ERROR = 0.02
+HIGHEST_BEAD_CONDUCTION = 2.0
+"""Of the beads, over what measurements give for the whole bed across the flow. Up to twice that, bulk conduction stands for the
+dispersion that the thesis leaves out (ceramic beads in air: 1 to 1.5); beyond, nothing makes up for it."""
+LARGEST_RADIATION = 0.2
+"""Over what the bed conducts without it: about the scatter of measured conductivities of beds."""
+
+
+def warnings_of_the_scene(scene: Scene, specs: Specs, estimates: Estimates, size: BedSize) -> list[str]:
+    """A sentence for every limit of the model that the scene is beyond, before a run as after it."""
+    found = implausible_values(scene)
+    if estimates.bead_biot_number > HIGHEST_BIOT_NUMBER and specs.heat.bead_modes is None:
+        found.append(
+            f"bead Biot number {estimates.bead_biot_number:.2g} > {HIGHEST_BIOT_NUMBER}: "
+            "the assumption of isothermal beads is not valid (see model.bead_modes)"
+        )
+    low, high = specs.laws.nusselt.reynolds_range
+    if not low <= estimates.reynolds_number <= high:
+        found.append(
+            f"bead Reynolds number {estimates.reynolds_number:.3g} is outside {low:g} to {high:g}, "
+            f"the range of model.nusselt {scene.model.nusselt!r}"
+        )
+    if specs.flow.kind == "plug" and scene.model.turbulence != "none":
+        found.append("plug flow carries no turbulence: model.turbulence has no effect")
+    if estimates.conduction_ratio > HIGHEST_BEAD_CONDUCTION:
+        found.append(
+            f"the beads conduct {estimates.conduction_ratio:.2g} times as much as measured for the whole bed: "
+            "conduction in the bed is overestimated (see model.closures 'measured', or model.bead_conduction)"
+        )
+    if estimates.radiation_ratio > LARGEST_RADIATION:
+        found.append(
+            f"radiation between the beads, which bed.emissivity = 0 leaves out, would add some {estimates.radiation_ratio:.0%} "
+            "to what the bed conducts across the flow where it is hottest (bed.emissivity, with model.closures 'measured')"
+        )
+    solid_fraction = 1.0 - specs.porosity.bulk_porosity
+    if scene.bed.shear_rate and not SOLID_FRACTIONS[0] <= solid_fraction <= SOLID_FRACTIONS[1]:
+        found.append(
+            f"the solid fraction {solid_fraction:.2f} is outside {SOLID_FRACTIONS[0]:g} to {SOLID_FRACTIONS[1]:g}, "
+            "the range of what stirring carries (bed.shear_rate)"
+        )
+    for name in ("emissivity", "contact_flattening"):
+        if not specs.laws.bead_conduction.whole_bed and getattr(scene.bed, name):
+            law = scene.model.bead_conduction
+            found.append(f"bed.{name} has no effect with model.bead_conduction {law!r}")
+    found += _of_the_porosity(scene, specs, size)
+    if specs.mesh.is_too_narrow:
+        found.append(
+            f"the bed is {specs.mesh.beads_across:.1f} beads wide, below {SMALLEST_RATIO:g}: "
+            "volume averages are not meaningful at this width"
+        )
+    return found
+
+
+def _of_the_porosity(scene: Scene, specs: Specs, size: BedSize) -> list[str]:
+    """Whether spheres pour like that, of a law in a tube or a gap; a profile from a file is the user's own."""
+    diameter = specs.mesh.bead_diameter
+    if not isinstance(specs.porosity, LawPorosity) or specs.mesh.size is None or size.half_width is not None:
+        return []
+    mean = mean_porosity(specs.porosity, diameter, size.half_height, axisymmetric=size.axisymmetric)
+    measured = [correlation(width_ratio(scene)) for correlation in (dixon_mean_porosity, benyahia_oneill_mean_porosity)]
+    if min(abs(mean - other) for other in measured) <= LARGEST_POROSITY_ERROR:
+        return []
+    return [
+        f"the mean porosity {mean:.3f} is not that of poured spheres, {min(measured):.3f} to {max(measured):.3f} at this width "
+        "(Dixon; Benyahia, O'Neill): see bed.bulk_porosity"
+    ]
