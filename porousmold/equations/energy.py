@@ -141,7 +141,9 @@ class EnergyEquations:
         given = None if self.opening is None else flux_given(self.flow, self.opening, self.flow_state)
         return -self.outward_mass_flux if given is None else given
 
-    def _fluid_storage(self) -> Value:
+    @property
+    def fluid_storage(self) -> Value:
+        """phi rho C_f at the flow's temperature, J/m3/K."""
         return self.bed.porosity * self._density * self._laws.heat_capacity(self.flow_temperature)
 
     def stored_heat(
@@ -149,7 +151,7 @@ class EnergyEquations:
     ) -> Value:
         """Form of the heat per volume (J/m3) against the tests; its change over time is the storage."""
         beads, weight = self.bed.beads, self.coordinates.weight
-        form = self.coordinates.nodal_weight * self._fluid_storage() * temperature * test * self.nodes_bed
+        form = self.coordinates.nodal_weight * self.fluid_storage * temperature * test * self.nodes_bed
         capacity = beads.density(bead_temperature) * beads.heat_capacity(bead_temperature)
         # with one temperature the beads' heat, too, is what the advection balances
         streamline = transport.streamline
@@ -167,14 +169,14 @@ class EnergyEquations:
 
     def fluid_heat_capacity(self) -> Value:
         """Form (scalar, J/K) of phi rho C_f of the fluid in the bed."""
-        return self.coordinates.nodal_weight * self._fluid_storage() * self.nodes_bed
+        return self.coordinates.nodal_weight * self.fluid_storage * self.nodes_bed
 
     def heating_rate(
         self, temperature: Value, bead_temperature: Value, rates: Sequence[Value], test: Value, bead_test: Value
     ) -> Value:
         """Form of what `stored_heat` gains for dT/dt and dT_s/dt (K/s), `rates`."""
         weight, beads = self.coordinates.weight, self.bed.beads
-        form = self.coordinates.nodal_weight * self._fluid_storage() * rates[0] * test * self.nodes_bed
+        form = self.coordinates.nodal_weight * self.fluid_storage * rates[0] * test * self.nodes_bed
         capacity = beads.density(bead_temperature) * beads.heat_capacity(bead_temperature)
         form += weight * (1.0 - self.bed.porosity) * capacity * rates[1] * bead_test * self.dx_bed
         return form + self.wall.heating_rate(temperature, rates[0], test)

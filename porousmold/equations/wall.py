@@ -8,7 +8,7 @@ A thin wall (`ThinWall`) has no cells: its storage and its conduction along the 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import ufl
@@ -49,7 +49,7 @@ class OuterWall:
 
 @dataclass(frozen=True)
 class ThinWall:
-    """A wall of one temperature through its thickness, on the facets `ds` of the interface.
+    """A wall of one temperature through its thickness, on the facets `ds` of the interface, `nodes` with quadrature at the nodes.
 
     `volume` is its volume and `outer_area` its outer surface, per area of the interface (m, 1).
     """
@@ -57,6 +57,7 @@ class ThinWall:
     ds: ufl.Measure
     volume: Any
     outer_area: Any
+    nodes: ufl.Measure
 
 
 @dataclass(frozen=True)
@@ -88,6 +89,15 @@ class Wall:
     layers: Sequence[WallLayer] = ()
     outer: OuterWall | None = None
     thin: ThinWall | None = None
+
+    @property
+    def has_heat(self) -> bool:
+        """Whether it stores or exchanges any."""
+        return bool(self.layers) or self.outer is not None
+
+    def at_nodes(self) -> "Wall":
+        """The same with quadrature at the nodes where the wall has no cells, of which `monotone` does not tell."""
+        return self if self.thin is None else replace(self, thin=replace(self.thin, ds=self.thin.nodes))
 
     def stored_heat(self, temperature: Value, test: Value, monotone: Value) -> Value:
         """Form of the heat per volume (J/m3) against the test; `monotone` cells are lumped at the nodes."""

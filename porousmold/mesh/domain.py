@@ -30,6 +30,14 @@ INLET, OUTLET, INTERFACE, OUTER, SYMMETRY, SIDE = 1, 2, 3, 4, 5, 6
 Marked: TypeAlias = Sequence[tuple[int, Callable[[NDArray[Any]], NDArray[Any]]]]
 """Tags, each with a function that tells which of the points (coordinates, points) it belongs to."""
 
+FACETS = {
+    "triangle": "interval",
+    "quadrilateral": "interval",
+    "tetrahedron": "triangle",
+    "hexahedron": "quadrilateral",
+}
+"""Of cells."""
+
 
 @dataclass
 class Domain:
@@ -131,6 +139,11 @@ class Domain:
     def facet_measure(self, quadrature_degree: int) -> Any:
         """ds with the boundary's tags as subdomains."""
         metadata = {"quadrature_degree": quadrature_degree}
+        return ufl.Measure("ds", domain=self.mesh, subdomain_data=self.facet_tags, metadata=metadata)
+
+    def nodal_facet_measure(self) -> Any:
+        """ds with quadrature at the nodes."""
+        metadata = fenicsx.vertex_rule(FACETS[fenicsx.cell_name(self.mesh)])
         return ufl.Measure("ds", domain=self.mesh, subdomain_data=self.facet_tags, metadata=metadata)
 
 

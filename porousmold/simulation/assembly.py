@@ -432,7 +432,8 @@ def _thin_wall(specs: Specs, medium: Medium, ds: ufl.Measure) -> ThinWall | None
     assert thickness is not None, "checked with the scene"
     ratio = thickness / medium.size.half_height if medium.size.axisymmetric else 0.0
     constant = medium.domain.constant
-    return ThinWall(ds, constant(thickness * (1.0 + 0.5 * ratio)), constant(1.0 + ratio))
+    nodes = medium.domain.nodal_facet_measure()(geometry.INTERFACE)
+    return ThinWall(ds, constant(thickness * (1.0 + 0.5 * ratio)), constant(1.0 + ratio), nodes)
 
 
 def _bead_interior(specs: Specs, medium: Medium) -> BeadInterior | None:

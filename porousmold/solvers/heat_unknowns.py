@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import ufl
 from dolfinx import fem
+from numpy.typing import NDArray
 
 from ..mesh import fenicsx
 from ..mesh.domain import BED, INTERFACE, Domain
@@ -16,7 +17,7 @@ class HeatUnknowns:
 
     `parts` and `tests` are T and T_s, the same twice with one temperature. `constrained` are the numbers of T_s in the wall,
     where there are no beads, `regions` those of every region that stores heat: the bed's beads, every layer of the wall, and the
-    bed's surface under a wall without cells; `of_cells` has those of each cell in a row.
+    bed's surface under a wall without cells; `of_cells` has those of each cell in a row, `fields` the numbers of beads and fluid.
     """
 
     def __init__(self, domain: Domain, two_temperatures: bool, initial_temperature: float) -> None:
@@ -39,9 +40,26 @@ class HeatUnknowns:
             self.constrained, of_wall = np.empty(0, np.int64), self.space
             beads = fem.locate_dofs_topological(self.space, domain.mesh.topology.dim, domain.cells(BED))
             self.of_cells = fenicsx.dof_table(self.space)
+        self._two_temperatures = two_temperatures
         dimension = domain.mesh.topology.dim
         layers = [fem.locate_dofs_topological(of_wall, dimension, domain.cells(tag)) for tag in domain.wall_tags]
         self.regions = [beads, *layers]
         if not domain.has_wall:
             self.regions.append(fem.locate_dofs_topological(of_wall, dimension - 1, domain.facets(INTERFACE)))
         self.function.x.array[:] = initial_temperature
+
+    @property
+    def fields(self) -> dict[str, NDArray[Any]]:
+        """Local numbers of the unknowns of "beads" and "fluid", or of "bed" with one temperature."""
+        if not self._two_temperatures:
+            return {"bed": np.arange(len(self.function.x.array))}
+        return {name: np.asarray(fenicsx.collapse(self.space, part)[1]) for name, part in (("beads", 1), ("fluid", 0))}
+
+    @property
+    def trials(self) -> tuple[Any, tuple[Any, Any]]:
+        """A trial function, and its parts for T and T_s."""
+        trial = ufl.TrialFunction(self.space)
+        if not self._two_temperatures:
+            return trial, (trial, trial)
+        fluid, beads = ufl.split(trial)
+        return trial, (fluid, beads)

@@ -20,11 +20,13 @@ from dolfinx import fem
 from numpy.typing import NDArray
 
 from ..equations.energy import EnergyEquations
+from ..equations.energy_blocks import Temperatures, energy_blocks
 from ..mesh import fenicsx, ranks
 from ..mesh.domain import Domain
 from .bead_modes import BeadModes
 from .curing import Curing
 from .heat_unknowns import HeatUnknowns
+from .multigrid import LEAST_UNKNOWNS, Preconditioner
 from .newton import NewtonSystem
 from .protocols import ArrayOf, HeatBalance, Observer, Saved, StageUpdate, restore_functions, saved_functions, silent
 from .stages import STAGE_ERROR, StageSolver
@@ -92,7 +94,14 @@ class TransientHeat:
         residual = self._inverse_stage * stored + equations.outflow_of_heat(*parts, *tests, self._transport.frozen)
         residual += nothing * parts[1] * tests[1] * domain.wall_measure(quadrature_degree)
         constrained = temperatures.constrained
-        self._system = NewtonSystem(residual, self.unknown, constrained, keep_jacobian=True, pivoting=False)
+        self._system = NewtonSystem(
+            residual,
+            self.unknown,
+            constrained,
+            keep_jacobian=True,
+            pivoting=False,
+            preconditioner=self._preconditioner(temperatures, property_temperature),
+        )
         self._stored_form = fenicsx.DeferredForm(stored)
         vectors = (self._system.new_vector() for _ in range(5))
         self._stored_start, self._stored_now, self._addend, self._difference, self._error = vectors
@@ -117,6 +126,20 @@ class TransientHeat:
         self._stages = StageSolver(self._system, lambda: self._stage_updates, stage_error)
         self.repetitions = 0
         self._cells = MonotoneCells(self._transport.monotone, temperatures.of_cells)
+
+    def _preconditioner(self, temperatures: HeatUnknowns, properties: fem.Function) -> Preconditioner | None:
+        """What large systems are iterated with."""
+        mesh = self.domain.mesh
+        size = self.space.dofmap.index_map.size_global * self.space.dofmap.index_map_bs
+        if size < LEAST_UNKNOWNS[mesh.topology.dim]:
+            return None
+        cells = fenicsx.PointValues(mesh)
+        parts = Temperatures(self.unknown, temperatures.parts[0], *temperatures.trials, temperatures.tests)
+        form = energy_blocks(
+            self.equations, parts, properties, self._transport.monotone, self._inverse_stage, cells.add
+        )
+        cells.compile()
+        return Preconditioner(form, cells.renew, temperatures.fields)
 
     def observe_with(self, observe: Observer) -> None:
         """Have `observe(text)` called at every stage; it may raise."""

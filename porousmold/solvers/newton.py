@@ -15,6 +15,7 @@ from petsc4py import PETSc
 from ..laws.functions import Value
 from ..mesh import fenicsx, ranks
 from .field_splits import split_fields
+from .multigrid import Preconditioner, use_multigrid
 
 _PREFIX = "porousmold_"
 """One prefix for all systems: PETSc holds 512 options at most."""
@@ -114,7 +115,8 @@ class NewtonSystem:
     The unknowns `constrained` (local numbers in the function's own space, ghosts included) stay as they are in `unknown`.
     `pivoting` is needed where the diagonal may vanish, as that of the pressure does. `addend` is a PETSc vector added to
     the assembled residual. `blocks` are the unknowns of fields that may be solved for one after the other, those of the
-    first one in two parts (`split_fields`). The Jacobian is renewed at every iteration, or with `keep_jacobian` only when
+    first one in two parts (`split_fields`); with a `preconditioner` the linear systems are iterated, as long as that converges
+    (`solvers.multigrid`). The Jacobian is renewed at every iteration, or with `keep_jacobian` only when
     `renew_jacobian()` was called: then the factors serve until the next call, and `factored_at` tells what they were made
     with: (space, array) of every coefficient, and the constants' values.
     """
@@ -128,6 +130,7 @@ class NewtonSystem:
         keep_jacobian: bool = False,
         pivoting: bool = True,
         blocks: Sequence[Sequence[NDArray[Any]]] = (),
+        preconditioner: Preconditioner | None = None,
     ) -> None:
         self.unknown = unknown
         self.space = unknown.function_space
@@ -144,13 +147,15 @@ class NewtonSystem:
         self.addend: Any = None
         self._keep_jacobian, self._jacobian_due = keep_jacobian, True
         self._pivoting, self._blocks = pivoting, blocks
+        self._preconditioner = preconditioner
+        self._preconditioner_form = None if preconditioner is None else fenicsx.DeferredForm(preconditioner.form)
         self.relative_update = float("inf")
         self._vectors: list[Any] = []
         _SYSTEMS.append(weakref.ref(self))
 
     def free(self) -> None:
         """Free matrix, factors and vectors (collective)."""
-        for name in ("_snes", "_iterate", "_assembled", "vector", "matrix"):
+        for name in ("_snes", "_iterate", "_assembled", "vector", "matrix", "_nearby"):
             if name in self.__dict__:
                 self.__dict__.pop(name).destroy()
         for vector in self._vectors:
@@ -165,6 +170,12 @@ class NewtonSystem:
     def matrix(self) -> PETSc.Mat:
         """The Jacobian."""
         return fenicsx.create_matrix(self._jacobian.form)
+
+    @functools.cached_property
+    def _nearby(self) -> PETSc.Mat:
+        """The preconditioner's matrix."""
+        assert self._preconditioner_form is not None
+        return fenicsx.create_matrix(self._preconditioner_form.form)
 
     @functools.cached_property
     def vector(self) -> PETSc.Vec:
@@ -191,8 +202,11 @@ class NewtonSystem:
             options[_PREFIX + name] = value
         snes.setOptionsPrefix(_PREFIX)
         snes.setFunction(self._assemble_residual, self.vector)
-        snes.setJacobian(self._assemble_jacobian, self.matrix)
+        snes.setJacobian(self._assemble_jacobian, self.matrix, self._nearby if self._preconditioner else self.matrix)
         snes.setFromOptions()
+        if self._preconditioner is not None:
+            fields = {name: self._owned_numbers(part) for name, part in self._preconditioner.fields.items()}
+            use_multigrid(snes.getKSP(), fields)
         if self._blocks and self.active_unknowns > LARGEST_FACTORISED[dimension]:
             self._split_fields(snes.getKSP())
         return snes
@@ -201,9 +215,13 @@ class NewtonSystem:
         """Have the blocks solved for one after the other."""
         self._renew_matrix()
         ksp.setOperators(self.matrix, self.matrix)
-        offset = self.space.dofmap.index_map.local_range[0] * self.space.dofmap.index_map_bs
-        fields = [[offset + part[part < self.owned_size] for part in parts] for parts in self._blocks]
+        fields = [[self._owned_numbers(part) for part in parts] for parts in self._blocks]
         split_fields(ksp, fields, by_schur_complement=self.space.mesh.geometry.dim == 3)
+
+    def _owned_numbers(self, local: NDArray[Any]) -> NDArray[Any]:
+        """Global numbers of those of some local unknowns that this rank owns."""
+        offset = self.space.dofmap.index_map.local_range[0] * self.space.dofmap.index_map_bs
+        return np.asarray(offset + local[local < self.owned_size])
 
     @property
     def owned_size(self) -> int:
@@ -241,6 +259,9 @@ class NewtonSystem:
     def _renew_matrix(self) -> None:
         """Assemble the Jacobian at the present unknown."""
         fenicsx.assemble_matrix(self.matrix, self._jacobian.form, self._conditions)
+        if self._preconditioner is not None and self._preconditioner_form is not None:
+            self._preconditioner.renew()
+            fenicsx.assemble_matrix(self._nearby, self._preconditioner_form.form, self._conditions)
         self._jacobian_due = False
         if self._keep_jacobian:
             arrays = [(function.function_space, function.x.array.copy()) for function in self._coefficients]
@@ -270,6 +291,21 @@ class NewtonSystem:
         Gives its relative update |dx|/|x|, infinite where the factorisation fails or the iterate is not finite; |x| counts as a
         millionth per unknown at least, so that the solution zero of scaled unknowns is recognised.
         """
+        failed = self._solve_linear()
+        if failed and self._preconditioner is not None:
+            self._preconditioner = None  # from now on by factors
+            failed = self._solve_linear()
+        self._store(self._iterate)
+        size = self._iterate.norm()
+        if failed or not np.isfinite(size):
+            self.relative_update = float("inf")
+        else:
+            least = 1e-6 * self._iterate.getSize() ** 0.5
+            self.relative_update = float(self._snes.getSolutionUpdate().norm() / max(size, least))
+        return self.relative_update
+
+    def _solve_linear(self) -> bool:
+        """Take the update from the present unknown; tells whether that failed."""
         self._view().copy(self._iterate)
         try:
             self._snes.solve(None, self._iterate)
@@ -280,22 +316,20 @@ class NewtonSystem:
             self._jacobian_due = True
             if "_snes" in self.__dict__:  # else the factorisation's failure sticks to later solves
                 self.__dict__.pop("_snes").destroy()
-        self._store(self._iterate)
-        size = self._iterate.norm()
-        if failed or not np.isfinite(size):
-            self.relative_update = float("inf")
-        else:
-            least = 1e-6 * self._iterate.getSize() ** 0.5
-            self.relative_update = float(self._snes.getSolutionUpdate().norm() / max(size, least))
-        return self.relative_update
+        return failed
 
     def apply_inverse(self, vector: PETSc.Vec, result: PETSc.Vec) -> None:
         """Solve the linear system with the present Jacobian and its factors, of one right-hand side, for `result`."""
         if self._jacobian_due:  # there was nothing to solve, as in a fluid at rest
             self._renew_matrix()
-            self._snes.getKSP().setOperators(self.matrix, self.matrix)
+            self._snes.getKSP().setOperators(self.matrix, self._nearby if self._preconditioner else self.matrix)
         vector.array[self._owned_constrained] = 0.0
         self._snes.getKSP().solve(vector, result)
+
+    def solve_to(self, reduction: float) -> None:
+        """Have iterated linear systems reduce their residual by that much."""
+        if self._preconditioner is not None:
+            self._snes.getKSP().setTolerances(rtol=reduction)
 
     @property
     def linear_iterations(self) -> Any:

@@ -3,6 +3,8 @@
 from collections.abc import Callable, Sequence
 from typing import Any
 
+import numpy as np
+
 from ..errors import SolveError
 from .newton import Contraction, NewtonSystem, modified_newton
 from .protocols import StageUpdate
@@ -11,6 +13,10 @@ STAGE_ERROR = 3e-7
 """Relative error at which a stage counts as solved, if not given otherwise: 1e-4 K."""
 ALTERNATING_STAGE_ERROR = 1e-9
 """The same where a `StageUpdate` depends on the temperatures."""
+LINEAR_PART = 0.2
+"""Of the stage's error, that iterated linear systems may leave."""
+MOST_REDUCTION, LEAST_REDUCTION = 1e-4, 0.1
+"""Of their residual: one Jacobian serves all of a step, and Newton's method gains little by more."""
 MOST_ITERATIONS = 20
 """Of a stage, with one Jacobian."""
 
@@ -48,8 +54,14 @@ class StageSolver:
             self._iterate,
             most=MOST_ITERATIONS,
             converged=lambda error: error < tolerance,
+            prepare=lambda update, last: self._system.solve_to(self._reduction(tolerance, update)),
             contraction=Contraction() if alternating else self.contraction,
         )
+
+    def _reduction(self, tolerance: float, last: float) -> float:
+        """What the next iteration needs of the linear residual: none beyond the stage's tolerance of what the last one left."""
+        expected = last * min(self.contraction.ratio, 1.0)
+        return float(np.clip(LINEAR_PART * tolerance / expected, MOST_REDUCTION, LEAST_REDUCTION))
 
     def _iterate(self) -> float:
         for part in self._updates():

@@ -1,0 +1,77 @@
+"""Iterative solution of the temperatures in large meshes: GMRES, preconditioned by one multigrid cycle for each of them.
+
+Direct factors of a matrix in three dimensions grow as the 1.6th power of the unknowns, incomplete ones (ILU) take more iterations
+the finer the mesh and the longer the step. Here a Schur split of fluid and beads has the matrix itself for its products, and
+for its two blocks the matrix of `equations.energy_blocks`, one cycle of hypre's BoomerAMG each: 15 to 25 iterations whatever the
+mesh, the step and the number of ranks.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from petsc4py import PETSc
+
+from ..laws.functions import Value
+
+LEAST_UNKNOWNS = {2: 400_000, 3: 20_000}
+"""Unknowns, by dimensions of space, from which it is worth its while."""
+REDUCTION = 1e-4
+"""Of the linear residual: Newton's method on the Jacobian of the step's start gains little by more."""
+MOST_ITERATIONS, RESTART = 150, 60
+PREFIX = "porousmold_heat_"
+_CYCLE: Mapping[str, Any] = {
+    "ksp_type": "preonly",
+    "pc_type": "hypre",
+    "pc_hypre_type": "boomeramg",
+    "pc_hypre_boomeramg_strong_threshold": 0.25,
+    "pc_hypre_boomeramg_coarsen_type": "HMIS",
+    "pc_hypre_boomeramg_interp_type": "ext+i",
+    "pc_hypre_boomeramg_P_max": 4,
+    "pc_hypre_boomeramg_relax_type_down": "SOR/Jacobi",
+    "pc_hypre_boomeramg_relax_type_up": "backward-SOR/Jacobi",
+}
+
+
+@dataclass(frozen=True)
+class Preconditioner:
+    """A matrix near a system's own: its bilinear `form`, whose coefficients `renew()` evaluates, and the local numbers of the
+    unknowns of its `fields`, those that are eliminated first."""
+
+    form: Value
+    renew: Callable[[], None]
+    fields: Mapping[str, NDArray[Any]]
+
+
+def use_multigrid(ksp: Any, fields: Mapping[str, NDArray[Any]]) -> None:
+    """Have a linear solver iterate (collective).
+
+    fields: of each the global numbers of the unknowns that this rank owns; one field alone is not split.
+    """
+    options = PETSc.Options()
+    ksp.setOptionsPrefix(PREFIX)
+    ksp.setType("gmres")
+    ksp.setGMRESRestart(RESTART)
+    ksp.setTolerances(rtol=REDUCTION, max_it=MOST_ITERATIONS)
+    preconditioner = ksp.getPC()
+    if len(fields) == 1:
+        for name, value in _CYCLE.items():
+            if name != "ksp_type":
+                options[PREFIX + name] = value
+        preconditioner.setOptionsPrefix(PREFIX)
+        preconditioner.setFromOptions()
+        return
+    preconditioner.setType("fieldsplit")
+    preconditioner.setFieldSplitType(PETSc.PC.CompositeType.SCHUR)
+    for name, numbers in fields.items():
+        for option, value in _CYCLE.items():
+            options[f"{PREFIX}fieldsplit_{name}_{option}"] = value
+        indices = PETSc.IS().createGeneral(np.sort(numbers).astype(PETSc.IntType), comm=ksp.getComm())
+        preconditioner.setFieldSplitIS((name, indices))
+    preconditioner.setFieldSplitSchurFactType(PETSc.PC.SchurFactType.UPPER)
+    preconditioner.setFieldSplitSchurPreType(PETSc.PC.SchurPreType.A11)
+    options[f"{PREFIX}pc_fieldsplit_diag_use_amat"] = True
+    options[f"{PREFIX}pc_fieldsplit_off_diag_use_amat"] = True
+    preconditioner.setFromOptions()
