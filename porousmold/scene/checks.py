@@ -161,10 +161,19 @@ def _air_loop(scene: Any) -> None:
 
 def _flow_and_mesh(scene: Any) -> None:
     model, geometry = scene.model, scene.geometry
-    if geometry.width is not None and model.flow != "full":
-        _refuse(scene, "model.flow", "must be 'full' with geometry.width")
-    if geometry.kind == "mesh" and model.flow != "full":
-        _refuse(scene, "model.flow", "must be 'full' for a mesh, which has no axial stations")
+    anywhere = geometry.width is not None or geometry.kind == "mesh"
+    if anywhere and model.flow == "plug":
+        what = "with geometry.width" if geometry.kind != "mesh" else "for a mesh, which has no axial stations"
+        _refuse(scene, "model.flow", f"must be 'full' or 'developed' {what}")
+    if anywhere and model.flow == "developed":
+        for key, needed in (("model.rev_terms", "off"), ("operation.bead_velocity", 0.0)):
+            table, name = key.split(".")
+            if getattr(getattr(scene, table), name) != needed:
+                _refuse(
+                    scene,
+                    key,
+                    f"must be {needed!r} with model.flow 'developed' in three dimensions or a mesh of your own",
+                )
     if model.flow_update == "transient" and model.flow != "full":
         _refuse(scene, "model.flow_update", "must go with model.flow 'full'")
     if model.bead_modes is not None:

@@ -35,8 +35,10 @@ from ..scene.geometries import BedSize
 from ..scene.series import TimeSeries
 from ..solvers.coupled import CoupledTransient
 from ..solvers.developed import DevelopedFlow
+from ..solvers.developed_profiles import STATIONS, ProfilesOfGradient, ProfileTable
 from ..solvers.flow import FullFlow
 from ..solvers.heating import TransientHeat
+from ..solvers.locally_developed import LocallyDevelopedFlow
 from ..solvers.newton import free_systems
 from ..solvers.plug import PlugFlow
 from ..solvers.protocols import Flow, Heat, Observer, silent
@@ -44,7 +46,7 @@ from .air_loop import AirLoop
 from .boundary_values import BoundaryValues
 from .estimates import Estimates, estimate
 from .initial_guess import InitialGuess
-from .meshing import cells_at_wall, straight_domain
+from .meshing import cells_at_wall, plane_of_stations, straight_domain
 from .problem import Balances, Medium, Problem
 from .specs import Specs
 from .stopwatch import Stopwatch
@@ -162,6 +164,8 @@ def build_flow(specs: Specs, medium: Medium, observe: Observer = silent) -> Flow
     if specs.flow.kind == "plug":
         return _plug_flow(specs, medium)
     if specs.flow.kind == "developed":
+        if medium.domain.columns is None:
+            return locally_developed_flow(specs, medium)
         return developed_flow(specs, medium)
     developed = None if medium.domain.columns is None else developed_flow(specs, medium)
     guess = InitialGuess(specs, medium, developed, _flow_in_the_plane, observe)
@@ -189,6 +193,41 @@ def developed_flow(specs: Specs, medium: Medium) -> DevelopedFlow:
     """Developed flow in a straight bed."""
     given = medium.domain, medium.equations, medium.flow_temperature, medium.boundary.present_drive, medium.size.area
     return DevelopedFlow(*given, specs.laws.fluid)
+
+
+def locally_developed_flow(specs: Specs, medium: Medium) -> LocallyDevelopedFlow:
+    """Flow over any mesh, everywhere with the profile of its own pressure gradient."""
+    estimates = medium.estimates
+    return LocallyDevelopedFlow(
+        medium.domain,
+        medium.equations,
+        medium.flow_temperature,
+        medium.boundary.present_drive,
+        medium.inlet_area,
+        specs.laws.fluid,
+        lambda: _profile_table(specs, estimates, medium.size.half_height),
+        estimates.mass_flux,
+        QUADRATURE_DEGREE,
+    )
+
+
+def _profile_table(specs: Specs, estimates: Estimates, half_height: float) -> ProfileTable:
+    """Developed profiles over a plane bed with the scene's cells at its wall, on this rank alone."""
+    from ..mpi import MPI
+
+    size = BedSize(length=1.0, half_height=half_height)
+    mesh = replace(specs.mesh, size=size, file=None, dimension=2, axisymmetric=False)
+    flow = replace(specs.flow, gravity=0.0, by_blower=False)
+    heat = replace(specs.heat, air_loop=None, start=None, initial_temperature=specs.heat.inlet_temperature.range[1])
+    flat = replace(specs, mesh=mesh, flow=flow, heat=heat)
+    domain = plane_of_stations(mesh, estimates, MPI.COMM_SELF, STATIONS)
+    medium = build_medium(flat, domain, estimates, size)
+    profiles = ProfilesOfGradient(
+        domain, medium.equations, medium.flow_temperature, medium.boundary.present_drive, half_height, specs.laws.fluid
+    )
+    temperature, fluid = heat.initial_temperature, specs.laws.fluid
+    density = float(fluid.density(flow.outlet_pressure, temperature))
+    return ProfileTable(profiles, half_height, specs.mesh.bead_diameter, density, float(fluid.viscosity(temperature)))
 
 
 def _plug_flow(specs: Specs, medium: Medium) -> PlugFlow:
@@ -233,6 +272,8 @@ def _energy_equations(specs: Specs, medium: Medium, flow: Flow) -> EnergyEquatio
     carrier = medium.equations
     if flow.streamfunction is not None:
         carrier = CarriedByStreamfunction(**vars(carrier), streamfunction=flow.streamfunction)
+    elif isinstance(flow, LocallyDevelopedFlow):
+        carrier = flow.carrier(carrier)
     return EnergyEquations(
         flow=carrier,
         flow_state=flow.state,

@@ -19,6 +19,8 @@ WIDEST_CELL, WIDEST_OF_CONDUCTION = 0.2, 0.05
 """Of the width from the wall to the middle of the bed; where conduction from the wall heats it sooner than the flow does."""
 GROWTH_OF_CONDUCTION = 0.4
 """Exponent on the growth of the cells there: the front comes across the flow."""
+FINER_PROFILES = 2.0
+"""Factor on the cells across the bed of a table of profiles, which is cheap."""
 BYTES_AN_UNKNOWN = {2: 10e3, 3: 40e3}
 """Memory that factors, matrices and the rest need for an unknown of the flow, by dimensions of space (docs/growth.md)."""
 
@@ -57,6 +59,15 @@ def straight_domain(
     along = refined(along, finer * spec.axial_refinement)
     _announce(spec, len(along) - 1, across, observe)
     return domain.straight_bed(communicator, along, across, axisymmetric=size.axisymmetric)
+
+
+def plane_of_stations(spec: MeshSpec, estimates: Estimates, communicator: Communicator, stations: int) -> Domain:
+    """Plane bed whose stations are those of a table of profiles: across it twice the cells that a scene has by default."""
+    assert spec.size is not None
+    width, first_cell = spec.size.half_height, spec.first_cell or estimates.first_cell
+    nodes = domain.graded_coordinates(width, first_cell, spec.cell_growth, spec.bead_diameter, WIDEST_CELL * width)
+    across = domain.Across.to_wall(refined(nodes, FINER_PROFILES * max(1.0, spec.refinement)))
+    return domain.straight_bed(communicator, np.linspace(0.0, 1.0, stations), [across])
 
 
 def _through(cells: int, *, to_surfaces: bool) -> NDArray[Any]:

@@ -137,7 +137,7 @@ class DevelopedFlow(NonlinearFlow):
 
         The pressure gradient is that of the scales, or as the pressure drop imposes it at present.
         """
-        equations, scales, space = self.equations, self.equations.scales, self.pressure.function_space
+        equations, scales = self.equations, self.equations.scales
         drive = self._drive()
         pressure_drop = drive.value if drive.kind == "pressure_drop" else float(scales.pressure.value)
         gradient = pressure_drop / self.columns.along[-1]
@@ -145,9 +145,15 @@ class DevelopedFlow(NonlinearFlow):
         if not drive.value and equations.gravity is None:
             self.unknown.x.array[:] = 0.0
             return True
+        self._guess(gradient)
+        return equations.model is None or equations.model.starts_near()
+
+    def _guess(self, gradient: Any) -> None:
+        """Local equilibrium of drag and beads at a pressure gradient (Pa/m), a number or one for each node."""
+        space = self.pressure.function_space
         temperature, pressure = self.temperature.x.array, self.pressure.x.array
-        fields = local_equilibrium(equations, self._fluid, space, gradient, temperature, pressure)
-        sizes = [float(scales.speed.value), *self.turbulent_factors().values()]
+        fields = local_equilibrium(self.equations, self._fluid, space, gradient, temperature, pressure)
+        sizes = [float(self.equations.scales.speed.value), *self.turbulent_factors().values()]
         given = fem.Function(space)
         for values, size, (part, numbers) in zip(fields, sizes, self._parts, strict=True):
             given.x.array[:] = values / size
@@ -156,7 +162,6 @@ class DevelopedFlow(NonlinearFlow):
             self.unknown.x.array[numbers] = there.x.array
         self.unknown.x.array[self.solver.system.constrained] = 0.0
         self.unknown.x.scatter_forward()
-        return equations.model is None or equations.model.starts_near()
 
     @property
     def _gradients(self) -> NDArray[Any]:

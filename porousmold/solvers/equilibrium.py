@@ -21,15 +21,15 @@ def local_equilibrium(
     equations: FlowEquations,
     fluid: Fluid,
     space: Any,
-    gradient: float,
+    gradient: float | NDArray[Any],
     temperature: NDArray[Any],
     gauge_pressure: NDArray[Any],
 ) -> list[NDArray[Any]]:
     """Nodal arrays [speed (m/s), the turbulence's unknowns (SI) ...] over a scalar space.
 
-    The speed at which the local drag balances gravity and the pressure gradient (Pa/m, positive where the pressure falls),
-    fading in a layer at the wall, and the turbulence model's own guess at that speed. `fluid` is the scene's `Fluid`, temperature
-    (K) and gauge pressure (Pa) are nodal arrays.
+    The speed at which the local drag balances gravity and the pressure gradient (Pa/m, positive where the pressure falls, a
+    number or one for each node), fading in a layer at the wall, and the turbulence model's own guess at that speed. `fluid` is
+    the scene's `Fluid`, temperature (K) and gauge pressure (Pa) are nodal arrays.
     """
     bed, scale = equations.bed, float(equations.scales.speed.value)
     diameter = float(bed.bead_diameter.value)
@@ -38,7 +38,7 @@ def local_equilibrium(
     viscosity = fluid.viscosity(temperature)
     density = fluid.density(gauge_pressure + float(equations.fluid.reference_pressure.value), temperature)
     drag = replace(bed.drag, factor=number_of(bed.drag.factor))
-    driving = np.full(len(temperature), gradient)
+    driving = gradient + np.zeros(len(temperature))
     if equations.gravity is not None:
         driving += density * fenicsx.nodal_values(equations.gravity[0], space)
     driving = np.maximum(driving, SMALLEST_DRIVE * np.max(np.abs(driving)))

@@ -1,0 +1,297 @@
+"""Locally developed flow over any mesh: one scalar equation of the pressure (`equations.locally_developed`).
+
+Newton's method, each iteration about the profiles at the present pressure gradient of every node. Where the mass flow is
+given, the pressure at the inlet follows by elimination: with dp/dP of one more solve with the same matrix the mass flow is
+linear in it.
+"""
+
+import functools
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import ufl
+from dolfinx import fem
+from numpy.typing import NDArray
+
+from ..equations.flow import FlowEquations
+from ..equations.locally_developed import CarriedByPressure, LocallyDeveloped, NodalProfile, NodalProfiles
+from ..errors import SolveError
+from ..laws.functions import Value
+from ..laws.materials import Fluid
+from ..mesh import fenicsx, ranks
+from ..mesh.domain import BED, INLET, OUTLET, Domain
+from .developed_profiles import ProfileTable
+from .multigrid import LEAST_UNKNOWNS, Preconditioner
+from .newton import NewtonSystem
+from .protocols import ArrayOf, Drive, Observer, Saved, restore_functions, saved_functions, silent
+
+PRESSURE_LOST = 1e-6
+"""Part of the reference pressure that the reference flow loses at inlet and outlet."""
+CONVERGED, MOST_ITERATIONS = 1e-9, 40
+"""Relative update of the pressure at which a flow that starts is found."""
+LINEAR_REDUCTION = 1e-8
+"""Of the residual of iterated linear systems."""
+LARGEST_CHANGE = 0.5
+"""Of the inlet's pressure in an iteration, as a part of itself or of the reference pressure."""
+
+
+class LocallyDevelopedFlow:
+    """`equations` are `FlowEquations`; `drive()` gives the `Drive` of the present, `area` (m2) is that of the inlet, `fluid` the
+    scene's `Fluid`, `table()` the profiles; `reference_flux` (kg/m2/s) is that of the reference pressure."""
+
+    streamfunction = inlet = None
+    factored_at: Any = None
+    continuation_steps = 0
+
+    def __init__(
+        self,
+        domain: Domain,
+        equations: FlowEquations,
+        temperature: fem.Function,
+        drive: Callable[[], Drive],
+        area: float,
+        fluid: Fluid,
+        table: Callable[[], ProfileTable],
+        reference_flux: float,
+        quadrature_degree: int,
+    ) -> None:
+        self.domain, self._equations, self._drive = domain, equations, drive
+        self._area, self._fluid, self._make_table = area, fluid, table
+        space = fenicsx.lagrange_space(domain.mesh)
+        count = 1 + len(equations.turbulent_unknowns)
+        self.pressure, self._at_boundary, logarithm = (fem.Function(space) for _ in range(3))
+        fields = tuple(NodalProfile(fem.Function(space), fem.Function(space)) for _ in range(count))
+        self._profiles = NodalProfiles(logarithm, fields)
+        conductance = domain.constant(reference_flux / (PRESSURE_LOST * float(equations.scales.pressure.value)))
+        self.local = LocallyDeveloped(
+            equations, self.pressure, temperature, self._profiles, self._at_boundary, conductance
+        )
+        self.state = self.local.state
+        parts = [part for field in fields for part in (field.value, field.slope)]
+        self.functions = [self.pressure, self._at_boundary, logarithm, *parts]
+        self._distance = np.maximum(fenicsx.nodal_values(domain.wall_distance, space), 0.0)
+        self._build(space, quadrature_degree)
+        self.solves = self.newton_iterations = 0
+        self.observe: Observer = silent
+
+    def _build(self, space: Any, quadrature_degree: int) -> None:
+        domain, test = self.domain, ufl.TestFunction(space)
+        dimension = domain.mesh.topology.dim
+        cells, facets = domain.cell_measure(quadrature_degree), domain.facet_measure(quadrature_degree)
+        nothing = fem.Constant(domain.mesh, 0.0)
+        residual = self.local.residual(test, cells(BED), facets((INLET, OUTLET)))
+        residual += nothing * self.pressure * test * domain.wall_measure(1)
+        inside = fem.locate_dofs_topological(space, dimension, domain.cells(BED))
+        self._outside = np.setdiff1d(np.arange(len(self.pressure.x.array)), inside)
+        self._inlet_nodes = fem.locate_dofs_topological(space, dimension - 1, domain.facets(INLET))
+        self.system = NewtonSystem(
+            residual, self.pressure, self._outside, pivoting=False, preconditioner=self._preconditioner(space)
+        )
+        weight, ds = self._equations.coordinates.weight, facets(INLET)
+        self._entering = fenicsx.DeferredForm(-weight * self.local.outward * ds)
+        self._by_pressure = fenicsx.DeferredForm(weight * self.local.conductance * test * ds)
+        self._gain, self._push = fem.Function(space), self.system.new_vector()
+        self._gained = fenicsx.DeferredForm(weight * self.local.conductance * (1.0 - self._gain) * ds)
+        self._nodal = self._equations.coordinates.nodal_weight * test, domain.nodal_measure()(BED)
+        self._volume_form = fenicsx.DeferredForm(self._at_nodes(fem.Constant(domain.mesh, 1.0)))
+        self._logarithm_form = fenicsx.DeferredForm(self._at_nodes(self.local.logarithm))
+
+    def _preconditioner(self, space: Any) -> Preconditioner | None:
+        mesh = self.domain.mesh
+        if space.dofmap.index_map.size_global < LEAST_UNKNOWNS[mesh.topology.dim]:
+            return None
+        cells = fenicsx.PointValues(mesh)
+        permeance = cells.add(self.local.middle_permeance)
+        cells.compile()
+        trial, test = ufl.TrialFunction(space), ufl.TestFunction(space)
+        nodes = self.domain.nodal_measure()
+        form = self.local.nearby(trial, test, permeance, nodes(BED), self.domain.nodal_facet_measure()((INLET, OUTLET)))
+        form += fem.Constant(mesh, 0.0) * trial * test * self.domain.wall_measure(1)
+        return Preconditioner(form, cells.renew, {"bed": np.arange(len(self.pressure.x.array))})
+
+    def carrier(self, equations: FlowEquations) -> CarriedByPressure:
+        """The equations with the mass flux of this flow."""
+        return CarriedByPressure(**vars(equations), local=self.local)
+
+    def observe_with(self, observe: Observer) -> None:
+        """Have `observe(text)` called at every iteration; it may raise."""
+        self.observe = observe
+
+    @property
+    def unknowns(self) -> int:
+        """Number of unknowns solved for."""
+        return self.system.active_unknowns
+
+    @functools.cached_property
+    def _table(self) -> ProfileTable:
+        return self._make_table()
+
+    @property
+    def largest_undershoot(self) -> float:
+        """Largest part of the largest k by which k was below 0."""
+        return self._table.largest_undershoot()
+
+    def is_turbulent(self) -> bool:
+        """Whether there is more than a trace of turbulence."""
+        return self._table.is_turbulent()
+
+    def is_also_laminar(self) -> bool:
+        """Whether its profiles have a laminar flow beside the present turbulent one."""
+        return self._table.is_also_laminar()
+
+    def start(self, time: float = 0.0) -> None:
+        """Find the flow, from the pressure of a uniform permeability; raises `SolveError`."""
+        drive, scale = self._drive(), float(self._equations.scales.pressure.value)
+        self._set_inlet(drive.value if drive.kind == "pressure_drop" else scale)
+        along = self.pressure.function_space.tabulate_dof_coordinates()[:, 0] / self.domain.length
+        # of any mesh: what is harmonic has the gradients of the section's changes
+        self.pressure.x.array[:] = self._inlet_pressure * np.clip(1.0 - along, 0.0, 1.0)
+        self.pressure.x.array[self._outside] = 0.0
+        self._renew_profiles(uniform=True)
+        self._iterate(time)
+        self._solve(time, CONVERGED)
+
+    def renew(self, time: float, tolerance: float) -> None:
+        """Follow a changed temperature or drive until the pressure's update is below `tolerance`; raises `SolveError`."""
+        drive = self._drive()
+        if drive.kind == "pressure_drop":
+            self._set_inlet(drive.value)
+        self._solve(time, tolerance)
+
+    def _solve(self, time: float, tolerance: float) -> None:
+        self.solves += 1
+        for _ in range(MOST_ITERATIONS):
+            self._renew_profiles()
+            update = self._iterate(time)
+            if update < tolerance:
+                return
+        raise SolveError(
+            "locally developed flow (p)",
+            time,
+            f"last update {update:.3e} after {MOST_ITERATIONS} iterations",
+            "model.flow = 'full', or a drive that changes more slowly",
+        )
+
+    def _iterate(self, time: float) -> float:
+        """One Newton iteration, of the inlet's pressure, too, where the mass flow is given; the relative update."""
+        self.system.solve_to(LINEAR_REDUCTION)
+        update = self.system.iterate()
+        self.newton_iterations += 1
+        self.observe("")
+        if not np.isfinite(update):
+            cure = "a finer mesh, or model.flow = 'full'"
+            raise SolveError("locally developed flow (p)", time, "its linear system cannot be solved", cure)
+        return max(update, self._follow_mass_flow())
+
+    def _follow_mass_flow(self) -> float:
+        """Change the inlet's pressure to where the mass flow is as given; its relative change."""
+        inlet, given = self._inlet_pressure, self._given(self._inlet_pressure)
+        if given is None:
+            return 0.0
+        communicator = self.domain.communicator
+        fenicsx.assemble_vector(self._push, self._by_pressure.form)
+        self.system.apply_inverse(self._push, fenicsx.petsc_vector(self._gain))
+        self._gain.x.scatter_forward()
+        entering, slope = (ranks.integral(communicator, form.form) for form in (self._entering, self._gained))
+        more = self._given(inlet + 1.0)
+        assert more is not None, "the drive is the same"
+        scale = max(abs(inlet), float(self._equations.scales.pressure.value))
+        change = float(
+            np.clip((given - entering) / (slope - (more - given)), -LARGEST_CHANGE * scale, LARGEST_CHANGE * scale)
+        )
+        self.pressure.x.array[:] += change * self._gain.x.array
+        self._set_inlet(inlet + change)
+        return abs(change) / scale
+
+    def _given(self, inlet_pressure: float) -> float | None:
+        """Mass flow (kg/s) that the drive gives at a gauge pressure (Pa) at the inlet; None where it gives the pressure drop."""
+        drive = self._drive()
+        if drive.kind == "pressure_drop":
+            return None
+        if drive.kind == "mass_flow":
+            return drive.value
+        absolute = inlet_pressure + float(self._equations.fluid.reference_pressure.value)
+        return float(drive.value * self._area * self._fluid.density(absolute, drive.temperature))
+
+    @property
+    def _inlet_pressure(self) -> float:
+        """Gauge pressure (Pa) before the inlet (collective)."""
+        here = self._at_boundary.x.array[self._inlet_nodes]
+        low, high = ranks.extremes(self.domain.communicator, here)
+        return float(low if abs(low) > abs(high) else high)
+
+    def _set_inlet(self, pressure: float) -> None:
+        self._at_boundary.x.array[self._inlet_nodes] = pressure
+        self._at_boundary.x.scatter_forward()
+
+    @functools.cached_property
+    def _volumes(self) -> NDArray[Any]:
+        """Of the bed at each owned node, m3; tiny where there is none."""
+        vector = self.system.new_vector()
+        fenicsx.assemble_vector(vector, self._volume_form.form)
+        return np.maximum(vector.array.copy(), 1e-300)
+
+    def _at_nodes(self, expression: Value) -> Any:
+        """Form of an expression at the nodes, times their volumes."""
+        factor, nodes = self._nodal
+        return expression * factor * nodes
+
+    def _mean_at_nodes(self, form: Any, result: fem.Function) -> None:
+        """Values at the nodes, the mean of what the cells around have there (collective)."""
+        vector = fenicsx.petsc_vector(result)
+        fenicsx.assemble_vector(vector, form)
+        vector.array[:] /= self._volumes
+        result.x.scatter_forward()
+
+    def _renew_profiles(self, *, uniform: bool = False) -> None:
+        """Take the profiles about the present pressure gradient (collective); `uniform` takes that far from walls everywhere,
+        whatever the gradient."""
+        logarithm = self._profiles.logarithm
+        self._mean_at_nodes(self._logarithm_form.form, logarithm)
+        owned = logarithm.x.array[: len(self._volumes)]
+        sums = ranks.total(self.domain.communicator, [np.sum(self._volumes * owned), np.sum(self._volumes)])
+        mean = float(sums[0] / sums[1])
+        self._table.cover(mean)
+        if uniform:
+            logarithm.x.array[:] = mean
+        distance = np.full_like(self._distance, np.max(self._distance)) if uniform else self._distance
+        for number, ((values, slopes), field) in enumerate(
+            zip(self._table.at(distance, logarithm.x.array), self._profiles.fields, strict=True)
+        ):
+            if number == 0:  # m is the scaled speed over G
+                values, slopes = values * np.exp(-logarithm.x.array), slopes - 1.0
+            field.value.x.array[:] = values
+            field.slope.x.array[:] = 0.0 if uniform else slopes
+
+    def extrapolate(self, previous: Sequence[NDArray[Any]], factor: float) -> None:
+        """Foresee the pressure `factor` times as far ahead as `previous` lies behind."""
+        self.pressure.x.array[:] += factor * (self.pressure.x.array - previous[0])
+
+    def save(self) -> Saved:
+        """The fields, the table's place and the counters."""
+        numbers = {"solves": self.solves, "newton_iterations": self.newton_iterations, "table": self._table.middle}
+        return Saved(numbers, saved_functions(self.functions, "flow"))
+
+    def restore(self, numbers: Mapping[str, Any], array_of: ArrayOf) -> None:
+        """Go on from what `save()` gave (collective)."""
+        self.solves, self.newton_iterations = numbers["solves"], numbers["newton_iterations"]
+        restore_functions(self.functions, "flow", array_of)
+        self._table.cover(numbers["table"])
+
+    def fields(self) -> dict[str, fem.Function]:
+        """Present velocity, pressure and turbulence (SI) as functions by name, means at the nodes (collective)."""
+        dimension, space = self.domain.mesh.geometry.dim, self.pressure.function_space
+        velocity = fem.Function(fenicsx.lagrange_space(self.domain.mesh, 1, dimension), name="velocity")
+        component = fem.Function(space)
+        for axis in range(dimension):
+            self._mean_at_nodes(fenicsx.compiled_form(self._at_nodes(self.state.velocity[axis])), component)
+            velocity.x.array[axis::dimension] = component.x.array
+        pressure = fem.Function(space, name="pressure")
+        pressure.x.array[:] = self.pressure.x.array
+        fields = {"velocity": velocity, "pressure": pressure}
+        names = [unknown.name for unknown in self._equations.turbulent_unknowns]
+        for name, expression in zip(names, self.state.turbulence, strict=True):
+            fields[name] = fem.Function(space, name=name)
+            self._mean_at_nodes(fenicsx.compiled_form(self._at_nodes(expression)), fields[name])
+        return fields
