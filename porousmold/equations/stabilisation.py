@@ -177,9 +177,15 @@ class Streamline:
             across=tuple(Crossing(*(_held(part, of_cell) for part in crossing)) for crossing in self.across),
         )
 
+    def without_monotone_cells(self) -> "Streamline":
+        """The same where no cell is monotone: what only those need costs most of the assembly."""
+        return replace(self, monotone=0.0, across=())
+
     @property
     def reach(self) -> Value:
         """Half a cell along the flow, m."""
+        if isinstance(self.monotone, float):
+            return self.along_flow
         return ufl.conditional(ufl.gt(self.monotone, 0.5), self.side, self.along_flow)
 
     def changes_across(self, *functions: Any) -> Value:

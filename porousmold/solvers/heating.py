@@ -13,6 +13,7 @@ for its middle, which makes the coupled method second order.
 
 import functools
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Protocol, TypeAlias
 
 import numpy as np
@@ -88,21 +89,24 @@ class TransientHeat:
         self.supply: Supply | None = None
         self._inverse_stage = fem.Constant(domain.mesh, 1.0)
         self._transport = FrozenTransport(domain, equations, property_temperature, quadrature_degree)
-        stored = equations.stored_heat(*parts, *tests, self._transport.frozen)
-        nothing = fem.Constant(domain.mesh, 0.0)
-        # the matrix needs entries for the bead temperatures that are fixed inside the wall
-        residual = self._inverse_stage * stored + equations.outflow_of_heat(*parts, *tests, self._transport.frozen)
-        residual += nothing * parts[1] * tests[1] * domain.wall_measure(quadrature_degree)
+        frozen, nothing = self._transport.frozen, fem.Constant(domain.mesh, 0.0)
+        stored, residuals = [], []
+        for transport in (replace(frozen, streamline=frozen.streamline.without_monotone_cells()), frozen):
+            stored.append(equations.stored_heat(*parts, *tests, transport))
+            residual = self._inverse_stage * stored[-1] + equations.outflow_of_heat(*parts, *tests, transport)
+            # the matrix needs entries for the bead temperatures that are fixed inside the wall
+            residuals.append(residual + nothing * parts[1] * tests[1] * domain.wall_measure(quadrature_degree))
         constrained = temperatures.constrained
         self._system = NewtonSystem(
-            residual,
+            residuals[1],
             self.unknown,
             constrained,
             keep_jacobian=True,
             pivoting=False,
             preconditioner=self._preconditioner(temperatures, property_temperature),
+            simpler=residuals[0],
         )
-        self._stored_form = fenicsx.DeferredForm(stored)
+        self._stored_forms = [fenicsx.DeferredForm(form) for form in stored]
         vectors = (self._system.new_vector() for _ in range(5))
         self._stored_start, self._stored_now, self._addend, self._difference, self._error = vectors
         self._outflows = [self._system.new_vector() for _ in STAGES]
@@ -126,6 +130,11 @@ class TransientHeat:
         self._stages = StageSolver(self._system, lambda: self._stage_updates, stage_error)
         self.repetitions = 0
         self._cells = MonotoneCells(self._transport.monotone, temperatures.of_cells)
+
+    @property
+    def _stored_form(self) -> Any:
+        """What is stored, compiled: as the residual has it at present."""
+        return self._stored_forms[0 if self._system.uses_simpler else 1].form
 
     def _preconditioner(self, temperatures: HeatUnknowns, properties: fem.Function) -> Preconditioner | None:
         """What large systems are iterated with."""
@@ -226,12 +235,13 @@ class TransientHeat:
         """Note the start of a step that another solver takes."""
         self._start.x.array[:] = self.unknown.x.array
         self._transport.renew()
-        fenicsx.assemble_vector(self._stored_start, self._stored_form.form)
+        self._system.uses_simpler = not self._cells.are_there
+        fenicsx.assemble_vector(self._stored_start, self._stored_form)
 
     def finish(self, crossed: NDArray[Any], expelled: float = 0.0) -> None:
         """Bring the balance forward by the heat (J) that `crossed` during such a step, the sum of `rates_here` times their
         weights, and by what the fluid counts for that its change of density has `expelled`."""
-        fenicsx.assemble_vector(self._stored_now, self._stored_form.form)
+        fenicsx.assemble_vector(self._stored_now, self._stored_form)
         flows = self._of_all_ranks(crossed)
         self.balance.add(flows, self._stored_now.sum() - self._stored_start.sum() + expelled)
 
@@ -262,9 +272,10 @@ class TransientHeat:
         for part in self._stage_updates:
             part.begin_step(step, gamma)
         self._transport.renew()
+        self._system.uses_simpler = not self._cells.are_there
         self._system.renew_jacobian()
         flows, crossed = self._no_flows(), np.zeros(len(self.scalars))
-        fenicsx.assemble_vector(self._stored_start, self._stored_form.form)
+        fenicsx.assemble_vector(self._stored_start, self._stored_form)
         if stages is BACKWARD_EULER:
             self._note_outflow_before()
         for stage, row in enumerate(stages):
@@ -281,7 +292,7 @@ class TransientHeat:
             self._stages.solve(time, step, self._addend)
             for part in self._stage_updates:
                 part.end_stage()
-            fenicsx.assemble_vector(self._stored_now, self._stored_form.form)
+            fenicsx.assemble_vector(self._stored_now, self._stored_form)
             # A(T_i) from the stage's own equation
             self._stored_now.copy(self._outflows[stage])
             self._outflows[stage].scale(-self._inverse_stage.value)
@@ -338,7 +349,7 @@ class TransientHeat:
             self._difference.axpy(-inverse_step, self._stored_now)
             for part, error in zip(self.curing, errors, strict=True):
                 part.add(-error)
-            fenicsx.assemble_vector(self._error, self._stored_form.form)
+            fenicsx.assemble_vector(self._error, self._stored_form)
             self._difference.axpy(inverse_step, self._error)
             for part, error in zip(self.curing, errors, strict=True):
                 part.add(error)

@@ -21,7 +21,8 @@ LEAST_UNKNOWNS = {2: 400_000, 3: 20_000}
 REDUCTION = 1e-4
 """Of the linear residual: Newton's method on the Jacobian of the step's start gains little by more."""
 MOST_ITERATIONS, RESTART = 150, 60
-PREFIX = "porousmold_heat_"
+PREFIXES = {1: "porousmold_field_", 2: "porousmold_heat_"}
+"""By the number of fields: options are global, and one field's would be taken for all of another system."""
 _CYCLE: Mapping[str, Any] = {
     "ksp_type": "preonly",
     "pc_type": "hypre",
@@ -50,8 +51,8 @@ def use_multigrid(ksp: Any, fields: Mapping[str, NDArray[Any]]) -> None:
 
     fields: of each the global numbers of the unknowns that this rank owns; one field alone is not split.
     """
-    options = PETSc.Options()
-    ksp.setOptionsPrefix(PREFIX)
+    options, prefix = PETSc.Options(), PREFIXES[len(fields)]
+    ksp.setOptionsPrefix(prefix)
     ksp.setType("gmres")
     ksp.setGMRESRestart(RESTART)
     ksp.setTolerances(rtol=REDUCTION, max_it=MOST_ITERATIONS)
@@ -59,19 +60,19 @@ def use_multigrid(ksp: Any, fields: Mapping[str, NDArray[Any]]) -> None:
     if len(fields) == 1:
         for name, value in _CYCLE.items():
             if name != "ksp_type":
-                options[PREFIX + name] = value
-        preconditioner.setOptionsPrefix(PREFIX)
+                options[prefix + name] = value
+        preconditioner.setOptionsPrefix(prefix)
         preconditioner.setFromOptions()
         return
     preconditioner.setType("fieldsplit")
     preconditioner.setFieldSplitType(PETSc.PC.CompositeType.SCHUR)
     for name, numbers in fields.items():
         for option, value in _CYCLE.items():
-            options[f"{PREFIX}fieldsplit_{name}_{option}"] = value
+            options[f"{prefix}fieldsplit_{name}_{option}"] = value
         indices = PETSc.IS().createGeneral(np.sort(numbers).astype(PETSc.IntType), comm=ksp.getComm())
         preconditioner.setFieldSplitIS((name, indices))
     preconditioner.setFieldSplitSchurFactType(PETSc.PC.SchurFactType.UPPER)
     preconditioner.setFieldSplitSchurPreType(PETSc.PC.SchurPreType.A11)
-    options[f"{PREFIX}pc_fieldsplit_diag_use_amat"] = True
-    options[f"{PREFIX}pc_fieldsplit_off_diag_use_amat"] = True
+    options[f"{prefix}pc_fieldsplit_diag_use_amat"] = True
+    options[f"{prefix}pc_fieldsplit_off_diag_use_amat"] = True
     preconditioner.setFromOptions()

@@ -112,6 +112,7 @@ def free_systems(domain: Any) -> None:
 class NewtonSystem:
     """Residual form F(x; v), its derivative, and homogeneous Dirichlet conditions, solved by SNES.
 
+    `simpler` is a residual that is the same at present where `uses_simpler` is set, and takes less to assemble.
     The unknowns `constrained` (local numbers in the function's own space, ghosts included) stay as they are in `unknown`.
     `pivoting` is needed where the diagonal may vanish, as that of the pressure does. `addend` is a PETSc vector added to
     the assembled residual. `blocks` are the unknowns of fields that may be solved for one after the other, those of the
@@ -131,6 +132,7 @@ class NewtonSystem:
         pivoting: bool = True,
         blocks: Sequence[Sequence[NDArray[Any]]] = (),
         preconditioner: Preconditioner | None = None,
+        simpler: Value = None,
     ) -> None:
         self.unknown = unknown
         self.space = unknown.function_space
@@ -140,8 +142,10 @@ class NewtonSystem:
         self._owned_constrained = np.asarray(constrained)[np.asarray(constrained) < self.owned_size]
         self.active_unknowns = int(ranks.total(self.space.mesh.comm, self.owned_size - len(self._owned_constrained)))
         trial = ufl.TrialFunction(self.space)
-        self._residual = fenicsx.DeferredForm(residual)
-        self._jacobian = fenicsx.DeferredForm(ufl.derivative(residual, unknown, trial))
+        residuals = [residual] if simpler is None else [simpler, residual]
+        self._residuals = [fenicsx.DeferredForm(form) for form in residuals]
+        self._jacobians = [fenicsx.DeferredForm(ufl.derivative(form, unknown, trial)) for form in residuals]
+        self.uses_simpler = simpler is not None
         self._coefficients, self._constants = residual.coefficients(), residual.constants()
         self.factored_at: tuple[list[Any], list[Any]] | None = None
         self.addend: Any = None
@@ -152,6 +156,11 @@ class NewtonSystem:
         self.relative_update = float("inf")
         self._vectors: list[Any] = []
         _SYSTEMS.append(weakref.ref(self))
+
+    @property
+    def _present(self) -> int:
+        """Number of the residual that counts."""
+        return 0 if self.uses_simpler else len(self._residuals) - 1
 
     def free(self) -> None:
         """Free matrix, factors and vectors (collective)."""
@@ -169,7 +178,7 @@ class NewtonSystem:
     @functools.cached_property
     def matrix(self) -> PETSc.Mat:
         """The Jacobian."""
-        return fenicsx.create_matrix(self._jacobian.form)
+        return fenicsx.create_matrix(self._jacobians[0].form)
 
     @functools.cached_property
     def _nearby(self) -> PETSc.Mat:
@@ -246,7 +255,7 @@ class NewtonSystem:
 
     def assemble_residual_into(self, residual: Value) -> None:
         """Residual of the present unknown, 0 at the held unknowns."""
-        fenicsx.assemble_vector(self._assembled, self._residual.form)
+        fenicsx.assemble_vector(self._assembled, self._residuals[self._present].form)
         self._assembled.copy(residual)
         if self.addend is not None:
             residual.axpy(1.0, self.addend)
@@ -258,7 +267,7 @@ class NewtonSystem:
 
     def _renew_matrix(self) -> None:
         """Assemble the Jacobian at the present unknown."""
-        fenicsx.assemble_matrix(self.matrix, self._jacobian.form, self._conditions)
+        fenicsx.assemble_matrix(self.matrix, self._jacobians[self._present].form, self._conditions)
         if self._preconditioner is not None and self._preconditioner_form is not None:
             self._preconditioner.renew()
             fenicsx.assemble_matrix(self._nearby, self._preconditioner_form.form, self._conditions)

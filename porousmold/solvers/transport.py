@@ -110,6 +110,11 @@ class MonotoneCells:
         self._cells = fenicsx.dof_table(marks.function_space)[:, 0]
         self._communicator = marks.function_space.mesh.comm
 
+    @property
+    def are_there(self) -> bool:
+        """Whether any is marked, on any rank (collective)."""
+        return ranks.anywhere(self._communicator, bool(self._marks.x.array.any()))
+
     def mark(self, values: NDArray[Any], bounds: tuple[float, float]) -> tuple[bool, bool]:
         """Make the cells monotone that have one of the `values` (K, NaN where none) out of bounds: whether there are any, and
         new ones, on any rank."""
