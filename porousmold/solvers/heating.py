@@ -30,7 +30,7 @@ from .heat_unknowns import HeatUnknowns
 from .multigrid import LEAST_UNKNOWNS, Preconditioner
 from .newton import NewtonSystem
 from .protocols import ArrayOf, HeatBalance, Observer, Saved, StageUpdate, restore_functions, saved_functions, silent
-from .stages import STAGE_ERROR, StageSolver
+from .stages import ITERATED_STAGE_ERROR, STAGE_ERROR, StageSolver
 from .step_error import RegionNorm, StepError
 from .transport import FrozenTransport, MonotoneCells
 
@@ -127,7 +127,8 @@ class TransientHeat:
         self.scalars = {name: fenicsx.DeferredForm(form) for name, form in self.scalars.items() if form is not None}
         self.balance = HeatBalance()
         self.observe: Observer = silent
-        self._stages = StageSolver(self._system, lambda: self._stage_updates, stage_error)
+        error = max(stage_error, ITERATED_STAGE_ERROR) if self._system.is_iterated else stage_error
+        self._stages = StageSolver(self._system, lambda: self._stage_updates, error)
         self.repetitions = 0
         self._cells = MonotoneCells(self._transport.monotone, temperatures.of_cells)
 

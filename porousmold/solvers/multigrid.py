@@ -20,6 +20,8 @@ LEAST_UNKNOWNS = {2: 400_000, 3: 20_000}
 """Unknowns, by dimensions of space, from which it is worth its while."""
 REDUCTION = 1e-4
 """Of the linear residual: Newton's method on the Jacobian of the step's start gains little by more."""
+NONE = 1e-12
+"""Of the largest entry of a row, that counts as zero."""
 MOST_ITERATIONS, RESTART = 150, 60
 PREFIXES = {1: "porousmold_field_", 2: "porousmold_heat_"}
 """By the number of fields: options are global, and one field's would be taken for all of another system."""
@@ -30,7 +32,7 @@ _CYCLE: Mapping[str, Any] = {
     "pc_hypre_boomeramg_strong_threshold": 0.25,
     "pc_hypre_boomeramg_coarsen_type": "HMIS",
     "pc_hypre_boomeramg_interp_type": "ext+i",
-    "pc_hypre_boomeramg_P_max": 4,
+    "pc_hypre_boomeramg_P_max": 2,
     "pc_hypre_boomeramg_relax_type_down": "SOR/Jacobi",
     "pc_hypre_boomeramg_relax_type_up": "backward-SOR/Jacobi",
 }
@@ -44,6 +46,30 @@ class Preconditioner:
     form: Value
     renew: Callable[[], None]
     fields: Mapping[str, NDArray[Any]]
+
+
+class Thinned:
+    """A matrix without the entries that were zero in another one when it was made: `nodal` products leave 7 of 27 neighbours in a
+    hexahedral mesh, whose cycles take a third of the time."""
+
+    def __init__(self, full: Any) -> None:
+        self._full = full
+        first, columns, values = full.getValuesCSR()
+        rows = np.repeat(np.arange(len(first) - 1), np.diff(first))
+        largest = np.zeros(len(first) - 1)
+        np.maximum.at(largest, rows, np.abs(values))
+        own = columns == rows + full.getOwnershipRange()[0]
+        self._kept = np.flatnonzero((np.abs(values) > NONE * largest[rows]) | own)
+        first = np.searchsorted(self._kept, first).astype(first.dtype)
+        self._pattern = first, columns[self._kept]
+        self.matrix = PETSc.Mat().createAIJ(
+            full.getSizes(), csr=(*self._pattern, values[self._kept]), comm=full.getComm()
+        )
+
+    def renew(self) -> None:
+        """Take the present values (collective)."""
+        self.matrix.setValuesCSR(*self._pattern, self._full.getValuesCSR()[2][self._kept])
+        self.matrix.assemble()
 
 
 def use_multigrid(ksp: Any, fields: Mapping[str, NDArray[Any]]) -> None:

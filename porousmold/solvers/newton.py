@@ -15,7 +15,7 @@ from petsc4py import PETSc
 from ..laws.functions import Value
 from ..mesh import fenicsx, ranks
 from .field_splits import split_fields
-from .multigrid import Preconditioner, use_multigrid
+from .multigrid import Preconditioner, Thinned, use_multigrid
 
 _PREFIX = "porousmold_"
 """One prefix for all systems: PETSc holds 512 options at most."""
@@ -40,6 +40,23 @@ _OPTIONS = {
 
 
 LEAST_RATIO = 1e-5
+GROWN = 1.4
+"""Factor on the iterations of linear systems at which their preconditioner is assembled anew."""
+
+
+@dataclass
+class LinearIterations:
+    """Iterations that linear systems take to reduce their residual tenfold: at `first` with their preconditioner, and whether
+    they have grown since."""
+
+    first: float = 0.0
+    has_grown: bool = False
+
+    def count(self, iterations: int, reduction: float) -> None:
+        """Note a system's iterations for a reduction of its residual."""
+        tenfold = iterations / -np.log10(reduction)
+        self.first = self.first or tenfold
+        self.has_grown = self.has_grown or tenfold > GROWN * self.first + 1.0
 
 
 @dataclass
@@ -152,6 +169,7 @@ class NewtonSystem:
         self._keep_jacobian, self._jacobian_due = keep_jacobian, True
         self._pivoting, self._blocks = pivoting, blocks
         self._preconditioner = preconditioner
+        self._iterations = LinearIterations(has_grown=True)
         self._preconditioner_form = None if preconditioner is None else fenicsx.DeferredForm(preconditioner.form)
         self.relative_update = float("inf")
         self._vectors: list[Any] = []
@@ -169,6 +187,8 @@ class NewtonSystem:
                 self.__dict__.pop(name).destroy()
         for vector in self._vectors:
             vector.destroy()
+        if "_thinned" in self.__dict__:
+            self.__dict__.pop("_thinned").matrix.destroy()
 
     def new_vector(self) -> Any:
         """A vector of the unknowns (PETSc), freed with the system: one that is dropped is never freed."""
@@ -185,6 +205,11 @@ class NewtonSystem:
         """The preconditioner's matrix."""
         assert self._preconditioner_form is not None
         return fenicsx.create_matrix(self._preconditioner_form.form)
+
+    @functools.cached_property
+    def _thinned(self) -> Thinned:
+        """The preconditioner's matrix without its zeros, once that is assembled."""
+        return Thinned(self._nearby)
 
     @functools.cached_property
     def vector(self) -> PETSc.Vec:
@@ -211,7 +236,9 @@ class NewtonSystem:
             options[_PREFIX + name] = value
         snes.setOptionsPrefix(_PREFIX)
         snes.setFunction(self._assemble_residual, self.vector)
-        snes.setJacobian(self._assemble_jacobian, self.matrix, self._nearby if self._preconditioner else self.matrix)
+        if self._preconditioner is not None:
+            self._renew_matrix()
+        snes.setJacobian(self._assemble_jacobian, self.matrix, self._preconditioning_matrix)
         snes.setFromOptions()
         if self._preconditioner is not None:
             fields = {name: self._owned_numbers(part) for name, part in self._preconditioner.fields.items()}
@@ -226,6 +253,10 @@ class NewtonSystem:
         ksp.setOperators(self.matrix, self.matrix)
         fields = [[self._owned_numbers(part) for part in parts] for parts in self._blocks]
         split_fields(ksp, fields, by_schur_complement=self.space.mesh.geometry.dim == 3)
+
+    @property
+    def _preconditioning_matrix(self) -> PETSc.Mat:
+        return self.matrix if self._preconditioner is None else self._thinned.matrix
 
     def _owned_numbers(self, local: NDArray[Any]) -> NDArray[Any]:
         """Global numbers of those of some local unknowns that this rank owns."""
@@ -268,13 +299,25 @@ class NewtonSystem:
     def _renew_matrix(self) -> None:
         """Assemble the Jacobian at the present unknown."""
         fenicsx.assemble_matrix(self.matrix, self._jacobians[self._present].form, self._conditions)
-        if self._preconditioner is not None and self._preconditioner_form is not None:
-            self._preconditioner.renew()
-            fenicsx.assemble_matrix(self._nearby, self._preconditioner_form.form, self._conditions)
+        self._renew_preconditioner()
         self._jacobian_due = False
         if self._keep_jacobian:
             arrays = [(function.function_space, function.x.array.copy()) for function in self._coefficients]
             self.factored_at = arrays, [np.asarray(constant.value).tolist() for constant in self._constants]
+
+    def _renew_preconditioner(self) -> None:
+        """Assemble the preconditioner anew where the last systems took noticeably more iterations than those it was made for."""
+        if self._preconditioner is None or self._preconditioner_form is None:
+            return
+        due = self._iterations.has_grown
+        if due:
+            self._preconditioner.renew()
+            fenicsx.assemble_matrix(self._nearby, self._preconditioner_form.form, self._conditions)
+            self._iterations = LinearIterations()
+            if "_thinned" in self.__dict__:
+                self._thinned.renew()
+        if "_snes" in self.__dict__:
+            self._snes.getKSP().getPC().setReusePreconditioner(not due)
 
     def factorise_again(self, array_of: Callable[[int, Any], NDArray[Any]], constants: Sequence[Any] | None) -> None:
         """Make the Jacobian that `factored_at` (its arrays by `array_of(number, space)`) tells of, whatever the present."""
@@ -319,6 +362,8 @@ class NewtonSystem:
         try:
             self._snes.solve(None, self._iterate)
             failed = self._snes.getConvergedReason() < 0
+            if self._preconditioner is not None:
+                self._iterations.count(self.linear_iterations, self._snes.getKSP().getTolerances()[0])
         except PETSc.Error:  # MUMPS reports a singular matrix (error 76) as an exception
             failed = True
         if failed:
@@ -331,9 +376,14 @@ class NewtonSystem:
         """Solve the linear system with the present Jacobian and its factors, of one right-hand side, for `result`."""
         if self._jacobian_due:  # there was nothing to solve, as in a fluid at rest
             self._renew_matrix()
-            self._snes.getKSP().setOperators(self.matrix, self._nearby if self._preconditioner else self.matrix)
+            self._snes.getKSP().setOperators(self.matrix, self._preconditioning_matrix)
         vector.array[self._owned_constrained] = 0.0
         self._snes.getKSP().solve(vector, result)
+
+    @property
+    def is_iterated(self) -> bool:
+        """Whether linear systems are solved by iteration."""
+        return self._preconditioner is not None
 
     def solve_to(self, reduction: float) -> None:
         """Have iterated linear systems reduce their residual by that much."""

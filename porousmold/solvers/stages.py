@@ -11,11 +11,13 @@ from .protocols import StageUpdate
 
 STAGE_ERROR = 3e-7
 """Relative error at which a stage counts as solved, if not given otherwise: 1e-4 K."""
+ITERATED_STAGE_ERROR = 1e-6
+"""The same of linear systems that are iterated: 3e-4 K."""
 ALTERNATING_STAGE_ERROR = 1e-9
 """The same where a `StageUpdate` depends on the temperatures."""
 LINEAR_PART = 0.2
 """Of the stage's error, that iterated linear systems may leave."""
-MOST_REDUCTION, LEAST_REDUCTION = 1e-4, 0.1
+MOST_REDUCTION, LEAST_REDUCTION = 1e-3, 0.1
 """Of their residual: one Jacobian serves all of a step, and Newton's method gains little by more."""
 MOST_ITERATIONS = 20
 """Of a stage, with one Jacobian."""
