@@ -30,6 +30,8 @@ PRESSURE_LOST = 1e-6
 """Part of the reference pressure that the reference flow loses at inlet and outlet."""
 CONVERGED, MOST_ITERATIONS = 1e-9, 40
 """Relative update of the pressure at which a flow that starts is found."""
+FOLLOWED = 0.05
+"""Of the flow's tolerance, that the pressure's update may be: what it leaves of the mass balance the heat misses."""
 LINEAR_REDUCTION = 1e-8
 """Of the residual of iterated linear systems."""
 LARGEST_CHANGE = 0.5
@@ -157,7 +159,7 @@ class LocallyDevelopedFlow:
         drive = self._drive()
         if drive.kind == "pressure_drop":
             self._set_inlet(drive.value)
-        self._solve(time, tolerance)
+        self._solve(time, FOLLOWED * tolerance)
 
     def _solve(self, time: float, tolerance: float) -> None:
         self.solves += 1
