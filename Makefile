@@ -5,7 +5,7 @@ export OMP_NUM_THREADS := 1
 MPIRUN := mpirun --oversubscribe $(if $(filter 0,$(shell id -u)),--allow-run-as-root)
 PARTS := 3
 
-.PHONY: heat deb test-container docs docs-test test test-quick test-fast test-heavy test-mpi check install tables packing speed-against-error adjoint hard-cases random-scenes crossed-scenes measured-stores accuracy model-choice lattices bubbling-bed sheared-bed regression regression-store sweep growth figures chapter-6 bead-interior permeability workshop fluid-properties validation kill-test fuzz-test test-debian13 test-debian-sid clean
+.PHONY: heat deb test-container docs docs-test test test-quick test-fast test-heavy test-mpi check install tables packing speed-against-error adjoint hard-cases random-scenes crossed-scenes three-dimensions measured-stores accuracy model-choice lattices bubbling-bed sheared-bed regression regression-store sweep growth figures chapter-6 bead-interior permeability workshop fluid-properties validation kill-test fuzz-test test-debian13 test-debian-sid clean
 
 heat: .venv/installed  ## heat the aluminium mold: summary and pictures in runs/aluminium
 	$(PYTHON) -m porousmold run studies/mold/aluminium.toml --out runs/aluminium --force
@@ -49,6 +49,9 @@ random-scenes: .venv/installed  ## 200 scenes drawn at random, their answers and
 
 crossed-scenes: .venv/installed  ## 300 scenes that cross every feature, errors by feature: docs/crossed-scenes.md
 	$(PYTHON) -m studies.crossed_scenes
+
+three-dimensions: .venv/installed  ## locally developed against full flow, random scenes: docs/three-dimensions.md
+	$(PYTHON) -m studies.three_dimensions
 
 accuracy: .venv/installed  ## solver.accuracy: its estimate against the true error, and its cost, 40 scenes
 	$(PYTHON) -m studies.accuracy

@@ -50,7 +50,7 @@ def test_corners_heat_last_and_pictures_are_drawn(tmp_path):
     box = run(coarse_scene({"geometry.width": 0.1, **LAMINAR}), tmp_path / "box", MPI.COMM_SELF)
     assert box.heating_time > plane.heating_time
     assert np.all(box.history["temperature_corner_L"] <= box.history["temperature_bed_side_L"] + 0.05)
-    assert len(draw(tmp_path / "box")) == 3
+    assert [path.name for path in draw(tmp_path / "box")][-2:] == ["fields.png", "surface.png"]
 
 
 @pytest.mark.mpi

@@ -63,7 +63,7 @@ def from_file(
         if tag == BED or tuple(layers) != PLAIN_WALL or conventions.groups.get("wall")
     ]
     boundaries = [
-        conventions.groups.get(name, name) for name in BOUNDARY_NAMES if name in (*REQUIRED, *conventions.groups)
+        one for name in BOUNDARY_NAMES if name in (*REQUIRED, *conventions.groups) for one in conventions.in_file(name)
     ]
     problem, model, facets = None, None, None  # type: tuple[str | None, Any, Any]
     if communicator.rank == 0:

@@ -28,7 +28,7 @@ LONGEST_READING = 120
 @dataclass(frozen=True)
 class Conventions:
     """How a file differs from the one expected: the factor `scale` to m on its coordinates, the names of its physical `groups`
-    by ours, and whether nodes at one place are to be joined (`join_nodes`)."""
+    by ours (several joined by " + "), and whether nodes at one place are to be joined (`join_nodes`)."""
 
     scale: float = 1.0
     groups: Mapping[str, str] = field(default_factory=dict)
@@ -36,7 +36,11 @@ class Conventions:
 
     def named(self, tags: Mapping[str, int]) -> dict[str, int]:
         """The tags by the names that the file has."""
-        return {self.groups.get(name, name): tag for name, tag in tags.items()}
+        return {one: tag for name, tag in tags.items() for one in self.in_file(name)}
+
+    def in_file(self, name: str) -> list[str]:
+        """Names of the file's groups that are ours of a name."""
+        return [one.strip() for one in self.groups.get(name, name).split(" + ")]
 
 
 @dataclass
@@ -135,7 +139,9 @@ def read_model(model: Any, dimension: int, regions: Mapping[str, int], boundarie
     for group, tag in model.getPhysicalGroups():
         name = _group_name(model, group, tag)
         if name in numbers.get(group, {}):
-            found[group][numbers[group][name]] = _elements(model, group, tag)
+            number, elements = numbers[group][name], _elements(model, group, tag)
+            parts = [part for part in (found[group].get(number), elements) if part is not None]
+            found[group][number] = np.concatenate(parts)
     shapes = {part.shape[1] for part in found[dimension].values()}
     if len(shapes) > 1:
         raise ValueError("its cells must all be of one kind, in bed and wall alike")

@@ -22,6 +22,7 @@ from .figures import STYLE, plt, save
 from .quantities import ENERGY_GIVEN, ENERGY_NAMES, JOULES_A_KWH, Columns, quantity
 from .slices import slice_of, triangles_of
 from .stored import locked_folder, read_table
+from .surface import draw_surface, in_three_dimensions
 
 PLACES = {"centre": ("bed centre", "-"), "bed_side": ("wall, bed side", "--"), "outer": ("wall, outside", ":")}
 LEAST_DIFFERENCE = 0.3
@@ -72,6 +73,8 @@ def draw(folder: Path, processes: int = 1) -> list[Path]:
             pictures.append(partial(_near_wall, folder))
         if (folder / "fields.xdmf").is_file():
             pictures.append(partial(_fields, folder))
+            if in_three_dimensions(folder):
+                pictures.append(partial(draw_surface, folder, *time_unit(summary["end_time"])))
         if processes == 1:
             return [picture() for picture in pictures]
         with ProcessPoolExecutor(processes, multiprocessing.get_context("fork")) as pool:

@@ -64,8 +64,8 @@ KEYS: dict[str, dict[str, Key]] = {
                             ("planar", "axisymmetric", "none"), "planar"),
         "refine_wall": Key("flag", "insert graded cells at the wall of a mesh that is too coarse there", False),
         "scale": Key("", "factor on the coordinates of a mesh, to m: 0.001 for one in mm", 1.0, low=1e-9, high=1e9, closed=True),
-        "groups": Key("names", "physical groups of a mesh that have other names, such as { wall = \"skin\", inlet = \"7\" }: "
-                               "a group without a name has its number"),
+        "groups": Key("names", "physical groups of a mesh that have other names, such as { wall = \"skin\", inlet = \"7\" }: a "
+                               "group without a name has its number, several count as one by ' + '"),
         "join_nodes": Key("flag", "join the nodes of a mesh that lie at one place, where bed and wall were meshed apart", False),
         "parts": Key("integer", "number of such parts in the whole tool (symmetry 'none'), for blower and heater", 1, low=1,
                      high=1000, closed=True),

@@ -287,6 +287,8 @@ def _mesh(scene: Scene, laws: Laws) -> MeshSpec:
     dimension = dimension_of(geometry)
     turbulent = 0 if laws.turbulence is None else len(laws.turbulence.unknowns)
     velocity_and_pressure = {"full": dimension + 1, "developed": 1, "plug": 0}[scene.model.flow]
+    if scene.model.flow == "developed" and (size is None or size.half_width is not None):
+        turbulent = 0  # one equation of the pressure, whatever the profiles hold
     return MeshSpec(
         size=size,
         file=geometry.mesh,
