@@ -24,11 +24,13 @@ from .problem import sensors_of
 from .scene_warnings import warnings_of_the_scene
 from .specs import Specs, specs_of
 
-SECONDS_A_STEP = {2: 1.2e-5, 3: 8e-5}
+SECONDS_A_STEP = {2: 1.2e-5, 3: 4e-5}
 """For an unknown of flow and heat, by dimensions of space."""
 STEPS_AT_THE_START, HEATING_TIMES = 10, 1.7
 """Steps until the largest one is reached, at the start and after every breakpoint of the set-point; heating times that the
 estimated duration stands for."""
+CYCLES_UNTIL_PERIODIC = 6
+"""Of a run of phases that ends when its cycles repeat themselves."""
 COARSEST_FIRST_CELL = 3.0
 """Of what the wall needs."""
 LONGEST_MESH, SHORTEST_MESH = 30.0, 0.01
@@ -56,8 +58,12 @@ def check(scene: Scene, communicator: Communicator) -> Checked:
     breakpoints = specs.heat.inlet_temperature.breakpoints
     duration = min(max(HEATING_TIMES * estimates.heating_duration, *breakpoints, 0.0), specs.time.end_time)
     if specs.course is not None and specs.course.repeats:
-        duration = specs.time.end_time
-        breakpoints = (0.0,) * (specs.course.cycles * len(specs.course.phases))
+        cycles = (
+            specs.course.cycles if specs.course.tolerance is None else min(specs.course.cycles, CYCLES_UNTIL_PERIODIC)
+        )
+        passages = [min(phase.duration, estimates.flow_duration) for phase in specs.course.phases]
+        duration = min(cycles * sum(passages), specs.time.end_time)
+        breakpoints = (0.0,) * (cycles * len(passages))
     elif specs.course is not None and specs.course.waits_for_heat:
         breakpoints = (0.0,) * int(duration / specs.course.phase.duration)
     steps = STEPS_AT_THE_START * (1 + len(breakpoints)) + duration / (specs.time.largest_step or estimates.largest_step)
