@@ -92,7 +92,7 @@ def _tables(shape: str, number: int, drawn: dict[str, Any], folder: Path) -> dic
     if shape == "cavity with side walls":
         tables["geometry"] = {"kind": "mold", "length": 1.0, "cavity_height": 0.05, "width": drawn["width"]}
         tables["wall"]["thickness"] = 0.003
-        return tables | {"solver": {"mesh_refinement": 0.4}}
+        return tables | {"solver": {"mesh_refinement": 0.35}}
     file = folder / f"{number}.geo"
     if shape == "plane, curved skin":
         text = (MESHES / "curved_mold.geo").read_text()
@@ -102,7 +102,7 @@ def _tables(shape: str, number: int, drawn: dict[str, Any], folder: Path) -> dic
         (MESHES / "ports_mold.geo")
         .read_text()
         .replace("length = 1.2", "length = 0.6")
-        .replace("fine = 1;", "fine = 0.5;")
+        .replace("fine = 1;", "fine = 0.35;")
     )
     text = re.sub(r"crown = [0-9.]+", f"crown = {drawn['rise']:.6f}", text)
     # the whole ends are open
@@ -117,7 +117,7 @@ def _tables(shape: str, number: int, drawn: dict[str, Any], folder: Path) -> dic
     text = re.sub(r'Physical Surface\("second_outlets"\)[^;]*;', "", text)
     text = re.sub(r"section_4_0, section_4_1, end_in_0_0[^}]*end_out_3_0,\s*", "section_4_0, section_4_1, ", text)
     text = re.sub(r"(along|across) = (\d+) \* fine", r"\1 = Ceil(\2 * fine)", text)
-    text = text.replace("{3 * fine, 8 * fine, 4 * fine, 9 * fine}", "{1, 4, 2, 4}")
+    text = text.replace("{3 * fine, 8 * fine, 4 * fine, 9 * fine}", "{1, 3, 2, 3}")
     file.write_text(text)
     return tables | {"geometry": {"kind": "mesh", "mesh": str(file), "symmetry": "none", "refine_wall": True}}
 

@@ -11,8 +11,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import trapezoid
-from scipy.special import roots_legendre
 
 from ..laws.materials import Fluid
 from ..output.quantities import Columns
@@ -22,7 +20,7 @@ SURROUNDINGS = 298.15
 """Temperature (K) of the surroundings of a scene that gives none."""
 FRONT = (0.1, 0.9)
 """Parts of the temperature difference between which the thermocline lies."""
-POINTS, WEIGHTS = (part.astype(float) for part in roots_legendre(8))
+POINTS, WEIGHTS = np.polynomial.legendre.leggauss(8)  # type: ignore[no-untyped-call]
 
 
 @dataclass(frozen=True)
@@ -72,6 +70,8 @@ def _flow(
     entering, leaving = part["inlet_temperature"], part["outlet_temperature"]
 
     def over_time(rate: NDArray[Any]) -> float:
+        from scipy.integrate import trapezoid  # takes a while to import, and most runs have no cycles
+
         return float(trapezoid(np.append(rate[:1], rate), time))
 
     mass = over_time(mass_flow)

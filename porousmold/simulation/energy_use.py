@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import cumulative_trapezoid
 
 from ..laws.materials import Fluid
 from ..output.quantities import Columns
@@ -37,7 +36,9 @@ def energy_use(
     end = time[-1] if heating_time is None else heating_time
 
     def until_end(rate: NDArray[Any]) -> float:
-        return float(np.interp(end, time, cumulative_trapezoid(rate, time, initial=0.0)))
+        steps = np.diff(time, prepend=time[0])
+        middles = 0.5 * (rate + np.append(rate[:1], rate[:-1]))
+        return float(np.interp(end, time, np.cumsum(steps * middles)))
 
     heat, work = until_end(heat_rate), until_end(mass_flow * pressure_drop / density)
     spent = heat + work

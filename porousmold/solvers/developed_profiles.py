@@ -6,7 +6,6 @@ wall distance and of ln G, interpolated by cubic splines in ln G after division 
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import RectBivariateSpline
 
 from ..mesh import fenicsx
 from .developed import DevelopedFlow
@@ -70,6 +69,8 @@ class ProfileTable:
         self._flow.given = np.exp(logarithms) * self._viscosity**2 / (self._density * self._diameter**3)
         self._flow.start()
         self.middle = logarithm
+        from scipy.interpolate import RectBivariateSpline  # takes a while to import, and most runs have no table
+
         distances, tables = self._tables()
         self._splines = []
         for number, table in enumerate(tables):
