@@ -56,6 +56,9 @@ def from_file(
     known = ("bed", *layers, *BOUNDARY_NAMES)
     if unknown := next((name for name in conventions.groups if name not in known), None):
         raise InputError("geometry.groups", unknown, f"must be one of {', '.join(known)}", str(path))
+    if twice := conventions.named_twice(("bed", *layers), BOUNDARY_NAMES):
+        allowed = f"must name a group once: {twice[0]!r} is both {twice[1]} and {twice[2]}"
+        raise InputError("geometry.groups", dict(conventions.groups), allowed, str(path))
     regions = conventions.named({"bed": BED, **{name: WALL + number for number, name in enumerate(layers)}})
     required = [
         name

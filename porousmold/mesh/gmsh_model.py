@@ -3,7 +3,7 @@
 import os
 import subprocess
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -37,6 +37,16 @@ class Conventions:
     def named(self, tags: Mapping[str, int]) -> dict[str, int]:
         """The tags by the names that the file has."""
         return {one: tag for name, tag in tags.items() for one in self.in_file(name)}
+
+    def named_twice(self, *kinds: Iterable[str]) -> tuple[str, str, str] | None:
+        """A group of the file that two of our names of a kind stand for, and these; None without one."""
+        for names in kinds:
+            owners: dict[str, str] = {}
+            for name in names:
+                for one in set(self.in_file(name)):
+                    if owners.setdefault(one, name) != name:
+                        return one, owners[one], name
+        return None
 
     def in_file(self, name: str) -> list[str]:
         """Names of the file's groups that are ours of a name."""

@@ -199,7 +199,8 @@ def _checked_value(name: str, key: Key, value: Any, base: Path, where: str | Non
             or not value
             or not all(isinstance(text, str) and text for text in value.values())
         ):
-            raise InputError(name, str(value), 'must be a table of texts, such as { wall = "skin" }', where)
+            allowed = 'must be a table of texts in the scene, such as { wall = "skin" } (--set gives none)'
+            raise InputError(name, str(value), allowed, where)
         return dict(value)
     if key.kind == "list":
         return _checked_list(name, key, value, base, where)

@@ -21,7 +21,7 @@ from .estimates import Estimates
 from .meshing import BYTES_AN_UNKNOWN
 from .outcome import outside_ranges
 from .problem import sensors_of
-from .scene_warnings import warnings_of_the_scene
+from .scene_warnings import first_cell, warnings_of_the_first_cell, warnings_of_the_scene
 from .specs import Specs, specs_of
 
 SECONDS_A_STEP = {2: 1.2e-5, 3: 4e-5}
@@ -31,8 +31,6 @@ STEPS_AT_THE_START, HEATING_TIMES = 10, 1.7
 estimated duration stands for."""
 CYCLES_UNTIL_PERIODIC = 6
 """Of a run of phases that ends when its cycles repeat themselves."""
-COARSEST_FIRST_CELL = 3.0
-"""Of what the wall needs."""
 LONGEST_MESH, SHORTEST_MESH = 30.0, 0.01
 """In m: beyond, its unit is questionable."""
 
@@ -128,17 +126,6 @@ def _nodes(domain: Domain) -> dict[str, int]:
     return {name: int(ranks.total(domain.communicator, count)) for name, count in counts.items()}
 
 
-def first_cell(domain: Domain) -> float:
-    """Median height (m) of the bed's cells at the wall (collective)."""
-    space = fenicsx.lagrange_space(domain.mesh)
-    distance = fenicsx.nodal_values(domain.wall_distance, space)
-    of_cells = distance[fenicsx.dof_table(space)[domain.cells(geometry.BED)]]
-    scale = ranks.largest_magnitude(domain.communicator, of_cells)
-    touching = np.sum(of_cells <= 1e-9 * scale, axis=1) >= domain.mesh.topology.dim
-    heights = of_cells[touching].max(axis=1)
-    return float(np.median(np.concatenate(domain.communicator.allgather(heights)) if scale else [0.0]))
-
-
 def _warnings_of_the_mesh(specs: Specs, domain: Domain, estimates: Estimates, first: float) -> list[str]:
     found = []
     is_file = specs.mesh.file is not None
@@ -147,9 +134,7 @@ def _warnings_of_the_mesh(specs: Specs, domain: Domain, estimates: Estimates, fi
             "mm: a mesh is read in m, so scale it by 0.001" if domain.length > LONGEST_MESH else "another unit than m"
         )
         found.append(f"geometry.mesh is {domain.length:.4g} m long: it may be in {unit}")
-    if first > COARSEST_FIRST_CELL * estimates.first_cell:
-        remedy = "see geometry.refine_wall" if is_file else "see solver.first_cell"
-        found.append(f"the first cell at the wall is {first / estimates.first_cell:.0f} times too high: {remedy}")
+    found += warnings_of_the_first_cell(specs, estimates, first)
     if (
         specs.waits_for_heat
         and not math.isfinite(estimates.conduction_time)

@@ -22,7 +22,7 @@ from .cycles import SURROUNDINGS, cycles_of
 from .energy_use import energy_use
 from .estimates import rayleigh_darcy
 from .march import Simulation, temperature_bounds
-from .scene_warnings import warnings_of_the_scene
+from .scene_warnings import first_cell, warnings_of_the_first_cell, warnings_of_the_scene
 from .specs import Specs
 from .unmet_targets import kept_targets, why_not_met
 
@@ -232,6 +232,7 @@ def warnings_of(scene: Scene, simulation: Simulation, bounds: list[float] | None
         + warnings_of_the_scene(scene, specs, medium.estimates, medium.size)
         + _of_series(scene, simulation.time)
     )
+    found += warnings_of_the_first_cell(specs, medium.estimates, first_cell(medium.domain))
     if bounds is not None:
         return found + _of_what_was_reached(simulation, bounds)
     return found + outside_ranges(simulation.specs, simulation.problem.has_wall, {})

@@ -1,7 +1,12 @@
 """What a scene asks for beyond the limits of the model: told before a run, and after it."""
 
+import numpy as np
+
 from ..laws.porosity import LawPorosity, benyahia_oneill_mean_porosity, dixon_mean_porosity, mean_porosity
 from ..laws.stirring import SOLID_FRACTIONS
+from ..mesh import domain as geometry
+from ..mesh import fenicsx, ranks
+from ..mesh.domain import Domain
 from ..scene.checks import SMALLEST_RATIO
 from ..scene.chosen_laws import width_ratio
 from ..scene.geometries import BedSize
@@ -12,6 +17,8 @@ from .specs import Specs
 
 HIGHEST_BIOT_NUMBER = 0.1
 LARGEST_POROSITY_ERROR = 0.02
+COARSEST_FIRST_CELL = 3.0
+"""Of what the wall needs."""
 HIGHEST_BEAD_CONDUCTION = 2.0
 """Of the beads, over what measurements give for the whole bed across the flow. Up to twice that, bulk conduction stands for the
 dispersion that the thesis leaves out (ceramic beads in air: 1 to 1.5); beyond, nothing makes up for it."""
@@ -77,3 +84,23 @@ def _of_the_porosity(scene: Scene, specs: Specs, size: BedSize) -> list[str]:
         f"the mean porosity {mean:.3f} is not that of poured spheres, {min(measured):.3f} to {max(measured):.3f} at this width "
         "(Dixon; Benyahia, O'Neill): see bed.bulk_porosity"
     ]
+
+
+def first_cell(domain: Domain) -> float:
+    """Median height (m) of the bed's cells at the wall (collective)."""
+    space = fenicsx.lagrange_space(domain.mesh)
+    distance = fenicsx.nodal_values(domain.wall_distance, space)
+    of_cells = distance[fenicsx.dof_table(space)[domain.cells(geometry.BED)]]
+    scale = ranks.largest_magnitude(domain.communicator, of_cells)
+    touching = np.sum(of_cells <= 1e-9 * scale, axis=1) >= domain.mesh.topology.dim
+    heights = of_cells[touching].max(axis=1)
+    return float(np.median(np.concatenate(domain.communicator.allgather(heights)) if scale else [0.0]))
+
+
+def warnings_of_the_first_cell(specs: Specs, estimates: Estimates, first: float) -> list[str]:
+    """Whether the bed's cells at the wall, of a height `first` (m), are too high for the flow there."""
+    if specs.flow.kind == "plug" or first <= COARSEST_FIRST_CELL * estimates.first_cell:
+        return []
+    remedy = "see geometry.refine_wall" if specs.mesh.file is not None else "see solver.first_cell"
+    wrong = "the flow near the wall, and with it the mass flow and every time, may be far off"
+    return [f"the first cell at the wall is {first / estimates.first_cell:.0f} times too high: {wrong} ({remedy})"]

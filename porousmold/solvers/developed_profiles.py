@@ -129,10 +129,6 @@ class ProfileTable:
         """Largest part of the largest k by which k is below 0 in the table."""
         return self._flow.largest_undershoot
 
-    def is_turbulent(self) -> bool:
-        """Whether there is more than a trace of turbulence in the table."""
-        return self._flow.is_turbulent()
-
     def is_also_laminar(self) -> bool:
         """Whether its profiles have a laminar solution beside the turbulent one."""
         return self._flow.is_also_laminar()

@@ -25,6 +25,7 @@ from .developed_profiles import ProfileTable
 from .multigrid import LEAST_UNKNOWNS, Preconditioner
 from .newton import NewtonSystem
 from .protocols import ArrayOf, Drive, Observer, Saved, restore_functions, saved_functions, silent
+from .steady import TRACE_OF_TURBULENCE
 
 PRESSURE_LOST = 1e-6
 """Part of the reference pressure that the reference flow loses at inlet and outlet."""
@@ -97,6 +98,7 @@ class LocallyDevelopedFlow:
         self._gained = fenicsx.DeferredForm(weight * self.local.conductance * (1.0 - self._gain) * ds)
         self._nodal = self._equations.coordinates.nodal_weight * test, domain.nodal_measure()(BED)
         self._volume_form = fenicsx.DeferredForm(self._at_nodes(fem.Constant(domain.mesh, 1.0)))
+        self._energies = [fenicsx.DeferredForm(self._at_nodes(part)) for part in self.state.turbulence[:1]]
         self._logarithm_form = fenicsx.DeferredForm(self._at_nodes(self.local.logarithm))
 
     def _preconditioner(self, space: Any) -> Preconditioner | None:
@@ -135,12 +137,17 @@ class LocallyDevelopedFlow:
         return self._table.largest_undershoot()
 
     def is_turbulent(self) -> bool:
-        """Whether there is more than a trace of turbulence."""
-        return self._table.is_turbulent()
+        """Whether there is more than a trace of turbulence (collective)."""
+        if not self._energies:  # without a transported one eddies follow from the flow itself
+            return self._equations.model is not None
+        energy = fem.Function(self.pressure.function_space)
+        self._mean_at_nodes(self._energies[0].form, energy)
+        largest = ranks.extremes(self.domain.communicator, energy.x.array)[1]
+        return bool(largest > TRACE_OF_TURBULENCE * float(self._equations.scales.speed.value) ** 2)
 
     def is_also_laminar(self) -> bool:
         """Whether its profiles have a laminar flow beside the present turbulent one."""
-        return self._table.is_also_laminar()
+        return self.is_turbulent() and self._table.is_also_laminar()
 
     def start(self, time: float = 0.0) -> None:
         """Find the flow, from the pressure of a uniform permeability; raises `SolveError`."""
@@ -150,7 +157,7 @@ class LocallyDevelopedFlow:
         # of any mesh: what is harmonic has the gradients of the section's changes
         self.pressure.x.array[:] = self._inlet_pressure * np.clip(1.0 - along, 0.0, 1.0)
         self.pressure.x.array[self._outside] = 0.0
-        self._renew_profiles(uniform=True)
+        self._renew_profiles(time, uniform=True)
         self._iterate(time)
         self._solve(time, CONVERGED)
 
@@ -164,7 +171,7 @@ class LocallyDevelopedFlow:
     def _solve(self, time: float, tolerance: float) -> None:
         self.solves += 1
         for _ in range(MOST_ITERATIONS):
-            self._renew_profiles()
+            self._renew_profiles(time)
             update = self._iterate(time)
             if update < tolerance:
                 return
@@ -246,7 +253,7 @@ class LocallyDevelopedFlow:
         vector.array[:] /= self._volumes
         result.x.scatter_forward()
 
-    def _renew_profiles(self, *, uniform: bool = False) -> None:
+    def _renew_profiles(self, time: float, *, uniform: bool = False) -> None:
         """Take the profiles about the present pressure gradient (collective); `uniform` takes that far from walls everywhere,
         whatever the gradient."""
         logarithm = self._profiles.logarithm
@@ -254,7 +261,13 @@ class LocallyDevelopedFlow:
         owned = logarithm.x.array[: len(self._volumes)]
         sums = ranks.total(self.domain.communicator, [np.sum(self._volumes * owned), np.sum(self._volumes)])
         mean = float(sums[0] / sums[1])
-        self._table.cover(mean)
+        try:
+            self._table.cover(mean)
+        except SolveError as error:
+            cure = (
+                "model.flow = 'full', or another drive: the developed profiles at its pressure gradient are not found"
+            )
+            raise SolveError("locally developed flow (profiles)", time, str(error), cure) from None
         if uniform:
             logarithm.x.array[:] = mean
         distance = np.full_like(self._distance, np.max(self._distance)) if uniform else self._distance

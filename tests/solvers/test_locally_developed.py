@@ -8,6 +8,7 @@ from scipy.optimize import brentq
 
 from porousmold import InputError, Scene, run
 from porousmold.mesh import fenicsx, ranks
+from porousmold.mesh.domain import OUTER
 from porousmold.simulation.assembly import locally_developed_flow
 from porousmold.solvers.developed import DevelopedFlow
 
@@ -138,3 +139,32 @@ def test_a_narrow_mold_on_any_number_of_ranks():
     alone, together = (simulation_of(scene, communicator).march() for communicator in (MPI.COMM_SELF, MPI.COMM_WORLD))
     assert together.recorder.history["mass_flow"] == pytest.approx(alone.recorder.history["mass_flow"], rel=1e-6)
     assert together.recorder.history["deficit_wall"] == pytest.approx(alone.recorder.history["deficit_wall"], abs=0.01)
+
+
+def test_cells_too_high_at_the_wall_are_warned_of(tmp_path):
+    """Triangles without graded cells: the profile at the wall is missed, and the run says so."""
+    mesh = (STUDIES.parent / "meshes" / "curved_mold.geo").read_text().replace("Using Progression 1 / 1.3", "")
+    (tmp_path / "coarse.geo").write_text(mesh.replace("across = 22", "across = 3"))
+    settings = {"geometry.mesh": str(tmp_path / "coarse.geo"), "model.flow": "developed", "operation.end_time": 60.0}
+    result = run(Scene.load(CURVED, {**settings, **LEAN}), communicator=MPI.COMM_SELF)
+    assert any("first cell at the wall" in text for text in result.summary["warnings"])
+
+
+@pytest.mark.parametrize("groups", [{"outlet": "inlet + outlet"}, {"wall": "bed + wall"}, {"outlet": "outlet + outer"}])
+def test_a_group_of_a_mesh_has_one_meaning(groups):
+    scene = Scene.load(CURVED, {"geometry.groups": groups, **LEAN})
+    with pytest.raises(InputError, match="must name a group once"):
+        simulation_of(scene, MPI.COMM_SELF)
+
+
+def test_several_groups_are_one(tmp_path):
+    """The interface in two pieces is that of one."""
+    mesh = (STUDIES.parent / "meshes" / "curved_mold.geo").read_text()
+    mesh = mesh.replace(
+        'Physical Curve("outer") = {6};', 'Physical Curve("outside") = {6}; Physical Curve("ends") = {5, 7};'
+    )
+    (tmp_path / "apart.geo").write_text(mesh)
+    settings = {"geometry.mesh": str(tmp_path / "apart.geo"), "geometry.groups": {"outer": "outside + ends"}}
+    joined = simulation_of(Scene.load(CURVED, settings | LEAN), MPI.COMM_SELF).problem.domain
+    alone = simulation_of(Scene.load(CURVED, LEAN), MPI.COMM_SELF).problem.domain
+    assert len(joined.facets(OUTER)) == len(alone.facets(OUTER)) + 2
