@@ -18,7 +18,6 @@ from typing import Any
 
 import numpy as np
 from mpi4py import MPI
-from scipy.stats import qmc
 
 from porousmold import InputError, Scene, run
 from porousmold.errors import SolveError
@@ -26,6 +25,7 @@ from porousmold.simulation.estimates import estimate
 from porousmold.simulation.result import Result
 from porousmold.simulation.running import RunInterrupted
 from porousmold.simulation.specs import specs_of
+from studies.hypercube import draws
 from studies.page import Page
 
 HERE = Path(__file__).parent
@@ -101,14 +101,7 @@ RANGES = {  # (low, high, logarithmic)
 
 def scenes(count: int = COUNT, seed: int = SEED) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:
     """What was drawn, and the tables of the scene, of `count` scenes."""
-    names = [*RANGES, *CHOICES]
-    for number, point in enumerate(qmc.LatinHypercube(len(names), seed=seed).random(count)):
-        drawn: dict[str, Any] = dict(zip(names, point, strict=True))
-        for name, (low, high, logarithmic) in RANGES.items():
-            part = drawn[name]
-            drawn[name] = low * (high / low) ** part if logarithmic else low + part * (high - low)
-        for name, choices in CHOICES.items():
-            drawn[name] = choices[int(drawn[name] * len(choices))]
+    for number, drawn in enumerate(draws(RANGES, CHOICES, count, seed)):
         yield (compatible := _compatible(drawn)), _tables(number, **compatible)
 
 

@@ -14,7 +14,6 @@ from pathlib import Path
 
 import numpy as np
 from mpi4py import MPI
-from scipy.stats import qmc
 
 from porousmold import InputError, Scene, run
 from porousmold.errors import SolveError
@@ -22,6 +21,7 @@ from porousmold.output.figures import STYLE, plt, save
 from porousmold.simulation.estimates import estimate
 from porousmold.simulation.running import RunInterrupted
 from porousmold.simulation.specs import specs_of
+from studies.hypercube import draws
 
 HERE = Path(__file__).parent
 DOCS = HERE.parent / "docs"
@@ -54,14 +54,7 @@ FINER = {"solver.mesh_refinement": 2.0, "solver.step_refinement": 2.0}
 
 def scenes(count, seed):
     """The scenes, `count` of them."""
-    names = [*RANGES, *CHOICES]
-    for point in qmc.LatinHypercube(len(names), seed=seed).random(count):
-        values = dict(zip(names, point, strict=True))
-        for name, (low, high, logarithmic) in RANGES.items():
-            part = values[name]
-            values[name] = low * (high / low) ** part if logarithmic else low + part * (high - low)
-        for name, choices in CHOICES.items():
-            values[name] = choices[int(values[name] * len(choices))]
+    for values in draws(RANGES, CHOICES, count, seed):
         yield _scene(**values)
 
 

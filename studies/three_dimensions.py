@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from mpi4py import MPI
-from scipy.stats import qmc
 
 from porousmold import InputError, Scene, SolveError, run
+from studies.hypercube import draws
 from studies.page import Page
 
 MESHES = Path(__file__).parent.parent / "meshes"
@@ -61,14 +61,7 @@ class Compared(NamedTuple):
 
 def drawn_scenes(count: int, folder: Path, seed: int = 37) -> Iterator[tuple[str, str, Scene]]:
     """Shape, words and scene of `count` draws; meshes are written into a folder."""
-    names = [*RANGES, *CHOICES]
-    for number, point in enumerate(qmc.LatinHypercube(len(names), seed=seed).random(count)):
-        drawn: dict[str, Any] = dict(zip(names, point, strict=True))
-        for name, (low, high, logarithmic) in RANGES.items():
-            part = drawn[name]
-            drawn[name] = low * (high / low) ** part if logarithmic else low + part * (high - low)
-        for name, choices in CHOICES.items():
-            drawn[name] = choices[int(drawn[name] * len(choices))]
+    for number, drawn in enumerate(draws(RANGES, CHOICES, count, seed)):
         shape = SHAPES[number % len(SHAPES)]
         words = ", ".join(
             f"{name} {value:.3g}" if isinstance(value, float) else str(value) for name, value in drawn.items()
