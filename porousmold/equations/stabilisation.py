@@ -81,7 +81,8 @@ def _sides(coordinates: Coordinates, advection: Value, metric_tensor: Value, str
     halves = [0.5 * jacobian[:, i] for i in range(dimension)]
     rows = [2.0 * inverse[i, :] for i in range(dimension)]  # a = sum of (row.a) half
     for i in range(1, dimension):
-        more = ufl.gt(abs(ufl.dot(rows[i], advection)), abs(ufl.dot(rows[0], advection)))
+        # the side that has most of the flow, not that it crosses fastest: a flat cell's height is crossed to and fro by little
+        more = ufl.gt(_part_along(halves[i], rows[i], advection), _part_along(halves[0], rows[0], advection))
         for parts in (halves, rows):
             parts[0], parts[i] = (
                 ufl.conditional(more, parts[i], parts[0]),
@@ -90,6 +91,11 @@ def _sides(coordinates: Coordinates, advection: Value, metric_tensor: Value, str
     across = tuple(Crossing(half, 1.0, row) for half, row in zip(halves[1:], rows[1:], strict=True))
     rate = ufl.dot(rows[0], advection)
     return _Sides(_sign(rate) * halves[0], abs(rate), across)
+
+
+def _part_along(half: Value, row: Value, advection: Value) -> Value:
+    """Square of what a side has of a flow."""
+    return ufl.dot(row, advection) ** 2 * ufl.dot(half, half)
 
 
 def _sign(value: Value) -> Value:

@@ -60,6 +60,9 @@ def test_a_curved_mold_is_heated_as_by_the_full_flow(drive):
     assert developed.summary["mass_flow_initial"] == pytest.approx(full.summary["mass_flow_initial"], rel=3e-3)
     assert abs(developed.summary["energy_imbalance"]) < 1e-5
     assert developed.summary["unknowns"]["flow"] < 0.3 * full.summary["unknowns"]["flow"]
+    for result in (full, developed):  # within the temperatures given: flat cells are crossed to and fro by little
+        assert result.history["lowest_temperature"].min() > 298.15 - 0.1
+        assert result.history["highest_temperature"].max() < 363.15 + 0.1
 
 
 RADIAL = """
