@@ -1,5 +1,5 @@
 """Full against locally developed flow, where the bed is not straight or has three dimensions: scenes drawn at random, of three
-shapes. Writes docs/three-dimensions.md. Run: make three-dimensions (half an hour).
+shapes. Writes docs/three-dimensions.md. Run: make three-dimensions (an hour).
 
 A plane bed below a curved skin, a narrow cavity with side walls, and half of a wide tool with a doubly curved skin; beads,
 pressure drop, temperatures, closures, turbulence and wall are drawn by a Latin hypercube.
@@ -144,17 +144,10 @@ def compared(shape: str, words: str, scene: Scene) -> Compared | None:
     return found
 
 
-def main() -> None:
-    """Run everything and write the page."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=21)
-    parser.add_argument("--out", type=Path, default=PAGE)
-    arguments = parser.parse_args()
-    with tempfile.TemporaryDirectory() as folder:
-        found = [compared(*drawn) for drawn in drawn_scenes(arguments.count, Path(folder))]
-    known = [one for one in found if one is not None]
+def write(known: list[Compared], count: int, path: Path) -> None:
+    """The page of what was compared, of `count` scenes drawn."""
     page = Page(*OPENING.splitlines())
-    page.add(f"{len(known)} of {arguments.count} scenes drawn at random were heated by both.", "")
+    page.add(f"{len(known)} of {count} scenes drawn at random were heated by both.", "")
     rows = []
     for shape in SHAPES:
         part = [one for one in known if one.shape == shape]
@@ -176,7 +169,18 @@ def main() -> None:
             for one in known
         ],
     )  # fmt: skip
-    page.write(arguments.out)
+    page.write(path)
+
+
+def main() -> None:
+    """Run everything and write the page."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--count", type=int, default=21)
+    parser.add_argument("--out", type=Path, default=PAGE)
+    arguments = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        found = [compared(*drawn) for drawn in drawn_scenes(arguments.count, Path(folder))]
+    write([one for one in found if one is not None], arguments.count, arguments.out)
 
 
 if __name__ == "__main__":
