@@ -272,9 +272,8 @@ def _energy_equations(specs: Specs, medium: Medium, flow: Flow) -> EnergyEquatio
     carrier = medium.equations
     if flow.streamfunction is not None:
         carrier = CarriedByStreamfunction(**vars(carrier), streamfunction=flow.streamfunction)
-    openings = ds
-    if isinstance(flow, LocallyDevelopedFlow):
-        carrier, openings = flow.carrier(carrier), domain.nodal_facet_measure()
+    elif isinstance(flow, LocallyDevelopedFlow):
+        carrier = flow.carrier(carrier)
     return EnergyEquations(
         flow=carrier,
         flow_state=flow.state,
@@ -282,8 +281,8 @@ def _energy_equations(specs: Specs, medium: Medium, flow: Flow) -> EnergyEquatio
         entrance=domain.entrance(),
         wall=_wall(specs, medium, ds),
         inlet_temperature=medium.boundary.inlet_temperature,
-        inlet=openings(geometry.INLET),
-        outlet=openings(geometry.OUTLET),
+        inlet=ds(geometry.INLET),
+        outlet=ds(geometry.OUTLET),
         dx_bed=dx(geometry.BED),
         nodes_bed=domain.nodal_measure()(geometry.BED),
         two_temperatures=heat.two_temperatures,

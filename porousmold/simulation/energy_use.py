@@ -36,6 +36,7 @@ def energy_use(
     end = time[-1] if heating_time is None else heating_time
 
     def until_end(rate: NDArray[Any]) -> float:
+        # the trapezoidal rule by hand: every run would import scipy.integrate for it alone
         steps = np.diff(time, prepend=time[0])
         middles = 0.5 * (rate + np.append(rate[:1], rate[:-1]))
         return float(np.interp(end, time, np.cumsum(steps * middles)))

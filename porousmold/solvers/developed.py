@@ -258,13 +258,7 @@ class DevelopedFlow(NonlinearFlow):
 
     def _given_mass_flow(self, inlet_pressure: float) -> float | None:
         """Mass flow (kg/s) that the drive gives at a gauge pressure (Pa) at the inlet; None where it gives the pressure drop."""
-        drive = self._drive()
-        if drive.kind == "mass_flow":
-            return drive.value
-        if drive.kind == "inlet_velocity":
-            absolute = inlet_pressure + self._reference_pressure
-            return float(drive.value * self._area * self._fluid.density(absolute, drive.temperature))
-        return None
+        return self._drive().mass_flow(inlet_pressure + self._reference_pressure, self._area, self._fluid)
 
     def _changes(
         self,

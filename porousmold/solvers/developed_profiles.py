@@ -55,13 +55,10 @@ class ProfileTable:
         self.middle = np.nan
         """ln G in the middle of the table."""
 
-    @property
-    def number_of_fields(self) -> int:
-        """The speed, and the turbulence's unknowns."""
-        return 1 + len(self._flow.equations.turbulent_unknowns)
-
     def cover(self, logarithm: float) -> None:
         """Have the middle of the table near a value of ln G. Raises `SolveError` where the profiles are not found."""
+        from scipy.interpolate import RectBivariateSpline  # takes a while to import, and most runs have no table
+
         if abs(logarithm - self.middle) < 0.5 * np.log(REACH):
             return
         logarithms = logarithm + np.log(REACH) * np.linspace(-1.0, 1.0, STATIONS)
@@ -69,8 +66,6 @@ class ProfileTable:
         self._flow.given = np.exp(logarithms) * self._viscosity**2 / (self._density * self._diameter**3)
         self._flow.start()
         self.middle = logarithm
-        from scipy.interpolate import RectBivariateSpline  # takes a while to import, and most runs have no table
-
         distances, tables = self._tables()
         self._splines = []
         for number, table in enumerate(tables):

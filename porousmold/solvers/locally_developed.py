@@ -81,8 +81,7 @@ class LocallyDevelopedFlow:
     def _build(self, space: Any, quadrature_degree: int) -> None:
         domain, test = self.domain, ufl.TestFunction(space)
         dimension = domain.mesh.topology.dim
-        # at the nodes: as a mean of the functions around, what enters would have lobes of outflow beside its peak at the wall
-        cells, facets = domain.cell_measure(quadrature_degree), domain.nodal_facet_measure()
+        cells, facets = domain.cell_measure(quadrature_degree), domain.facet_measure(quadrature_degree)
         nothing = fem.Constant(domain.mesh, 0.0)
         residual = self.local.residual(test, cells(BED), facets((INLET, OUTLET)))
         residual += nothing * self.pressure * test * domain.wall_measure(1)
@@ -216,13 +215,8 @@ class LocallyDevelopedFlow:
 
     def _given(self, inlet_pressure: float) -> float | None:
         """Mass flow (kg/s) that the drive gives at a gauge pressure (Pa) at the inlet; None where it gives the pressure drop."""
-        drive = self._drive()
-        if drive.kind == "pressure_drop":
-            return None
-        if drive.kind == "mass_flow":
-            return drive.value
         absolute = inlet_pressure + float(self._equations.fluid.reference_pressure.value)
-        return float(drive.value * self._area * self._fluid.density(absolute, drive.temperature))
+        return self._drive().mass_flow(absolute, self._area, self._fluid)
 
     @property
     def _inlet_pressure(self) -> float:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..equations.flow import FlowState
 from ..equations.openings import Opening
+from ..laws.materials import Fluid
 from .curing import Curing
 from .step_error import StepError
 
@@ -29,6 +30,15 @@ class Drive(NamedTuple):
     kind: str
     value: float
     temperature: float
+
+    def mass_flow(self, pressure: float, area: float, fluid: Fluid) -> float | None:
+        """Mass flow (kg/s) that it gives at an absolute pressure (Pa) at an inlet of an `area` (m2); None where it gives the
+        pressure drop."""
+        if self.kind == "mass_flow":
+            return self.value
+        if self.kind == "inlet_velocity":
+            return float(self.value * area * fluid.density(pressure, self.temperature))
+        return None
 
 
 @dataclass
