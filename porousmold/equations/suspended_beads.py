@@ -5,7 +5,7 @@ predicted velocity v* of the beads at a place, per total volume):
 
     v* = theta u + (1 - theta) v' - a/(a rho_s/dt + beta) grad p,   theta = beta/(a rho_s/dt + beta),   v' = v + g' dt
 
-with beta the drag per volume and relative velocity, and g' gravity less buoyancy. So the gas feels, in its momentum,
+with beta the drag per volume and relative velocity, and g' the acceleration by weight less buoyancy and by contacts. So the gas feels, in its momentum,
 
     beta (1 - theta) (u - v') + theta a grad p      besides phi grad p,
 
@@ -56,11 +56,14 @@ class SuspendedBeads:
         own = self.share * (self.theta * state.velocity + (1.0 - self.theta) * self.velocity)
         return own - self.yielding * ufl.grad(state.pressure)
 
-    def residual(self, equations: FlowEquations, state: FlowState, tests: Any, density: Any, dx: ufl.Measure) -> Value:
-        """Form of what the beads add to momentum and mass, scaled like these."""
-        momentum = self.theta * self.share * ufl.dot(ufl.grad(state.pressure), tests[0]) / equations.scales.pressure
-        mass = -density * ufl.dot(self.flux(state), ufl.grad(tests[1])) / equations.scales.speed
-        return equations.coordinates.weight * (momentum + mass) * dx
+    def force(self, state: FlowState, drag: Value) -> Value:
+        """On the gas (N/m3), with `drag` beta (1 - theta), beside what it resists to its own velocity."""
+        return drag * self.velocity - self.theta * self.share * ufl.grad(state.pressure)
+
+    def residual(self, equations: FlowEquations, state: FlowState, test: Any, density: Any, dx: ufl.Measure) -> Value:
+        """Form of what the beads add to the mass balance, of its test function, scaled like it."""
+        mass = -density * ufl.dot(self.flux(state), ufl.grad(test)) / equations.scales.speed
+        return equations.coordinates.weight * mass * dx
 
 
 @dataclass(frozen=True)

@@ -4,15 +4,15 @@ The column is a slab: between two walls across x[1], periodic in depth, with the
 two-dimensional, on quadrilaterals of some bead diameters; the beads are spheres in three dimensions. Every bead gives its volume,
 velocity and heat to the four nodes around it by their hat functions, and takes the values of the gas by the same.
 
-A step: porosity and drag (`laws.fluidisation.suspension_drag`) at the nodes; velocity and pressure of the gas by Newton's method,
+A step: porosity and drag (one of `laws.fluidisation.SUSPENSION_DRAGS`) at the nodes; velocity and pressure of the gas by Newton's method,
 implicit in the drag of both sides (`equations.suspended_beads`); its temperature; then the beads, in `column_beads.CHUNKS` parts,
 
     dv/dt = beta/(a rho_s) (u - v) - grad p/rho_s + g (1 - rho/rho_s),    implicit in v,
 
 each followed by steps of their contacts (`packing.dynamics`). A bead takes up K (T - T_i) over the step with
-K = M C (1 - exp(-h A dt/(M C)))/dt, so that it never overshoots, h by the correlation `column_gas.NUSSELT`.
-The gas has constant properties.
-The prediction of the beads' motion does not know what holds a bed at rest: its pressure drop is low by the part theta, 1 to 5 %.
+K = M C (1 - exp(-h A dt/(M C)))/dt, so that it never overshoots, h by one of `laws.nusselt.NUSSELT_CORRELATIONS`.
+The gas has constant properties. It predicts the beads' motion with what weight and contacts did to them in the step before (Henry
+et al., eq. A.20), and so knows what holds a bed at rest.
 """
 
 from collections.abc import Callable, Mapping
@@ -24,10 +24,10 @@ from numpy.typing import NDArray
 
 from ..errors import SolveError
 from ..files.atomic_files import output_file
-from ..laws.fluidisation import suspension_drag
-from ..laws.nusselt import prandtl_number
+from ..laws.fluidisation import SUSPENSION_DRAGS
+from ..laws.nusselt import NUSSELT_CORRELATIONS, prandtl_number
 from .column_beads import ColumnBeads
-from .column_gas import NUSSELT, ColumnGas
+from .column_gas import ColumnGas
 from .column_grid import ColumnGrid, Weights
 from .column_input import ColumnInput
 
@@ -111,12 +111,15 @@ class Column:
         weights, volume = grid.weights(self.beads.places), np.pi / 6.0 * d**3
         share = np.minimum(grid.spread(weights, np.full(len(self.beads), volume)) / grid.volumes, LARGEST_SHARE)
         safe = np.maximum(share, 1e-9)
-        beads = [grid.spread(weights, volume * values) / grid.volumes / safe for values in self.beads.velocity]
+        beads, pushed = (
+            [grid.spread(weights, volume * values) / grid.volumes / safe for values in of_beads]
+            for of_beads in (self.beads.velocity, self.beads.acceleration)
+        )
         gas = self.gas.velocity
         slip = np.hypot(gas[0] - beads[0], gas[1] - beads[1])
-        drag = suspension_drag(1.0 - share, d, given.density, given.viscosity, slip)
+        drag = SUSPENSION_DRAGS[given.drag](1.0 - share, d, given.density, given.viscosity, slip)
         resistance = np.maximum(share * given.bead_density / given.time_step + drag, 1e-30)
-        beads[0] = beads[0] + self.beads.gravity * given.time_step * (share > 0.0)
+        beads = [velocity + given.time_step * more for velocity, more in zip(beads, pushed, strict=True)]
         self.gas.surround(share, beads, drag, drag / resistance, np.where(share > 0.0, share**2 / resistance, 0.0))
         return weights, share, slip, drag
 
@@ -126,7 +129,7 @@ class Column:
         porosity, step = self.gas.porosity, self.given.time_step
         reynolds = porosity * given.density * slip * d / given.viscosity
         prandtl = prandtl_number(given.viscosity, given.heat_capacity, given.conductivity)
-        film = np.asarray(NUSSELT(reynolds, prandtl, porosity)) * given.conductivity / d
+        film = np.asarray(NUSSELT_CORRELATIONS[given.nusselt](reynolds, prandtl, porosity)) * given.conductivity / d
         capacity = given.bead_mass * given.bead_heat_capacity
         conductance = -capacity / step * np.expm1(-grid.at(weights, film) * np.pi * d**2 * step / capacity)
         exchange = grid.spread(weights, conductance) / grid.volumes

@@ -49,6 +49,7 @@ class ColumnBeads:
         self._contact_step = chunk / self._contact_steps
         self.gravity = -GRAVITY * (1.0 - given.density / given.bead_density)
         self._unit = math.sqrt(GRAVITY * d)
+        self._pushed = np.zeros((count, 2))  # by name: a bed at rest stays at rest
 
     def __len__(self) -> int:
         return len(self._body)
@@ -64,6 +65,11 @@ class ColumnBeads:
         return [self._unit * self._body[:, 3 + axis] for axis in (2, 0)]
 
     @property
+    def acceleration(self) -> list[NDArray[Any]]:
+        """By weight less buoyancy and by contacts in the last step, upwards and across, m/s2; 0 before the first one."""
+        return [self._pushed[self._name, axis] for axis in (0, 1)]
+
+    @property
     def fastest(self) -> float:
         """The largest speed, m/s."""
         return float(self._unit * np.sqrt((self._body[:, 3:6] ** 2).sum(axis=1).max()))
@@ -72,23 +78,31 @@ class ColumnBeads:
         """Over a step of the gas, with its velocity at the beads (m/s), what else accelerates these (m/s2), both up and across,
         and the `rate` (1/s) at which its drag does."""
         names = self._name.copy()
+        self._pushed[:] = 0.0
         by_name = np.empty((len(names), 5))
         by_name[names] = np.column_stack((*gas, *push, rate))
         span = self.given.time_step / CHUNKS
         weight = np.array([0.0, 0.0, self.gravity / GRAVITY])
-        for _ in range(CHUNKS):
-            along, across, push_along, push_across, drag = by_name[self._name].T
-            for axis, velocity, acceleration in ((5, along, push_along), (3, across, push_across), (4, 0.0, 0.0)):
-                now = self._unit * self._body[:, axis]
-                self._body[:, axis] = (now + span * (acceleration + drag * velocity)) / (1.0 + span * drag) / self._unit
+        for _ in range(CHUNKS):  # half of the push before the contacts, half after: beads at rest end at rest
+            self._feel(by_name, 0.5 * span)
             left = self._contact_steps
             while left > 0:
                 if self._slack <= 0.0:
                     self._renew_pairs()
+                before = self._body[:, [5, 3]]
                 done, self._slack = dynamics.advance(
                     self._body, self._load, self._size, self._pairs, self._walls, self._wall_spring, self._material,
                     weight, self._contact_step, left, self._slack)  # fmt: skip
+                self._pushed[self._name] += self._unit / self.given.time_step * (self._body[:, [5, 3]] - before)
                 left -= done
+            self._feel(by_name, 0.5 * span)
+
+    def _feel(self, of_gas: NDArray[Any], span: float) -> None:
+        """The gas over a span (s), implicit in its drag; `of_gas` is by name: its velocity, other acceleration, rate of drag."""
+        along, across, push_along, push_across, drag = of_gas[self._name].T
+        for axis, velocity, acceleration in ((5, along, push_along), (3, across, push_across), (4, 0.0, 0.0)):
+            now = self._unit * self._body[:, axis]
+            self._body[:, axis] = (now + span * (acceleration + drag * velocity)) / (1.0 + span * drag) / self._unit
 
     def _renew_pairs(self) -> None:
         fastest = math.sqrt((self._body[:, 3:6] ** 2).sum(axis=1).max())
@@ -105,15 +119,12 @@ class ColumnBeads:
     def save(self) -> dict[str, Any]:
         """Everything that the motion goes on from."""
         state = {"body": self._body, "name": self._name, "load": self._load, "wall_spring": self._wall_spring}
-        state |= {"bead_temperature": self.temperature, "slack": np.array(self._slack)}
+        state |= {"bead_temperature": self.temperature, "slack": np.array(self._slack), "pushed": self._pushed}
         return state | {f"pairs_{number}": part for number, part in enumerate(self._pairs)}
 
     def restore(self, saved: Mapping[str, Any]) -> None:
         """Go on from what `save` gave."""
         self._body, self._name, self._load = saved["body"], saved["name"], saved["load"]
-        self._wall_spring, self.temperature, self._slack = (
-            saved["wall_spring"],
-            saved["bead_temperature"],
-            float(saved["slack"]),
-        )
+        self._wall_spring, self._pushed = saved["wall_spring"], saved["pushed"]
+        self.temperature, self._slack = saved["bead_temperature"], float(saved["slack"])
         self._pairs = tuple(saved[f"pairs_{number}"] for number in range(len(self._pairs)))

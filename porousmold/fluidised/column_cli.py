@@ -47,6 +47,8 @@ def add_commands(commands: Any) -> None:
         ("--inlet-temperature", "80 degC", "of the gas (default 80 degC)"),
         ("--blocked-width", "0 mm", "in the middle of the floor, through which no gas enters (default 0)"),
         ("--friction", "0.3", "coefficient between beads and at walls (default 0.3)"),
+        ("--drag", "gidaspow", "on the beads: gidaspow (default), or di-felice as in equation (12) of Henry et al."),
+        ("--nusselt", "wakao", "correlation of the film around the beads, as model.nusselt of a scene (default wakao)"),
         ("--cell-size", "3.5", "of the gas's cells, in bead diameters (default 3.5)"),
         ("--seed", "1", "same seed, same packing"),
     ):
@@ -173,6 +175,8 @@ def _input(options: argparse.Namespace) -> Any:
         friction=to_si("--friction", options.friction, ""),
         cell_size=to_si("--cell-size", options.cell_size, ""),
         seed=whole_number("--seed", options.seed),
+        drag=options.drag,
+        nusselt=options.nusselt,
     )
 
 

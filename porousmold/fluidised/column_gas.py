@@ -27,7 +27,6 @@ from ..solvers.newton import NewtonSystem, free_systems
 from .column_grid import ColumnGrid
 from .column_input import ColumnInput
 
-NUSSELT = NUSSELT_CORRELATIONS["wakao"]
 MOST_ITERATIONS, CONVERGED = 4, 1e-5
 QUADRATURE = 3
 
@@ -74,7 +73,9 @@ class ColumnGas:
         gas = _Gas(number(given.density), number(given.viscosity))
         solid, law = Solid("beads", given.bead_density, given.bead_heat_capacity, 1.0), GivenDrag(self._drag)
         distance, given_drag = self._domain.wall_distance, cast(DragLaw, law)
-        bed = Bed(self._porosity, number(0.4), distance, scales.length, solid, given_drag, NUSSELT)
+        bed = Bed(
+            self._porosity, number(0.4), distance, scales.length, solid, given_drag, NUSSELT_CORRELATIONS[given.nusselt]
+        )
         equations = FlowEquations(bed, FluidState(cast(Fluid, gas), number(0.0)), Coordinates(mesh, False), scales)
         dx, ds = self._domain.cell_measure(QUADRATURE)(geometry.BED), self._domain.facet_measure(QUADRATURE)
         nodes = self._domain.nodal_measure()(geometry.BED)
@@ -85,24 +86,31 @@ class ColumnGas:
             Opening(ds(geometry.OUTLET), pressure=number(0.0)),
         ]
         zero = number(0.0)
-        old, sources = equations.state_of(ufl.split(self._previous)), (self._drag * self._bead_velocity, zero)
-        form = equations.residual_of(state, old, tests, self._inverse_step, zero, openings, dx, nodes, sources)
+        old = equations.state_of(ufl.split(self._previous))
         beads = SuspendedBeads(self._bead_velocity, self._share, self._theta, self._yielding)
-        form += beads.residual(equations, state, tests, gas.density_of, dx)
+        force = beads.force(state, self._drag)
+        form = equations.residual_of(state, old, tests, self._inverse_step, zero, openings, dx, nodes, (force, zero))
+        form += beads.residual(equations, state, tests[1], gas.density_of, dx)
         across_space, _ = mixed.sub(0).sub(1).collapse()
         sides = [
             fem.locate_dofs_geometrical((mixed.sub(0).sub(1), across_space), lambda x, at=at: np.isclose(x[1], at))[0]
             for at in (0.0, given.width)
         ]
         self._flow = NewtonSystem(form, self._unknown, np.unique(np.concatenate(sides)))
-        self._make_heat(equations, state, dx, nodes, ds)
+        self._make_heat(equations, state, force, dx, nodes, ds)
 
     def _make_heat(
-        self, equations: FlowEquations, state: FlowState, dx: ufl.Measure, nodes: ufl.Measure, ds: ufl.Measure
+        self,
+        equations: FlowEquations,
+        state: FlowState,
+        force: Any,
+        dx: ufl.Measure,
+        nodes: ufl.Measure,
+        ds: ufl.Measure,
     ) -> None:
         given, number, scalar = self.given, self._domain.constant, self._porosity.function_space
         before = equations.state_of(ufl.split(self._previous)).velocity
-        momentum = equations.momentum(state, number(0.0), before, self._inverse_step, self._drag * self._bead_velocity)
+        momentum = equations.momentum(state, number(0.0), before, self._inverse_step, force)
         gas_flux = self._porosity * (state.velocity + momentum.fine_scale_velocity)
         inlet, outlet = ds(geometry.INLET), ds(geometry.OUTLET)
         capacity, inflow = number(given.density * given.heat_capacity), self._inflow

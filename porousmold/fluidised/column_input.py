@@ -4,14 +4,16 @@ import math
 from dataclasses import dataclass
 
 from ..errors import InputError
-from ..laws.fluidisation import GRAVITY, archimedes_number
+from ..laws.fluidisation import GRAVITY, SUSPENSION_DRAGS, archimedes_number
+from ..laws.nusselt import NUSSELT_CORRELATIONS
 
 
 @dataclass(frozen=True)
 class ColumnInput:
     """SI. The bed at rest is `bed_height` high in a slab of `width` and `depth`, in a column of `height`. The gas enters with the
     superficial `velocity` and `inlet_temperature`, but for the `blocked_width` in the middle. `density`, `viscosity`,
-    `heat_capacity` and `conductivity` are the gas's, `relative_step` its step in sqrt(d/g).
+    `heat_capacity` and `conductivity` are the gas's, `relative_step` its step in sqrt(d/g); `drag` and `nusselt` are
+    names of `laws.fluidisation.SUSPENSION_DRAGS` and of `laws.nusselt.NUSSELT_CORRELATIONS`.
 
     Raises `InputError` for lengths that do not fit each other."""
 
@@ -34,6 +36,8 @@ class ColumnInput:
     cell_size: float = 3.5
     seed: int = 1
     relative_step: float = 0.05
+    drag: str = "gidaspow"
+    nusselt: str = "wakao"
 
     def __post_init__(self) -> None:
         d = self.bead_diameter
@@ -46,6 +50,9 @@ class ColumnInput:
             raise InputError("--blocked-width", self.blocked_width, f"must be >= 0 and < {0.9 * self.width:g} m")
         if not self.velocity >= 0.0:
             raise InputError("--velocity", self.velocity, "must be >= 0 m/s")
+        for key, known in (("drag", SUSPENSION_DRAGS), ("nusselt", NUSSELT_CORRELATIONS)):
+            if (name := getattr(self, key)) not in known:
+                raise InputError(f"--{key}", name, f"must be one of {', '.join(known)}")
         archimedes_number(d, self.density, self.bead_density, self.viscosity)
 
     @property

@@ -122,3 +122,23 @@ def suspension_drag(porosity: Value, diameter: float, density: float, viscosity:
     wen_yu = 0.75 * per_speed * viscosity * solids * porosity**-2.65 / diameter**2  # C_D rho phi |u-v| = C_D Re mu/d
     dilute = 0.5 + np.arctan(262.5 * (porosity - 0.8)) / np.pi
     return (1.0 - dilute) * ergun + dilute * wen_yu
+
+
+def suspension_drag_of_henry(
+    porosity: Value, diameter: float, density: float, viscosity: float, relative_speed: Value
+) -> Value:
+    """Drag per total volume and relative velocity, kg/m3/s, 3/4 C_d (1-phi) rho |u-v|/d with Henry et al.'s equation (12),
+
+        C_d = g (0.63 + 4.8/sqrt(phi Re))^2,    g = phi^(-1.8 + exp(-(1.5 - log10 Re)^2/2)),    Re = rho |u-v| d/mu,
+
+    Dallavalle's sphere among others. g is as they print it, after Di Felice (Int. J. Multiphase Flow 20 (1994) 153-159), whose own
+    exponent is -1.7 + 0.65 exp(...): at a porosity of 0.45 8 % less drag far from Re = 32, 22 % more there. Arrays or numbers."""
+    reynolds = np.maximum(density * relative_speed * diameter / viscosity, 1e-9)
+    voidage = porosity ** (-1.8 + np.exp(-0.5 * (1.5 - np.log10(reynolds)) ** 2))
+    at_rest = 4.8 * np.sqrt(viscosity / (np.maximum(porosity, 1e-9) * density * diameter))  # 4.8 sqrt(|u-v|/(phi Re))
+    per_density = voidage * (0.63 * np.sqrt(relative_speed) + at_rest) ** 2
+    return 0.75 * (1.0 - porosity) * density / diameter * per_density
+
+
+SUSPENSION_DRAGS = {"gidaspow": suspension_drag, "di-felice": suspension_drag_of_henry}
+"""Drag of beads that a fluid carries, by name."""
