@@ -5,7 +5,8 @@ predicted velocity v* of the beads at a place, per total volume):
 
     v* = theta u + (1 - theta) v' - a/(a rho_s/dt + beta) grad p,   theta = beta/(a rho_s/dt + beta),   v' = v + g' dt
 
-with beta the drag per volume and relative velocity, and g' the acceleration by weight less buoyancy and by contacts. So the gas feels, in its momentum,
+with beta the drag per volume and relative velocity, and g' the acceleration by weight less buoyancy and by contacts. So the gas
+feels, in its momentum,
 
     beta (1 - theta) (u - v') + theta a grad p      besides phi grad p,
 

@@ -4,8 +4,9 @@ The column is a slab: between two walls across x[1], periodic in depth, with the
 two-dimensional, on quadrilaterals of some bead diameters; the beads are spheres in three dimensions. Every bead gives its volume,
 velocity and heat to the four nodes around it by their hat functions, and takes the values of the gas by the same.
 
-A step: porosity and drag (one of `laws.fluidisation.SUSPENSION_DRAGS`) at the nodes; velocity and pressure of the gas by Newton's method,
-implicit in the drag of both sides (`equations.suspended_beads`); its temperature; then the beads, in `column_beads.CHUNKS` parts,
+A step: porosity and drag (one of `laws.fluidisation.SUSPENSION_DRAGS`) at the nodes; velocity and pressure of the gas by Newton's
+method, implicit in the drag of both sides (`equations.suspended_beads`); its temperature; then the beads, in
+`column_beads.CHUNKS` parts,
 
     dv/dt = beta/(a rho_s) (u - v) - grad p/rho_s + g (1 - rho/rho_s),    implicit in v,
 
