@@ -16,7 +16,7 @@ from mpi4py import MPI
 
 from porousmold import Scene
 from porousmold.errors import SolveError
-from porousmold.simulation.accuracy import Refinements, run_to_accuracy
+from porousmold.simulation.accuracy import Answer, Refinements, run_to_accuracy
 from porousmold.simulation.march import Simulation
 from porousmold.simulation.recorder import HEATING_TIME
 from porousmold.simulation.specs import specs_of
@@ -46,7 +46,7 @@ class Runs:
     times: list[float | None] = field(default_factory=list)
     seconds: list[float] = field(default_factory=list)
 
-    def __call__(self, scene: Scene) -> dict[str, float]:
+    def __call__(self, scene: Scene) -> dict[str, Answer]:
         start = time.process_time()
         self.refinements.append(refinements_of(scene))
         try:
@@ -56,7 +56,7 @@ class Runs:
             simulation.free()
         finally:
             self.seconds.append(time.process_time() - start)
-        return {} if self.times[-1] is None else {HEATING_TIME: self.times[-1]}
+        return {} if self.times[-1] is None else {HEATING_TIME: Answer.by_itself(self.times[-1])}
 
 
 @dataclass
@@ -92,7 +92,7 @@ def outcome_of(task: tuple[int, float]) -> Outcome:
     except SolveError as error:
         return Outcome(reason=str(error)[:80])
     assert runs.times[-1] is not None and reference is not None
-    error = abs(runs.times[-1] / reference - 1.0)
+    error = abs(runs.times[-1] / reference.value - 1.0)
     return Outcome(error, estimated[HEATING_TIME], sum(runs.seconds) / runs.seconds[-1], refinements)
 
 

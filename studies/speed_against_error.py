@@ -19,7 +19,7 @@ from mpi4py import MPI
 from porousmold import Scene
 from porousmold.errors import SolveError
 from porousmold.output.figures import STYLE, plt, save
-from porousmold.simulation.accuracy import run_to_accuracy
+from porousmold.simulation.accuracy import Answer, run_to_accuracy
 from porousmold.simulation.march import Simulation
 from porousmold.simulation.specs import specs_of
 from studies.page import yardstick
@@ -164,7 +164,7 @@ def scene_tables(name, path, points):
             results.append(marched(scene))
             if results[-1] is None:
                 raise SolveError("flow", 0.0, "no steady flow", "a finer mesh")
-            return {"heating_time": results[-1][0]}
+            return {"heating_time": Answer.by_itself(results[-1][0])}
 
         estimate = run_to_accuracy(Scene.load(path, {"solver.accuracy": accuracy}), march)["heating_time"]
         heating, total = results[-1][0], sum(result[1] for result in results if result) / unit

@@ -255,6 +255,9 @@ def summary_text(scene: Scene, summary: Mapping[str, Any], out: Path, pictures: 
         lines.append(f"numerical error of the heating time: about {summary['heating_time_error']:.2%}")
     for kind, errors in (("target", summary["target_errors"]), ("peak of", summary["peak_errors"])):
         lines += [f"numerical error of {kind} {name}: about {error:.2%}" for name, error in errors.items()]
+    if summary["end_errors"]:
+        worst, error = max(summary["end_errors"].items(), key=lambda pair: pair[1])
+        lines.append(f"numerical error at the end: about {error:.2%}, of {worst.replace('_', ' ')}")
     if scene.model.wall in ("conjugate", "thin"):
         lines.append(f"outer wall: {outer_wall_text(dict(scene.operation))}")
     lines.append(f"closures: {closures_text(summary['closures'])}")

@@ -29,11 +29,21 @@ RESULT_KEYS: Mapping[str, ResultKey] = {
         "time at which all of operation.heated_place is within operation.heating_margin of the inlet temperature",
         optional=True,
     ),
-    "heating_time_error": _number("1", "estimated relative error of the discretisation", optional=True),
-    "target_errors": ResultKey("object", "estimated relative error of each target's time, with solver.accuracy"),
+    "heating_time_error": _number(
+        "1",
+        "estimated relative error of the discretisation with solver.accuracy; else, where layers cure or a front stands in "
+        "the bed at the end, the difference from a coarser run",
+        optional=True,
+    ),
+    "target_errors": ResultKey("object", "the same of each target's time"),
     "peak_errors": ResultKey(
         "object",
         "the same of the highest temperature of each layer that cures, of its rise above the lowest of the run",
+    ),
+    "end_errors": ResultKey(
+        "object",
+        "the same of each temperature at the end, over the largest difference of the run, and of the heat stored, of a run that "
+        "gives no heating time and meets no target",
     ),
     "heating_time_bed_side": _number("s", "heating time of the bed side of the wall alone", optional=True),
     "targets": ResultKey("object", "time (s) at which each target was met, or null"),

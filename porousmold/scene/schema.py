@@ -231,8 +231,8 @@ KEYS: dict[str, dict[str, Key]] = {
         "axial_refinement": Key("", "another factor on the number of cells along the flow alone", 1.0, low=0.01, high=20.0,
                                 closed=True),
         "step_refinement": Key("", "factor on the number of time steps", 1.0, low=0.1, high=100.0, closed=True),
-        "accuracy": Key("", "wanted relative error of heating time, targets and peaks of cure: chooses all refinements, reports "
-                        "heating_time_error, target_errors, peak_errors",
+        "accuracy": Key("", "wanted relative error of heating time, targets and peaks of cure, without a time of temperatures at "
+                        "the end: chooses all refinements, reports heating_time_error, target_errors, peak_errors, end_errors",
                         low=1e-4, high=0.2, closed=True),
         "first_step": Key("s", "first time step; default, and at most, a twentieth of the largest", low=0.0, high=1e6),
         "step_growth": Key("", "ratio of successive steps", 1.5, low=1.0, high=10.0, closed=True),

@@ -1,7 +1,8 @@
 """Accuracy on request: the mesh and the steps that bring every answer of a scene within a wanted relative error.
 
 Answers are the heating time, the time at which each target is met, and the highest temperature of each layer that cures (its rise
-above the lowest temperature of the run). Each has an error estimate of its own; the worst of them asks for the refinement.
+above the lowest temperature of the run); of a run that gives no time the temperatures and the heat stored at its end. Each has an
+error estimate of its own; the worst of them asks for the refinement.
 
 With t(l, c, s) an answer at refinements of the cells along the flow, of those across it, and of the steps, the errors of
 a run come from three cheaper ones (Richardson):
@@ -20,6 +21,9 @@ If the estimate exceeds the target, finer runs follow, with cells along, cells a
 the first of them by a factor of 1.7 at most. Its error estimate is e_l, e_c and e_s scaled at that order, all of them times what
 its difference from the run before was of what they foresaw, a quarter at least. This is the discretisation error, not the model
 error.
+
+Without an accuracy asked for, a run whose answers may be off compares itself with one such coarser run, where that is cheap
+(`Recorder.doubt`): the difference is an error bound by experience (`studies.crossed_scenes`), not by theory.
 """
 
 import math
@@ -43,6 +47,18 @@ COARSEST_OF_ALL = 2.0
 """Refinement from which on a failed solve is the scene's own failure."""
 MARGIN = 1.1
 """Factor on a refinement beyond what the estimate asks for."""
+
+
+class Answer(NamedTuple):
+    """What a run answers (SI), and what its errors are a part of."""
+
+    value: float
+    scale: float
+
+    @classmethod
+    def by_itself(cls, value: float) -> "Answer":
+        """One whose errors are a part of its own value."""
+        return cls(value, abs(value) or 1.0)
 
 
 class Refinements(NamedTuple):
@@ -89,8 +105,12 @@ class Errors(NamedTuple):
         return max(abs(sum(self)), 0.5 * math.hypot(*self))
 
 
-Answers: TypeAlias = Mapping[str, float]
+Answers: TypeAlias = Mapping[str, Answer]
 """Answers of a run by their names."""
+PEAKS, AT_END = "peaks.", "end."
+"""Beginnings of the names of peaks, and of what holds at the end."""
+LARGEST_DIFFERENCE = 5e-3
+"""From a coarser run, relative, above which a run warns: errors were up to twice the difference (docs/crossed-scenes.md)."""
 
 
 def run_to_accuracy(scene: Scene, march: Callable[[Scene], Answers]) -> dict[str, float] | None:
@@ -131,7 +151,7 @@ def run_to_accuracy(scene: Scene, march: Callable[[Scene], Answers]) -> dict[str
         before, now = now, march(finer.of(scene))
         factors = Refinements(*(more / one for more, one in zip(finer, present, strict=True)))
         errors = {
-            name: errors_after(one, factors, abs(now[name] - before[name]) / abs(now[name]))
+            name: errors_after(one, factors, difference(before[name], now[name]))
             for name, one in errors.items()
             if name in now
         }
@@ -139,15 +159,33 @@ def run_to_accuracy(scene: Scene, march: Callable[[Scene], Answers]) -> dict[str
     return {name: one.all for name, one in errors.items()}
 
 
-def estimated_errors(coarse: float, coarse_but_across: float, coarse_but_steps: float, now: float) -> Errors:
+def difference(other: Answer, own: Answer) -> float:
+    """Relative difference of an answer of another run from the own one."""
+    return abs(other.value - own.value) / own.scale
+
+
+def differences_from_coarser(scene: Scene, own: Answers, march: Callable[[Scene], Answers]) -> dict[str, float]:
+    """Relative differences of a run's answers from those of one with coarser cells and steps, as far as that has them."""
+    present = Refinements(
+        scene.solver.mesh_refinement * scene.solver.axial_refinement,
+        scene.solver.mesh_refinement,
+        scene.solver.step_refinement,
+    )
+    try:
+        coarser = march(present.times(*COARSER).of(scene.changed({"solver.keep_bounds": False})))
+    except SolveError:  # coarse cells may have no steady flow
+        return {}
+    return {name: difference(coarser[name], one) for name, one in own.items() if name in coarser}
+
+
+def estimated_errors(coarse: Answer, coarse_but_across: Answer, coarse_but_steps: Answer, now: Answer) -> Errors:
     """Errors of the last of four values of an answer: the first is that of a run with all that is `COARSER`, the next two are
     with the last one's cells across and with its steps."""
-    by_across, by_steps = coarse - coarse_but_across, coarse - coarse_but_steps
-    by_along = coarse_but_steps - now - by_across
+    by_across, by_steps = coarse.value - coarse_but_across.value, coarse.value - coarse_but_steps.value
+    by_along = coarse_but_steps.value - now.value - by_across
     orders = OBSERVED_ORDERS if by_along > 0.0 else OBSERVED_ORDERS._replace(along=ORDER_OF_SHARP_FRONTS)
     parts = zip((by_along, by_across, by_steps), COARSER, orders, strict=True)
-    size = abs(now) or 1.0
-    return Errors(*(difference / size / (part**-order - 1.0) for difference, part, order in parts))
+    return Errors(*(part_of_error / now.scale / (part**-order - 1.0) for part_of_error, part, order in parts))
 
 
 def needed_factor(error: float, wanted: float) -> float:
@@ -155,9 +193,9 @@ def needed_factor(error: float, wanted: float) -> float:
     return max(1.0, MARGIN * (3.0 * error / wanted) ** (1.0 / ORDER))
 
 
-def errors_after(errors: Errors, factors: Refinements, difference: float) -> Errors:
-    """Errors of a run refined by these factors, whose relative difference from the run before is known as well."""
+def errors_after(errors: Errors, factors: Refinements, moved: float) -> Errors:
+    """Errors of a run refined by these factors, which `moved` by this, relative, from the run before."""
     scaled = Errors(*(error / factor**ORDER for error, factor in zip(errors, factors, strict=True)))
     foreseen = abs(sum(errors) - sum(scaled))
-    part = max(LEAST_PART, difference / foreseen) if foreseen else 1.0
+    part = max(LEAST_PART, moved / foreseen) if foreseen else 1.0
     return Errors(*(part * error for error in scaled))

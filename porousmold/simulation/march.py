@@ -36,7 +36,7 @@ FIRST_STEP = 0.05
 
 STEP_ERROR = 8e-3
 """Estimated error of a step that is allowed, of temperatures, over the differences there are."""
-CURE_ERROR = {2: 6e-5, 3: 3e-4}
+CURE_ERROR = {2: 3e-5, 3: 1.5e-4}
 """The same of a degree of cure, by the order of the estimate: that of the backward Euler method is its own error, that of three
 stages the far larger one of their embedded method."""
 COARSEST_ERRORS = 0.6

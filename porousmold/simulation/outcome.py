@@ -18,6 +18,7 @@ from ..output.quantities import JOULES_A_KWH
 from ..scene.checks import series_of
 from ..scene.closures import departures
 from ..scene.scene import Scene
+from .accuracy import AT_END, PEAKS
 from .cycles import SURROUNDINGS, cycles_of
 from .energy_use import energy_use
 from .estimates import rayleigh_darcy
@@ -55,7 +56,8 @@ def summarise(
         "heating_time": recorder.heating_time,
         "heating_time_error": None if errors is None else errors.get("heating_time"),
         "target_errors": _part(errors, "targets."),
-        "peak_errors": _part(errors, "peaks."),
+        "peak_errors": _part(errors, PEAKS),
+        "end_errors": _part(errors, AT_END),
         "heating_time_bed_side": recorder.heating_time_bed_side,
         "targets": recorder.targets,
         "targets_kept": kept_targets(simulation),

@@ -353,6 +353,12 @@ class Problem:
         found = self.communicator.allgather(ends)
         return float(min(low for low, _ in found)[1]), float(max(high for _, high in found)[1])
 
+    def largest_difference_in_a_cell(self) -> float:
+        """Of the fluid's temperature, K, among the bed's cells (collective)."""
+        temperature = self.temperature
+        cells = fenicsx.dof_table(temperature.function_space)[self.domain.cells(geometry.BED)]
+        return ranks.largest_magnitude(self.communicator, np.ptp(temperature.x.array[cells], axis=1))
+
     def highest_reynolds_number(self) -> float:
         """Largest local bead Reynolds number (collective)."""
         equations, temperature = self.medium.equations, self.medium.flow_temperature

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ..output.quantities import Columns
 from ..solvers.protocols import ArrayOf, Saved
+from .accuracy import AT_END, PEAKS, Answer, Answers
 from .cycles import Profile
 from .heating_time import crossing_time
 from .problem import Problem
@@ -18,6 +19,12 @@ LEAST_SNAPSHOTS = 32
 SAME_TIME = 1e-9
 HEATING_TIME = "heating_time"
 """Name of that answer."""
+LEAST_SPAN, LEAST_HEAT = 0.01, 1e-3
+"""Between all temperatures of a run (K), and of heat stored (J), below which nothing happens in it."""
+SHARP_FRONT = 0.06
+"""Part of all temperature differences within one cell of the bed, from which on what holds at the end is in doubt."""
+EXOTHERM = 0.02
+"""Part of all temperature differences by which a layer that cures is hotter than all that is given, that counts."""
 
 
 class Recorder:
@@ -103,16 +110,59 @@ class Recorder:
             elif target.keep and not target.holds(self.history, len(self.history) - 1):
                 self.targets[name] = None
 
-    def answers(self) -> dict[str, float]:
-        """What the run answers: the heating time and the times (s) at which targets were met, as far as they were, and by how
-        much (K) each layer that cures was hotter than the lowest temperature of the run."""
+    def answers(self) -> dict[str, Answer]:
+        """What the run answers: the heating time and the times (s) at which targets were met, as far as they were; by how much
+        (K) each layer that cures was hotter than the lowest temperature of the run; and where there are no times, the
+        temperatures of all places (K) and the heat stored (J) at the end."""
         times = {HEATING_TIME: self.heating_time, **{f"targets.{name}": time for name, time in self.targets.items()}}
-        found = {name: time for name, time in times.items() if time is not None}
+        found = {name: Answer.by_itself(time) for name, time in times.items() if time is not None}
+        has_times, lowest = bool(found), min(self.history["lowest_temperature"])
         for name in self._problem.degrees_of_cure():
-            place = name if f"highest_{name}" in self.history else "wall"
-            lowest = min(self.history["lowest_temperature"])
-            found[f"peaks.{name}"] = max(self.history[f"highest_{place}"]) - lowest
+            found[f"{PEAKS}{name}"] = Answer.by_itself(self._peak(name) - lowest)
+        span = max(self.history["highest_temperature"]) - lowest
+        if has_times or span < LEAST_SPAN:
+            return found
+        for name in self.history:
+            if name == "outlet_temperature" or name.startswith(("temperature_", "sensor_")):
+                found[f"{AT_END}{name}"] = Answer(self.history[name][-1], span)
+        stored = np.abs(self.history["heat_stored"])
+        if stored.max() > LEAST_HEAT:
+            found[f"{AT_END}heat_stored"] = Answer(self.history["heat_stored"][-1], float(stored.max()))
         return found
+
+    def _peak(self, layer: str) -> float:
+        """Highest temperature (K) of a layer; of a run that stops when its targets are met, up to then and not to the end of its
+        last step."""
+        times, highest = (
+            self.history["time"],
+            self.history[f"highest_{layer}" if f"highest_{layer}" in self.history else "highest_wall"],
+        )
+        met = [time for time in self.targets.values() if time is not None]
+        until = max(met) if met and None not in self.targets.values() else times[-1]
+        return max(
+            float(np.interp(until, times, highest)),
+            *(high for time, high in zip(times, highest, strict=True) if time <= until),
+        )
+
+    def doubt(self, answers: Answers) -> str:
+        """Why answers may be off by more than the default cells and steps are made for, '' where they should not (collective): a
+        front that stands in the bed at the end, or heat of cure that makes a layer hotter than all that is given."""
+        history = self.history
+        highest, lowest = max(history["highest_temperature"]), min(history["lowest_temperature"])
+        span = highest - lowest
+        if span < LEAST_SPAN:
+            return ""
+        if any(name.startswith(AT_END) for name in answers):
+            part = self._problem.largest_difference_in_a_cell() / span
+            return (
+                f"the temperature changes within one cell of the bed by {part:.0%} of all differences"
+                if part > SHARP_FRONT
+                else ""
+            )
+        elsewhere = [series.range[1] for series in self._heat.given_elsewhere]
+        given = max(history["highest_temperature"][0], *history["inlet_temperature"], *elsewhere)
+        is_exotherm = any(name.startswith(PEAKS) for name in answers) and highest > given + EXOTHERM * span
+        return "a layer's cure makes it hotter than all that is given" if is_exotherm else ""
 
     @property
     def reached(self) -> bool:

@@ -16,7 +16,13 @@ from ..output.quantities import Columns
 from ..scene.identity import identity_of
 from ..scene.scene import Scene
 from ..solvers.protocols import Observer, silent
-from .accuracy import run_to_accuracy
+from .accuracy import (
+    LARGEST_DIFFERENCE,
+    Answer,
+    Answers,
+    differences_from_coarser,
+    run_to_accuracy,
+)
 from .march import Simulation
 from .model_choice import CHEAPEST, ModelChoice, choose_model
 from .observation import field_snapshots, profile_near_wall
@@ -115,12 +121,15 @@ class _Run:
         self._simulation: Simulation
         self._marched = scene
         self._choice: ModelChoice | None = None
+        self._doubt = ""
 
     def result(self) -> Result:
         """March to the end, write everything, and give the `Result`."""
         failure = interruption = errors = None
         try:
             errors = run_to_accuracy(self._model(), self._march)
+            if errors is None:
+                errors = self._compared()
         except SolveError as problem:
             failure = problem
         except KeyboardInterrupt as problem:
@@ -145,10 +154,33 @@ class _Run:
         if self._scene.model.choose != CHEAPEST:
             return self._scene
         self._observe("comparing models")
-        self._choice = choose_model(self._scene, lambda scene: self._march(scene).get(HEATING_TIME))
+        self._choice = choose_model(self._scene, self._heating_time)
         return self._choice.scene
 
-    def _march(self, scene: Scene) -> dict[str, float]:
+    def _heating_time(self, scene: Scene) -> float | None:
+        found = self._march(scene).get(HEATING_TIME)
+        return None if found is None else found.value
+
+    def _compared(self) -> dict[str, float] | None:
+        """Differences of the answers from those of a coarser run, where they are in doubt; None where they are not, or where the
+        mesh is a file (collective)."""
+        recorder = self._simulation.recorder
+        own = recorder.answers()
+        self._doubt = recorder.doubt(own)
+        if not self._doubt or self._marched.geometry.kind == "mesh":
+            return None
+        self._observe("comparing with coarser cells and steps")
+        return differences_from_coarser(self._marched, own, self._march_aside)
+
+    def _march_aside(self, scene: Scene) -> Answers:
+        """Answers of a scene that leave the present simulation, and its checkpoint, as they are."""
+        simulation = Simulation(specs_of(scene), self._communicator)
+        try:
+            return simulation.march(stop=self._stop).recorder.answers()
+        finally:
+            simulation.free()
+
+    def _march(self, scene: Scene) -> dict[str, Answer]:
         """March a scene, for its answers; one that was marched before the checkpoint is only recalled."""
         self._outcomes += self._last
         self._last = []
@@ -157,7 +189,7 @@ class _Run:
             self._last = [outcome]
             if outcome == FAILED:
                 raise SolveError("march", 0.0, "failed before the checkpoint", "")
-            return dict(outcome)
+            return {name: Answer(*pair) for name, pair in outcome.items()}
         self._free()
         simulation = Simulation(specs_of(scene), self._communicator, self._observe)
         if self._folder is not None and not self._outcomes:
@@ -197,7 +229,11 @@ class _Run:
         summary = summarise(self._marched, simulation, errors, failure, interrupted=interrupted)
         summary["identity"] = identity_of(self._scene)
         summary["model_choice"] = None if self._choice is None else self._choice.as_table()
-        summary["warnings"] += _of_accuracy(errors, simulation.recorder.answers(), wanted)
+        if failure is None and not interrupted:
+            answers = simulation.recorder.answers()
+            summary["warnings"] += (
+                _of_comparison(errors, self._doubt) if wanted is None else _of_accuracy(errors, answers, wanted)
+            )
         refined = self._marched.solver.mesh_refinement > self._scene.solver.mesh_refinement
         if wanted is None and failure is None and refined:
             summary["warnings"].append(
@@ -239,22 +275,44 @@ def _profiles_along(simulation: Simulation) -> Columns | None:
     return table
 
 
-def _of_accuracy(errors: dict[str, float] | None, answers: Mapping[str, float], wanted: float | None) -> list[str]:
+def _of_comparison(errors: Mapping[str, float] | None, doubt: str) -> list[str]:
+    """What is to be said of answers in doubt: that a coarser run does not confirm them, or that there is none."""
+    if not doubt:
+        return []
+    if not errors:
+        return [f"{doubt}: temperatures near there may be off by some per cent of them; a finer mesh shows it"]
+    worst = max(errors, key=errors.__getitem__)
+    if errors[worst] <= LARGEST_DIFFERENCE:
+        return []
+    return [
+        f"{doubt}; coarser cells and steps move the {_in_words(worst)} by {errors[worst]:.1%}, which bounds its error only "
+        "roughly (see solver.accuracy)"
+    ]
+
+
+def _in_words(name: str) -> str:
+    """An answer's name for a sentence."""
+    kind, _, rest = name.rpartition(".")
+    words = rest.replace("_", " ")
+    return {"targets": f"time of target {words}", "peaks": f"peak of {words}", "end": f"{words} at the end"}.get(
+        kind, words
+    )
+
+
+def _of_accuracy(errors: dict[str, float] | None, answers: Answers, wanted: float) -> list[str]:
     """What is to be said of the accuracy that was asked for."""
-    if errors is None or wanted is None:
+    if errors is None:
         return []
     found = [
-        f"the estimated error {error:.2g} of {name.replace('_', ' ')} exceeds the accuracy asked for"
+        f"the estimated error {error:.2g} of {_in_words(name)} exceeds the accuracy asked for"
         for name, error in errors.items()
         if error > wanted
     ]
     found += [
-        f"solver.accuracy has no estimate for {name.replace('_', ' ')}: a coarser run does not reach it"
+        f"solver.accuracy has no estimate for {_in_words(name)}: a coarser run does not reach it"
         for name in answers
         if name not in errors
     ]
     if not errors and not answers:
-        found.append(
-            "solver.accuracy has nothing to act on: no heating time, no target that is met, no layer that cures"
-        )
+        found.append("solver.accuracy has nothing to act on: no temperature changes")
     return found

@@ -11,9 +11,11 @@ from porousmold.scene.scene import Scene
 from porousmold.simulation.accuracy import (
     COARSER,
     FINEST,
+    LARGEST_DIFFERENCE,
     LEAST_PART,
     OBSERVED_ORDERS,
     ORDER_OF_SHARP_FRONTS,
+    Answer,
     Errors,
     Refinements,
     errors_after,
@@ -23,7 +25,7 @@ from porousmold.simulation.accuracy import (
 )
 from studies.accuracy import outcome_of, refinements_of
 
-from ..support import ALUMINIUM, coarse_scene, cured_mold
+from ..support import ALUMINIUM, STUDIES, coarse_scene, cured_mold
 
 
 @pytest.mark.parametrize("number", [2, *(pytest.param(n, marks=pytest.mark.heavy) for n in (5, 21, 33))])
@@ -45,7 +47,7 @@ class March:
 
     def __call__(self, scene):
         self.asked.append(refinements_of(scene))
-        return {"heating_time": 1000.0 * (1.0 + self.error(self.asked[-1]))}
+        return {"heating_time": Answer.by_itself(1000.0 * (1.0 + self.error(self.asked[-1])))}
 
 
 @pytest.mark.parametrize(
@@ -80,9 +82,15 @@ def test_a_default_run_that_is_good_enough_is_the_last():
 
 
 def test_estimate_is_zero_only_without_any_difference():
-    assert estimated_errors(*[100.0] * 4) == Errors(0.0, 0.0, 0.0)
-    assert estimated_errors(99.0, 99.0, 99.0, 100.0).along < 0.0 < estimated_errors(101.0, 100.0, 101.0, 100.0).across
-    assert estimated_errors(101.0, 101.0, 100.0, 100.0).steps > 0.0
+    def errors(*values):
+        return estimated_errors(*map(Answer.by_itself, values))
+
+    assert errors(*[100.0] * 4) == Errors(0.0, 0.0, 0.0)
+    assert errors(99.0, 99.0, 99.0, 100.0).along < 0.0 < errors(101.0, 100.0, 101.0, 100.0).across
+    assert errors(101.0, 101.0, 100.0, 100.0).steps > 0.0
+    assert errors(101.0, 101.0, 100.0, 100.0).steps == pytest.approx(
+        10.0 * estimated_errors(*(Answer(value, 1000.0) for value in (101.0, 101.0, 100.0, 100.0))).steps
+    )
 
 
 def test_errors_that_cancel_count_by_half_at_least():
@@ -132,7 +140,7 @@ def test_the_worst_answer_asks_for_the_refinement():
     def march(scene):
         found = {"heating_time": cells(scene)["heating_time"], "targets.cured": steps(scene)["heating_time"]}
         if scene.solver.step_refinement >= 1.0:
-            found["targets.even"] = 100.0
+            found["targets.even"] = Answer.by_itself(100.0)
         return found
 
     errors = run_to_accuracy(Scene.load(ALUMINIUM, {"solver.accuracy": 1e-3}), march)
@@ -160,9 +168,55 @@ def test_the_scene_as_run_tells_what_chose_its_refinements(tmp_path):
     assert text.startswith("# solver.accuracy = 0.05 chose") and Scene.load(tmp_path / "run" / "scene.toml")
 
 
+def front_in_the_bed(settings=()):
+    """A scene that ends while the thermal front stands in the middle of the bed."""
+    return coarse_scene(
+        {"model.flow": "plug", "model.turbulence": "none", "operation.end_time": 120.0, **dict(settings)}
+    )
+
+
+def test_an_accuracy_of_a_run_without_times_is_that_of_the_temperatures_at_its_end():
+    result = run(front_in_the_bed({"solver.accuracy": 0.004}))
+    errors = result.summary["end_errors"]
+    assert result.summary["heating_time"] is None and 0.0 < max(errors.values()) <= 0.004
+    assert {"temperature_centre_L/2", "outlet_temperature", "heat_stored"} <= set(errors)
+    finer = run(front_in_the_bed({"solver.mesh_refinement": 4.0, "solver.step_refinement": 4.0}))
+    span = max(finer["highest_temperature"]) - min(finer["lowest_temperature"])
+    for name in ("temperature_centre_L/8", "temperature_centre_L/4", "temperature_centre_L/2"):
+        assert result[name][-1] == pytest.approx(finer[name][-1], abs=0.004 * span)
+
+
+def test_a_front_that_stands_in_the_bed_at_the_end_is_compared_with_a_coarser_run():
+    """Its difference bounds the true error, and is warned of; a run that is heated costs nothing more."""
+    result = run(front_in_the_bed())
+    errors, warned = result.summary["end_errors"], [w for w in result.summary["warnings"] if "coarser cells" in w]
+    finer = run(front_in_the_bed({"solver.mesh_refinement": 1.6, "solver.step_refinement": 2.0}))
+    span = max(finer["highest_temperature"]) - min(finer["lowest_temperature"])
+    true = max(
+        abs(result[name][-1] - finer[name][-1]) / span for name in result.history if name.startswith("temperature_")
+    )
+    assert max(errors.values()) > 0.5 * true and bool(warned) == (max(errors.values()) > LARGEST_DIFFERENCE)
+    heated = run(coarse_scene({"model.flow": "plug", "model.turbulence": "none"}))
+    assert heated.summary["end_errors"] == {} and heated.summary["heating_time_error"] is None
+
+
+def test_on_a_mesh_of_ones_own_a_front_at_the_end_is_warned_of():
+    settings = {
+        "model.flow": "developed",
+        "geometry.width": 1.0,
+        "model.turbulence": "none",
+        "operation.end_time": 60.0,
+    }
+    result = run(Scene.load(STUDIES / "mold" / "curved.toml", settings))
+    assert any("within one cell of the bed" in warning for warning in result.summary["warnings"])
+
+
 def test_an_accuracy_that_has_nothing_to_act_on_says_so():
-    fixed = {"model.wall": "fixed-temperature", "operation.wall_temperature": 340.0, "operation.end_time": 60.0}
-    result = run(coarse_scene(fixed | {"model.flow": "plug", "model.turbulence": "none", "solver.accuracy": 0.01}))
+    warm = {"operation.inlet_temperature": 293.15, "operation.initial_temperature": 293.15, "operation.end_time": 60.0}
+    fixed = {"model.wall": "fixed-temperature", "operation.wall_temperature": 293.151}
+    result = run(
+        coarse_scene(warm | fixed | {"model.flow": "plug", "model.turbulence": "none", "solver.accuracy": 0.01})
+    )
     assert any("solver.accuracy has nothing to act on" in warning for warning in result.summary["warnings"])
 
 
