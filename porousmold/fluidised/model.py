@@ -37,7 +37,7 @@ WITHOUT_EFFECT = (
     *("operation.outer_heat_flux", "operation.heater_power", "operation.recirculation", "operation.bead_velocity"),
     *("operation.outer_emissivity", "operation.phase", "operation.reversal_period", "operation.return_temperature"),
     *("operation.initial_state", "output.times", "output.every"),
-    *("target.list", "model.bead_modes", "bed.shear_rate"),
+    *("target.list", "model.bead_modes", "bed.shear_rate", "geometry.cavity"),
 )
 """Keys of a scene that would be ignored."""
 LARGEST_RATIO = 10.0

@@ -1,10 +1,10 @@
 """Meshes of bed and wall with their tags, and the distance to the wall.
 
 x[0] runs along the flow, x[1] across it: from the symmetry plane (mold) or the axis (pipe) through the bed to the
-wall; in three dimensions x[2] runs from a second symmetry plane (`SIDE`) to the wall beside, or to a third plane of
-symmetry (`SIDE` too). The bed's cells have the tag `BED`, those of the wall `WALL`, or of its layers outwards `WALL`, `WALL` +
-1, ...; the boundary's parts have the tags `INLET` ... below. One mesh carries both, so that one temperature is continuous across
-the interface.
+wall, in a whole cavity from the wall opposite, with the middle at 0; in three dimensions x[2] runs from a second symmetry plane
+(`SIDE`) to the wall beside, or to a third plane of symmetry (`SIDE` too). The bed's cells have the tag `BED`, those of the wall
+`WALL`, or of its layers outwards `WALL`, `WALL` + 1, ..., then those of the wall opposite outwards; the boundary's parts have the
+tags `INLET` ... below. One mesh carries both, so that one temperature is continuous across the interface.
 """
 
 import functools
@@ -177,12 +177,14 @@ def graded_coordinates(
 class Across:
     """One direction across a straight bed, from its middle outwards: `nodes` (m) from 0, the first `bed_cells` cells of them
     in the bed, the others in the wall, whose layers have `layer_cells` outwards. Not `walled`, it ends at another plane of
-    symmetry."""
+    symmetry. A wall opposite, whose layers have `opposite_cells` outwards, comes before the bed, which is whole then, with its
+    middle at 0."""
 
     nodes: NDArray[Any]
     bed_cells: int
     walled: bool = True
     layer_cells: tuple[int, ...] = ()
+    opposite_cells: tuple[int, ...] = ()
 
     @classmethod
     def to_wall(cls, bed_nodes: NDArray[Any], layers: Sequence[NDArray[Any]] = ()) -> Any:
@@ -192,10 +194,39 @@ class Across:
             places.append(places[-1][-1] + depths[1:])
         return cls(np.concatenate(places), len(bed_nodes) - 1, True, tuple(len(depths) - 1 for depths in layers))
 
+    @classmethod
+    def between_walls(
+        cls, bed_nodes: NDArray[Any], layers: Sequence[NDArray[Any]], opposite: Sequence[NDArray[Any]]
+    ) -> Any:
+        """`bed_nodes` are distances from either wall, 0 to half of the bed's width; `layers` and those of the wall `opposite` are
+        depths into each layer, from 0."""
+        whole = np.concatenate([bed_nodes, 2.0 * bed_nodes[-1] - bed_nodes[-2::-1]])
+        one, other = cls.to_wall(whole, layers), cls.to_wall(bed_nodes, opposite)
+        outside = other.nodes[other.bed_cells + 1 :]
+        nodes = np.concatenate([-outside[::-1], one.nodes - bed_nodes[-1]])
+        return cls(nodes, one.bed_cells, True, one.layer_cells, other.layer_cells)
+
     def layer_of(self, cells: NDArray[Any]) -> NDArray[Any]:
-        """Number of the wall's layer that each of the cells, counted from the middle, is in; 0 in the bed, 1, 2, ... outwards."""
-        ends = self.bed_cells + np.cumsum([0, *self.layer_cells[:-1]])
-        return np.searchsorted(ends, cells, side="right") if self.layer_cells else np.zeros(len(cells), int)
+        """Number of the layer that each of the cells, counted from the first node, is in; 0 in the bed, 1, 2, ... outwards, those
+        of the wall opposite after the others."""
+        found = np.zeros(len(cells), int)
+        for cells_of, beyond, before in (
+            (self.layer_cells, cells - self.bed_end, 0),
+            (self.opposite_cells, self.bed_begin - 1 - cells, len(self.layer_cells)),
+        ):
+            in_wall, begins = beyond >= 0, np.cumsum([0, *cells_of[:-1]])
+            found[in_wall] = before + np.searchsorted(begins, beyond[in_wall], side="right")
+        return found
+
+    @property
+    def bed_begin(self) -> int:
+        """Number of the bed's first node."""
+        return sum(self.opposite_cells)
+
+    @property
+    def bed_end(self) -> int:
+        """Number of its last one."""
+        return self.bed_begin + self.bed_cells
 
     @property
     def cells(self) -> Any:
@@ -204,7 +235,7 @@ class Across:
     @property
     def width(self) -> float:
         """Of the bed, m."""
-        return float(self.nodes[self.bed_cells])
+        return float(self.nodes[self.bed_end] - self.nodes[self.bed_begin])
 
 
 def straight_bed(
@@ -222,9 +253,10 @@ def straight_bed(
     points = domain.geometry.x
     for axis, nodes in enumerate((axial_nodes, *(direction.nodes for direction in across))):
         points[:, axis] = np.asarray(nodes)[np.rint(points[:, axis] * cells[axis]).astype(int)]
-    columns = (np.asarray(axial_nodes), across[0].nodes[: across[0].bed_cells + 1]) if len(across) == 1 else None
+    first = across[0]
+    columns = (np.asarray(axial_nodes), first.nodes[first.bed_begin : first.bed_end + 1]) if len(across) == 1 else None
     length = float(axial_nodes[-1])
-    layers = max(len(across[0].layer_cells), 1)
+    layers = max(len(first.layer_cells) + len(first.opposite_cells), 1)
     stations = partial(_stations, length, across)
     return Domain(
         domain, tags, facets, axisymmetric, _wall_distance(domain, across), length, stations, True, layers, columns
@@ -237,7 +269,8 @@ def _boundary_markers(across: Sequence[Across]) -> tuple[list[tuple[int, Any]], 
     def in_bed(x: NDArray[Any], besides: int | None = None) -> Any:
         return np.all(
             [
-                x[axis] < (direction.bed_cells + 0.25) / direction.cells
+                (x[axis] > (direction.bed_begin - 0.25) / direction.cells)
+                & (x[axis] < (direction.bed_end + 0.25) / direction.cells)
                 for axis, direction in enumerate(across, start=1)
                 if axis != besides
             ]
@@ -254,13 +287,17 @@ def _boundary_markers(across: Sequence[Across]) -> tuple[list[tuple[int, Any]], 
     exterior, interior = [(INLET, in_bed_at(0, 0.0)), (OUTLET, in_bed_at(0, 1.0))], []
     for axis, direction in enumerate(across, start=1):
         middle = (SYMMETRY, SIDE)[axis - 1]
-        exterior.append((middle, at(axis, 0.0)))
+        if direction.opposite_cells:
+            exterior.append((OUTER, at(axis, 0.0)))
+            interior.append((INTERFACE, in_bed_at(axis, direction.bed_begin / direction.cells)))
+        else:
+            exterior.append((middle, at(axis, 0.0)))
         if not direction.walled:
             exterior.append((middle, at(axis, 1.0)))
             continue
-        if direction.cells > direction.bed_cells:
+        if direction.cells > direction.bed_end:
             exterior.append((OUTER, at(axis, 1.0)))
-        interior.append((INTERFACE, in_bed_at(axis, direction.bed_cells / direction.cells)))
+        interior.append((INTERFACE, in_bed_at(axis, direction.bed_end / direction.cells)))
     return exterior, interior
 
 
@@ -268,8 +305,10 @@ def _stations(length: float, across: Sequence[Across], fraction: float) -> dict[
     """Points (m) by name at a fraction of the length."""
     z, first = fraction * length, across[0]
     rest = (0.0,) * (len(across) - 1)
-    named = {"centre": (z, 0.0, *rest), "bed_side": (z, first.width, *rest)}
-    if first.cells > first.bed_cells:
+    named = {"centre": (z, 0.0, *rest), "bed_side": (z, first.nodes[first.bed_end], *rest)}
+    if first.opposite_cells:
+        named |= {"opposite_bed_side": (z, first.nodes[first.bed_begin]), "opposite_outer": (z, first.nodes[0])}
+    if first.cells > first.bed_end:
         named["outer"] = (z, first.nodes[-1], *rest)
         if len(across) == 2 and across[1].walled:
             named["corner"] = (z, first.nodes[-1], across[1].nodes[-1])
@@ -279,8 +318,9 @@ def _stations(length: float, across: Sequence[Across], fraction: float) -> dict[
 def _wall_distance(domain: Any, across: Sequence[Across]) -> Any:
     """Distance from the nearest wall (m, UFL)."""
     position = ufl.SpatialCoordinate(domain)
-    widths = [fem.Constant(domain, float(direction.width)) for direction in across]  # another one needs no compilation
-    wall_distance = widths[0] - position[1]
+    ends = (float(direction.nodes[direction.bed_end]) for direction in across)
+    widths = [fem.Constant(domain, end) for end in ends]  # another one needs no compilation
+    wall_distance = widths[0] - (abs(position[1]) if across[0].opposite_cells else position[1])
     if len(across) == 2 and across[1].walled:
         beside = widths[1] - position[2]
         wall_distance = ufl.conditional(ufl.lt(beside, wall_distance), beside, wall_distance)

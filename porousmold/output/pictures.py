@@ -24,7 +24,12 @@ from .slices import slice_of, triangles_of
 from .stored import locked_folder, read_table
 from .surface import draw_surface, in_three_dimensions
 
-PLACES = {"centre": ("bed centre", "-"), "bed_side": ("wall, bed side", "--"), "outer": ("wall, outside", ":")}
+PLACES = {
+    "centre": ("bed centre", "-"),
+    "bed_side": ("wall, bed side", "--"),
+    "outer": ("wall, outside", ":"),
+    "opposite_bed_side": ("opposite bed side", "-."),
+}
 LEAST_DIFFERENCE = 0.3
 """Of temperatures (K), that can be seen."""
 FRAMES_A_SECOND = 8

@@ -40,10 +40,12 @@ def is_round(scene: Any) -> bool:
 
 
 def share_of(scene: Any) -> float:
-    """How many times what is computed the whole tool is: half a cavity per metre of width, a quarter of one that has a width, as
-    many as the scene says of a mesh in three dimensions."""
+    """How many times what is computed the whole tool is: half a cavity (or the whole) per metre of width, a quarter of one that
+    has a width, as many as the scene says of a mesh in three dimensions."""
     if is_round(scene):
         return 1.0
     if scene.geometry.symmetry == "none":
         return float(scene.geometry.parts)
-    return 4.0 if scene.geometry.width is not None else 2.0 * float(scene.operation.mold_width or 1.0)
+    if scene.geometry.width is not None:
+        return 4.0
+    return (1.0 if scene.geometry.cavity == "whole" else 2.0) * float(scene.operation.mold_width or 1.0)

@@ -81,7 +81,7 @@ def _geometry(scene: Any) -> None:
         _refuse(scene, "geometry.sides", "has no meaning without geometry.width")
     _need(scene, "operation", "initial_temperature")
     if scene.operation.initial_state is not None and any(
-        _cures(scene, layer.material) for layer in scene.wall.layer or ()
+        _cures(scene, layer.material) for layer in scene.layers.values()
     ):
         raise InputError(
             "operation.initial_state",
@@ -198,25 +198,26 @@ def _wall(scene: Any) -> None:
 
 def _layers(scene: Any) -> None:
     wall, model, is_mesh = scene.wall, scene.model, scene.geometry.kind == "mesh"
-    if wall.layer is None:
+    _opposite_wall(scene)
+    if not scene.layers:
         return
     if model.wall != "conjugate":
-        _refuse(scene, "model.wall", "must be 'conjugate' with [[wall.layer]]")
+        _refuse(scene, "model.wall", "must be 'conjugate' with layers of the wall")
     for name in ("material", "thickness", "density", "heat_capacity", "conductivity"):
-        if scene.is_given(f"wall.{name}"):
+        if wall.layer is not None and scene.is_given(f"wall.{name}"):
             _refuse(scene, f"wall.{name}", "cannot be combined with [[wall.layer]]")
-    if scene.is_given("solver.wall_cells"):
+    if wall.layer is not None and scene.is_given("solver.wall_cells"):
         _refuse(scene, "solver.wall_cells", "cannot be combined with [[wall.layer]]: set its cells")
     names: list[str] = []
-    for number, layer in enumerate(wall.layer, start=1):
-        place = f"wall.layer[{number}]"
+    outermost = [f"wall.{name}[{len(getattr(wall, name) or ())}]" for name in ("layer", "opposite_layer")]
+    for place, layer in scene.layers.items():
         for name in ("material",) if is_mesh else ("material", "thickness"):
             if getattr(layer, name) is None:
                 raise InputError(f"{place}.{name}", None, "is missing", scene.source)
         for name in ("thickness", "cells"):
             if is_mesh and getattr(layer, name) is not None:
                 raise InputError(f"{place}.{name}", getattr(layer, name), "is the mesh's", scene.source)
-        if layer.contact_resistance and (is_mesh or number == len(wall.layer)):
+        if layer.contact_resistance and (is_mesh or place in outermost):
             allowed = "needs a layer behind it" if not is_mesh else "has no place in a mesh: draw a thin layer"
             raise InputError(f"{place}.contact_resistance", layer.contact_resistance, allowed, scene.source)
         name = layer.name or layer.material
@@ -225,15 +226,24 @@ def _layers(scene: Any) -> None:
         names.append(name)
 
 
+def _opposite_wall(scene: Any) -> None:
+    geometry, is_whole = scene.geometry, scene.geometry.cavity == "whole"
+    if is_whole != bool(scene.wall.opposite_layer):
+        allowed = "must go with [[wall.opposite_layer]], and only then: the half cavity is that of two equal walls"
+        _refuse(scene, "geometry.cavity", allowed)
+    if is_whole and geometry.width is not None:
+        _refuse(scene, "geometry.width", "has no place with geometry.cavity 'whole', which is a plane model")
+
+
 def _cures(scene: Any, material: str | None) -> bool:
     return getattr(scene.materials.get(material, SOLIDS.get(material or "")), "cure", None) is not None
 
 
 def _cure(scene: Any) -> None:
-    layers = [layer.material for layer in scene.wall.layer or ()]
+    layers = [layer.material for layer in scene.layers.values()]
     if _cures(scene, scene.bed.bead_material):
         _refuse(scene, "bed.bead_material", "must not cure: only the wall and its layers do")
-    plain = not layers and _cures(scene, scene.wall.material)
+    plain = not scene.wall.layer and _cures(scene, scene.wall.material)
     if plain and scene.model.wall != "conjugate":
         _refuse(scene, "model.wall", "must be 'conjugate' with a material that cures")
     if (plain or any(_cures(scene, name) for name in layers)) and scene.model.flow_update == "transient":
@@ -324,7 +334,7 @@ def _temperatures(scene: Any) -> None:
 
 def _is_heated_otherwise(scene: Any) -> bool:
     """Whether heat comes from elsewhere than with the fluid: beads, wall, surroundings or sources."""
-    operation, layers = scene.operation, scene.wall.layer or ()
+    operation, layers = scene.operation, scene.layers.values()
     series = (
         *(operation.ambient_temperature, operation.wall_temperature, operation.bead_inlet_temperature),
         operation.return_temperature,
@@ -334,7 +344,7 @@ def _is_heated_otherwise(scene: Any) -> bool:
         any(value != operation.initial_temperature for value in others)
         or operation.outer_heat_flux is not None
         or any(layer.heat_source is not None or _cures(scene, layer.material) for layer in layers)
-        or (not layers and _cures(scene, scene.wall.material))
+        or (not scene.wall.layer and _cures(scene, scene.wall.material))
     )
 
 
@@ -370,7 +380,7 @@ def _liquid(scene: Any) -> None:
 
 
 def _targets(scene: Any) -> None:
-    layers = {layer.name or layer.material: layer for layer in scene.wall.layer or ()}
+    layers = {layer.name or layer.material: layer for layer in scene.layers.values()}
     names: list[str] = []
     for number, target in enumerate(scene.target.list or (), start=1):
         key = f"target[{number}]"
@@ -383,7 +393,7 @@ def _targets(scene: Any) -> None:
         if scene.model.wall in ("insulated", "fixed-temperature") and target.place == "wall":
             raise InputError(f"{key}.place", "wall", f"has no place with model.wall {scene.model.wall!r}", scene.source)
         if asked == ["cured"]:
-            is_plain = target.place == "wall" and not layers
+            is_plain = target.place == "wall" and not scene.wall.layer
             material = scene.wall.material if is_plain else getattr(layers.get(target.place), "material", None)
             if not _cures(scene, material):
                 allowed = "must be the name of a layer whose material cures"
@@ -407,7 +417,7 @@ def _state(scene: Any) -> None:
 
 
 def _heated_place(scene: Any) -> None:
-    layers = [layer.name or layer.material for layer in scene.wall.layer or ()]
+    layers = [layer.name or layer.material for layer in scene.layers.values()]
     if scene.operation.heated_place not in (known := [*RESERVED_PLACES, *layers]):
         _refuse(scene, "operation.heated_place", f"must be one of {', '.join(known)}")
 

@@ -36,7 +36,8 @@ Material = TypeVar("Material", Fluid, Solid)
 @dataclass(frozen=True)
 class Laws:
     """Of one scene: materials, correlations and the porosity; `turbulence` is None where there is none, `walls` the
-    materials of the wall's layers by their names, of a plain one as "wall", whether the scene has a wall or not."""
+    materials of the wall's layers by their names, those of the opposite wall after them, of a plain one as "wall", whether the
+    scene has a wall or not."""
 
     fluid: Fluid
     beads: Solid
@@ -132,15 +133,16 @@ def _fluid(scene: Scene) -> Fluid:
 
 def _walls(scene: Scene) -> dict[str, Solid]:
     wall = scene.wall
+    layers = {layer.name or layer.material: _solid(scene, layer.material) for layer in scene.layers.values()}
     if wall.layer is not None:
-        return {layer.name or layer.material: _solid(scene, layer.material) for layer in wall.layer}
+        return layers
     plain = _with_constants(
         _solid(scene, wall.material),
         density=wall.density,
         heat_capacity=wall.heat_capacity,
         conductivity=wall.conductivity,
     )
-    return {"wall": plain}
+    return {"wall": plain} | layers
 
 
 def _solid(scene: Scene, name: str) -> Solid:

@@ -15,20 +15,22 @@ OF_A_MESH = tuple(
 @dataclass(frozen=True, kw_only=True)
 class BedSize:
     """The computed part of a straight bed (m): `half_height` is a pipe's radius, `half_width` that of a cavity of given width,
-    `walled_sides` whether a wall stands beside that."""
+    `walled_sides` whether a wall stands beside that. Of a `whole` cavity both halves are computed, with a wall at either side."""
 
     length: float
     half_height: float
     half_width: float | None = None
     walled_sides: bool = False
     axisymmetric: bool = False
+    whole: bool = False
 
     @property
     def area(self) -> float:
         """Cross-section, m2; that of a bed without a width counts as a metre wide."""
         if self.axisymmetric:
             return math.pi * self.half_height**2
-        return self.half_height * (1.0 if self.half_width is None else self.half_width)
+        height = 2.0 * self.half_height if self.whole else self.half_height
+        return height * (1.0 if self.half_width is None else self.half_width)
 
     @property
     def walled_perimeter(self) -> float:
@@ -36,6 +38,8 @@ class BedSize:
         if self.axisymmetric:
             return 2.0 * math.pi * self.half_height
         width = 1.0 if self.half_width is None else self.half_width
+        if self.whole:
+            return 2.0 * width
         return width + (self.half_height if self.walled_sides else 0.0)
 
 
@@ -53,7 +57,8 @@ class Geometry(ABC):
 
 
 class Mold(Geometry):
-    """A planar cavity, of which half is computed; of one that has a width a quarter, in three dimensions."""
+    """A planar cavity, of which half is computed, or the whole where its two walls differ; of one that has a width a quarter, in
+    three dimensions."""
 
     needed = ("length", "cavity_height")
     foreign = ("geometry.diameter", *OF_A_MESH)
@@ -63,7 +68,11 @@ class Mold(Geometry):
         half_width = None if table.width is None else table.width / 2
         walled = table.width is not None and table.sides == "wall"
         return BedSize(
-            length=table.length, half_height=table.cavity_height / 2, half_width=half_width, walled_sides=walled
+            length=table.length,
+            half_height=table.cavity_height / 2,
+            half_width=half_width,
+            walled_sides=walled,
+            whole=table.cavity == "whole",
         )
 
 
@@ -71,7 +80,7 @@ class Pipe(Geometry):
     """A round pipe, axisymmetric."""
 
     needed = ("length", "diameter")
-    foreign = ("geometry.cavity_height", "geometry.width", "geometry.sides", *OF_A_MESH)
+    foreign = ("geometry.cavity_height", "geometry.cavity", "geometry.width", "geometry.sides", *OF_A_MESH)
     widths = ("diameter",)
 
     def size(self, table: Any) -> BedSize:
@@ -83,7 +92,8 @@ class Mesh(Geometry):
 
     needed = ("mesh",)
     foreign = (
-        *("geometry.length", "geometry.cavity_height", "geometry.width", "geometry.sides", "geometry.diameter"),
+        *("geometry.length", "geometry.cavity_height", "geometry.cavity", "geometry.width", "geometry.sides"),
+        "geometry.diameter",
         *("solver.axial_cells", "solver.first_cell", "solver.cell_growth", "solver.wall_cells"),
         *("solver.mesh_refinement", "solver.axial_refinement", "solver.accuracy"),
     )
@@ -107,4 +117,6 @@ def modelled_part(geometry: Mapping[str, Any]) -> str:
     if geometry["kind"] == "mesh":
         planar = geometry.get("symmetry") in (None, "planar")
         return "the part in the mesh" + (", per metre of width" if planar else "")
+    if geometry.get("cavity") == "whole":
+        return "the whole cavity, per metre of width"
     return "a quarter of the cavity" if geometry.get("width") is not None else "half of the cavity, per metre of width"

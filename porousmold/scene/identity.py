@@ -63,7 +63,7 @@ def identity_of(scene: Scene, *, going_on: bool = False) -> str:
         for full_name, registry in CHOICES.items()
         if values[full_name] in registry and not registry.is_own(values[full_name])
     }
-    for layer in scene.wall.layer or ():
+    for layer in scene.layers.values():
         if layer.material in SOLIDS and not SOLIDS.is_own(layer.material):
             laws[f"solid {layer.material}"] = source_text(SOLIDS[layer.material])
     laws |= {f"materials.{name}": source_text(material) for name, material in scene.materials.items()}

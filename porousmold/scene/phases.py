@@ -238,7 +238,7 @@ def _check_limit(scene: Any, place: str, side: Side, limit: float) -> None:
     """Refuse an outlet temperature that nothing given in the scene can bring about."""
     operation = scene.operation
     sources = (
-        any(layer.heat_source is not None for layer in scene.wall.layer or ()) or operation.outer_heat_flux is not None
+        any(layer.heat_source is not None for layer in scene.layers.values()) or operation.outer_heat_flux is not None
     )
     given = [phase.temperature for phase in operation.phase if phase.temperature is not None]
     given += scene.start.range if scene.start is not None else [operation.initial_temperature]

@@ -18,10 +18,7 @@ def implausible_values(scene: Any) -> list[str]:
                     slip = f": is {number:g} meant in °C?" if number < COLDEST else ""
                     found.append(f"operation.{name} is {number:.4g} K, {number - 273.15:.4g} °C{slip}")
     lengths = [("wall.thickness", scene.wall.thickness, THICKEST_WALL)]
-    lengths += [
-        (f"wall.layer[{number}].thickness", layer.thickness, THICKEST_WALL)
-        for number, layer in enumerate(scene.wall.layer or (), start=1)
-    ]
+    lengths += [(f"{key}.thickness", layer.thickness, THICKEST_WALL) for key, layer in scene.layers.items()]
     lengths += [
         ("bed.bead_diameter", scene.bed.bead_diameter, LARGEST_BEAD),
         ("geometry.length", scene.geometry.length, LONGEST_BED),

@@ -189,6 +189,15 @@ class Scene:
         return getattr(entries[number - 1], listed["key"]) if 1 <= number <= len(entries) else None
 
     @property
+    def layers(self) -> dict[str, Any]:
+        """The layers of the wall and of the wall opposite, each from the bed outwards, by their keys; a plain wall has none."""
+        return {
+            f"wall.{name}[{number}]": layer
+            for name in ("layer", "opposite_layer")
+            for number, layer in enumerate(getattr(self.wall, name) or (), start=1)
+        }
+
+    @property
     def porosity(self) -> Porosity:
         """What the bed's porosity follows: its profile as it was read, or a law."""
         if self._profile is not None:

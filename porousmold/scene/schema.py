@@ -43,15 +43,28 @@ _DRIVES = {
                          high=1e8, closed=True, series=True),
     "inlet_velocity": Key("m/s", "superficial: volume flow over the empty cross-section; negative in a series or phase: the flow "
                           "reverses", low=-1e3, high=1e3, series=True),
-    "mass_flow": Key("kg/s", "mass flow: whole pipe; half cavity per metre of width; quarter of a cavity with a width; negative "
-                     "in a series or phase: the flow reverses", low=-1e6, high=1e6, series=True),
+    "mass_flow": Key("kg/s", "mass flow: whole pipe; half cavity (or whole, geometry.cavity) per metre of width; quarter of a "
+                     "cavity with a width; negative in a series or phase: the flow reverses", low=-1e6, high=1e6, series=True),
 }  # fmt: skip
+
+_LAYER = {
+    "name": Key("text", "name in results and targets, and of the physical group in a mesh; default: its material"),
+    "material": _choice("material of the layer", SOLIDS, None),
+    "thickness": _length("thickness of the layer"),
+    "contact_resistance": Key(
+        "m^2*K/W", "between this layer and the next one outwards", 0.0, low=0.0, high=100.0, closed=True
+    ),
+    "heat_source": Key("W/m^3", "volumetric heat source in the layer", low=-1e9, high=1e9, series=True),
+    "cells": Key("integer", "cells through the layer; default from its Biot number", low=1, high=1000, closed=True),
+}
 
 KEYS: dict[str, dict[str, Key]] = {
     "geometry": {
         "kind": _choice("what is heated", ("mold", "pipe", "mesh"), None),
         "length": _length("length of the bed along the flow"),
-        "cavity_height": _length("full height of a mold's cavity between two equal walls; half of it is modelled"),
+        "cavity_height": _length("full height of a mold's cavity; half of it is modelled"),
+        "cavity": _choice("how much of a mold's cavity is modelled: half, between equal walls, or the whole, whose other wall "
+                          "has [[wall.opposite_layer]]", ("half", "whole"), "half"),
         "width": _length("full width of a mold's cavity, for a three-dimensional model; half of it is modelled"),
         "sides": _choice("lateral boundary of a cavity with a width: wall, or plane of symmetry", ("wall", "symmetry"),
                          "wall"),
@@ -93,15 +106,9 @@ KEYS: dict[str, dict[str, Key]] = {
         "material": _choice("material of the wall", SOLIDS, "aluminium"),
         "thickness": _length("thickness of the wall"),
         **_solid_properties("the wall"),
-        "layer": Key("list", "layers of the wall from the bed outwards, in place of its material and thickness", entries={
-            "name": Key("text", "name in results and targets, and of the physical group in a mesh; default: its material"),
-            "material": _choice("material of the layer", SOLIDS, None),
-            "thickness": _length("thickness of the layer"),
-            "contact_resistance": Key("m^2*K/W", "between this layer and the next one outwards", 0.0, low=0.0, high=100.0,
-                                      closed=True),
-            "heat_source": Key("W/m^3", "volumetric heat source in the layer", low=-1e9, high=1e9, series=True),
-            "cells": Key("integer", "cells through the layer; default from its Biot number", low=1, high=1000, closed=True),
-        }),
+        "layer": Key("list", "layers of the wall from the bed outwards, in place of its material and thickness", entries=_LAYER),
+        "opposite_layer": Key("list", "layers of the wall opposite, from the bed outwards, with geometry.cavity 'whole'",
+                              entries=_LAYER),
     },
     "fluid": {
         "material": _choice("material of the fluid", FLUIDS, _THESIS["fluid.material"]),

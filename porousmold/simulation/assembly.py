@@ -329,7 +329,7 @@ def _wall_layers(specs: Specs, medium: Medium) -> list[WallLayer]:
     if not (domain.has_wall or specs.heat.wall == "thin"):
         return []
     dx, nodes = domain.cell_measure(QUADRATURE_DEGREE), domain.nodal_measure()
-    for tag, layer in zip(domain.wall_tags, specs.heat.layers, strict=True):
+    for tag, layer in zip(domain.wall_tags, specs.heat.all_layers, strict=True):
         source = None if layer.heat_source is None else medium.boundary.following(layer.heat_source)
         cured = None if layer.solid.cure is None else fem.Function(medium.flow_temperature.function_space)
         layers.append(WallLayer(with_constants(layer.solid, domain), dx(tag), nodes(tag), source, cured))

@@ -78,7 +78,9 @@ def check(scene: Scene, communicator: Communicator) -> Checked:
         *([f"outer wall: {outer_wall_text(dict(scene.operation))}"] if domain.has_outer_wall else []),
         *(_bound_text(estimates) if specs.course is None else [_phases_text(specs.course)]),
     ]
-    warnings = warnings_of_the_scene(scene, specs, estimates, size) + outside_ranges(specs, bool(specs.heat.layers), {})
+    warnings = warnings_of_the_scene(scene, specs, estimates, size) + outside_ranges(
+        specs, bool(specs.heat.all_layers), {}
+    )
     return Checked(facts, warnings + _warnings_of_the_mesh(specs, domain, estimates, first))
 
 

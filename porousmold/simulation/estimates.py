@@ -16,7 +16,7 @@ from ..laws.natural_convection import rayleigh_darcy_number
 from ..laws.nusselt import bead_reynolds_number, prandtl_number, specific_surface
 from ..scene.geometries import BedSize
 from ..scene.series import TimeSeries
-from .specs import Specs
+from .specs import LayerSpec, Specs
 
 FIRST_CELL_IN_WALL_UNITS = 1.0
 FEWEST_AXIAL_CELLS = 18
@@ -308,24 +308,32 @@ class _Store(NamedTuple):
 def _is_heated_from_outside(specs: Specs) -> bool:
     """Whether heat comes through the wall or is set free in it."""
     heat = specs.heat
-    sources = any(layer.heat_source is not None or layer.solid.cure is not None for layer in heat.layers)
+    sources = any(layer.heat_source is not None or layer.solid.cure is not None for layer in heat.all_layers)
     outer = heat.outer_wall
     return sources or outer.exchanges or outer.heat_flux is not None or heat.wall == "fixed-temperature"
 
 
 def _conduction_time(specs: Specs, bed: _Store) -> float:
-    """Time constant (s) of wall and bed in series behind the film outside: every store through what lies before it."""
+    """Time constant (s) of wall and bed in series behind the film outside: every store through what lies before it; of the faster
+    one of two walls."""
     temperature, outer = specs.heat.inlet_temperature.values[-1], specs.heat.outer_wall
     film = outer.film(temperature)
-    behind = 1.0 / film if film else 0.0
-    time = 0.0
-    for layer in reversed(specs.heat.layers):
-        if layer.thickness is None:
-            continue
-        resistance = layer.thickness / layer.solid.conductivity(temperature)
-        time += volumetric_capacity(layer.solid, temperature) * layer.thickness * (behind + 0.5 * resistance)
-        behind += resistance
-    return time + bed.capacity * (behind + bed.resistance)
+    times = []
+    for layers in _walls(specs):
+        behind, time = 1.0 / film if film else 0.0, 0.0
+        for layer, thickness in reversed(layers):
+            resistance = thickness / layer.solid.conductivity(temperature)
+            time += volumetric_capacity(layer.solid, temperature) * thickness * (behind + 0.5 * resistance)
+            behind += resistance
+        times.append(time + bed.capacity * (behind + bed.resistance))
+    return min(times)
+
+
+def _walls(specs: Specs) -> list[list[tuple[LayerSpec, float]]]:
+    """The layers of each wall that have a thickness, with it."""
+    heat = specs.heat
+    walls = [heat.layers, heat.opposite_layers] if heat.opposite_layers else [heat.layers]
+    return [[(layer, layer.thickness) for layer in layers if layer.thickness is not None] for layers in walls]
 
 
 class _Wall(NamedTuple):
@@ -341,10 +349,33 @@ class _Wall(NamedTuple):
 
 
 def _wall(specs: Specs, size: BedSize, film: float, wall_coefficient: float, duration: float) -> _Wall:
-    """Of the wall's layers: each follows the bed through what lies before it and half of itself; the wall's time ends with the
-    layer by which half of its heat is stored, as insulation behind it follows later. The bed is heated in `duration` (s)."""
+    """Of one wall, or of both: their capacities together, the slower of their times."""
+    walls = _walls(specs)
+    perimeter = size.walled_perimeter / len(walls)
+    found = [_one_wall(specs, size, layers, perimeter, film, wall_coefficient, duration) for layers in walls]
+    return _Wall(
+        sum(wall.heat_capacity for wall in found),
+        tuple(cells for wall in found for cells in wall.cells),
+        tuple(thick for wall in found for thick in wall.thick),
+        min(wall.end_length for wall in found),
+        max(wall.time for wall in found),
+        max(wall.biot_number for wall in found),
+    )
+
+
+def _one_wall(
+    specs: Specs,
+    size: BedSize,
+    layers: list[tuple[LayerSpec, float]],
+    along_section: float,
+    film: float,
+    wall_coefficient: float,
+    duration: float,
+) -> _Wall:
+    """Of the layers of a wall, which is `along_section` (m) long around the section: each follows the bed through what lies
+    before it and half of itself; the wall's time ends with the layer by which half of its heat is stored, as insulation behind
+    it follows later. The bed is heated in `duration` (s)."""
     temperature = specs.heat.inlet_temperature.values[-1]
-    layers = [(layer, layer.thickness) for layer in specs.heat.layers if layer.thickness is not None]
     given = [
         (thickness, layer.solid.conductivity(temperature), volumetric_capacity(layer.solid, temperature))
         for layer, thickness in layers
@@ -366,7 +397,7 @@ def _wall(specs: Specs, size: BedSize, film: float, wall_coefficient: float, dur
             time += store * (resistance + 0.5 * thickness / conductivity)
         resistance += thickness / conductivity
         passed += store
-        perimeter = size.walled_perimeter + (math.pi * thickness if size.axisymmetric else 0.0)
+        perimeter = along_section + (math.pi * thickness if size.axisymmetric else 0.0)
         capacity += store * perimeter * size.length
     lasts = min(duration, specs.time.end_time)
     thick = tuple(thickness**2 * storage / conductivity > THICK * lasts for thickness, conductivity, storage in given)

@@ -447,7 +447,7 @@ def temperature_bounds(heat: HeatSpec) -> tuple[float, float]:
     if heat.air_loop is not None:
         fresh = heat.air_loop.supply.fresh_temperature
         low, high = min(low, fresh), max(high, fresh)
-    for layer in heat.layers:
+    for layer in heat.all_layers:
         least, most = layer.heat_source.range if layer.heat_source is not None else (0.0, 0.0)
         low = -math.inf if least < 0.0 else low
         high = math.inf if most > 0.0 or layer.solid.cure is not None else high

@@ -36,21 +36,26 @@ def straight_domain(
     assert size is not None
     layers = [
         layer.thickness * _through(max(1, round((layer.cells or cells) * finer)), to_surfaces=thick)
-        for layer, cells, thick in zip(spec.layers, estimates.wall_cells, estimates.thick_layers, strict=False)
+        for layer, cells, thick in zip(
+            spec.layers + spec.opposite_layers, estimates.wall_cells, estimates.thick_layers, strict=False
+        )
         if layer.thickness is not None
     ]
+    layers, opposite = layers[: len(spec.layers)], layers[len(spec.layers) :]
     conducts = estimates.conduction_time < estimates.flow_duration
 
-    def to_wall(width: float) -> domain.Across:
+    def from_wall(width: float) -> NDArray[Any]:
         first_cell = spec.first_cell or estimates.first_cell
         layer, widest = spec.bead_diameter, (WIDEST_OF_CONDUCTION if conducts else WIDEST_CELL) * width
         growth = spec.cell_growth ** (GROWTH_OF_CONDUCTION if conducts else 1.0)
-        nodes = domain.graded_coordinates(width, first_cell, growth, layer, widest)
-        return domain.Across.to_wall(refined(nodes, finer), layers)
+        return refined(domain.graded_coordinates(width, first_cell, growth, layer, widest), finer)
 
-    across = [to_wall(size.half_height)]
+    to_wall = from_wall(size.half_height)
+    across = [
+        domain.Across.between_walls(to_wall, layers, opposite) if size.whole else domain.Across.to_wall(to_wall, layers)
+    ]
     if size.half_width is not None and size.walled_sides:
-        across.append(to_wall(size.half_width))
+        across.append(domain.Across.to_wall(from_wall(size.half_width), layers))
     elif size.half_width is not None:  # nothing changes across the width: cells as wide as the bed is high
         cells = max(2, round(finer * size.half_width / size.half_height))
         across.append(domain.Across(np.linspace(0.0, size.half_width, cells + 1), cells, walled=False))

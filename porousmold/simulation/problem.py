@@ -195,7 +195,7 @@ class Problem:
     @property
     def _layers(self) -> list[tuple[int, LayerSpec]]:
         """Tags and specs of the layers that have names of their own."""
-        layers = zip(self.domain.wall_tags, self.specs.heat.layers, strict=False)
+        layers = zip(self.domain.wall_tags, self.specs.heat.all_layers, strict=False)
         return [(tag, layer) for tag, layer in layers if layer.name != "wall" and not layer.is_contact]
 
     @property
@@ -227,7 +227,7 @@ class Problem:
 
     def degrees_of_cure(self) -> dict[str, tuple[float, float]]:
         """Least and largest degree of cure of the layers that cure (collective)."""
-        curing = [layer.name for layer in self.specs.heat.layers if layer.solid.cure is not None]
+        curing = [layer.name for layer in self.specs.heat.all_layers if layer.solid.cure is not None]
         return {name: part.extremes() for name, part in zip(curing, self.heat.curing, strict=True)}
 
     @property

@@ -44,7 +44,7 @@ class Recorder:
         self.snapshots: list[tuple[float, list[NDArray[Any]]]] = []
         self.profiles: list[Profile] = []
         self._spacing = 0.0
-        layers = self._heat.layers
+        layers = self._heat.all_layers
         self._has_sources = any(layer.heat_source is not None or layer.solid.cure is not None for layer in layers)
         self._last_flow: list[float] | None = None
 

@@ -4,7 +4,7 @@ Lengths in m, times in s, temperatures in K. None stands for what the scene leav
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -44,7 +44,7 @@ RevTerms = Literal["off", "consistent", "as-published"]
 @dataclass(frozen=True, kw_only=True)
 class MeshSpec:
     """The mesh: `size` of a straight bed, or the `file` of a mesh, whose commands are run if it is `trusted`, read by its
-    `conventions`. `layers` are those of a wall with cells of its own.
+    `conventions`. `layers` are those of a wall with cells of its own, `opposite_layers` those of the wall opposite.
 
     With `is_symmetric` its two ends are alike. Cells are those of the scene before `refinement`, which counts
     `axial_refinement` times along the flow. `sensors` is the file of recorded places, `scene_file` is named in errors.
@@ -60,6 +60,7 @@ class MeshSpec:
     bead_diameter: float
     narrowest: float | None
     layers: tuple["LayerSpec", ...]
+    opposite_layers: tuple["LayerSpec", ...]
     axial_cells: int | None
     first_cell: float | None
     cell_growth: float
@@ -135,7 +136,8 @@ class LayerSpec:
 @dataclass(frozen=True, kw_only=True)
 class HeatSpec:
     """The temperatures: two or one in the bed, `bead_modes` inside the beads, beads that move along the flow, and the wall,
-    whose `layers` are counted outwards: a plain wall is one; there are none without a wall. At first everything has the
+    whose `layers` are counted outwards: a plain wall is one; there are none without a wall. Those of the wall opposite,
+    `opposite_layers`, have a place of their own only where the whole cavity is modelled. At first everything has the
     `initial_temperature`, or what `start` tells, of which that is the mean."""
 
     two_temperatures: bool
@@ -144,6 +146,7 @@ class HeatSpec:
     emissivity: float
     wall: WallKind
     layers: tuple[LayerSpec, ...]
+    opposite_layers: tuple[LayerSpec, ...]
     wall_temperature: TimeSeries | None
     outer_wall: OuterWallSpec
     initial_temperature: float
@@ -152,6 +155,11 @@ class HeatSpec:
     air_loop: AirLoopSpec | None
     bead_velocity: float
     bead_inlet_temperature: TimeSeries | None
+
+    @property
+    def all_layers(self) -> tuple[LayerSpec, ...]:
+        """Of both walls, as the mesh's tags count them."""
+        return self.layers + self.opposite_layers
 
     @property
     def given_elsewhere(self) -> list[TimeSeries]:
@@ -300,6 +308,7 @@ def _mesh(scene: Scene, laws: Laws) -> MeshSpec:
         bead_diameter=scene.bed.bead_diameter,
         narrowest=min((width for width in widths if width), default=None),
         layers=_layers(scene, laws) if scene.model.wall == "conjugate" else (),
+        opposite_layers=_layers_of(scene.wall.opposite_layer or (), laws),
         axial_cells=solver.axial_cells,
         first_cell=solver.first_cell,
         cell_growth=solver.cell_growth,
@@ -351,9 +360,15 @@ def _layers(scene: Scene, laws: Laws) -> tuple[LayerSpec, ...]:
             return ()
         cells = scene.solver.wall_cells
         return (LayerSpec(name="wall", solid=laws.walls["wall"], thickness=scene.wall.thickness, cells=cells),)
+    return _layers_of(scene.wall.layer, laws)
+
+
+def _layers_of(entries: Sequence[Any], laws: Laws) -> tuple[LayerSpec, ...]:
+    """The layers of one wall from its entries in the scene, with its contacts."""
     layers = []
-    for (name, solid), given in zip(laws.walls.items(), scene.wall.layer, strict=True):
-        source, cells = _thinned(given.heat_source), given.cells
+    for given in entries:
+        name, source, cells = given.name or given.material, _thinned(given.heat_source), given.cells
+        solid = laws.walls[name]
         layers.append(LayerSpec(name=name, solid=solid, thickness=given.thickness, heat_source=source, cells=cells))
         if given.contact_resistance > 0.0:
             layers.append(contact(f"{name} contact", given.contact_resistance))
@@ -381,6 +396,7 @@ def _heat(scene: Scene, laws: Laws, air_loop: AirLoopSpec | None, course: Course
         emissivity=scene.bed.emissivity,
         wall=model.wall,
         layers=_layers(scene, laws),
+        opposite_layers=_layers_of(scene.wall.opposite_layer or (), laws),
         wall_temperature=_thinned(operation.wall_temperature),
         outer_wall=OuterWallSpec(
             heat_flux=_thinned(operation.outer_heat_flux),
@@ -400,7 +416,7 @@ def _heat(scene: Scene, laws: Laws, air_loop: AirLoopSpec | None, course: Course
 
 def _targets(scene: Scene) -> tuple[Target, ...]:
     found, operation, sensors = [], scene.operation, sensor_names(scene.geometry.sensors)
-    layers = [layer.name or layer.material for layer in scene.wall.layer or ()]
+    layers = [layer.name or layer.material for layer in scene.layers.values()]
     for target in scene.target.list or ():
         asks = next(name for name in ASKED if getattr(target, name) is not None)
         initial = operation.initial_temperature
@@ -423,7 +439,7 @@ def _targets(scene: Scene) -> tuple[Target, ...]:
 def _time(scene: Scene, course: Course | None) -> TimeSpec:
     operation, solver = scene.operation, scene.solver
     series: list[Any] = [value.thinned() for _, value in operation if isinstance(value, TimeSeries)]
-    series += [layer.heat_source.thinned() for layer in scene.wall.layer or () if layer.heat_source is not None]
+    series += [layer.heat_source.thinned() for layer in scene.layers.values() if layer.heat_source is not None]
     return TimeSpec(
         first_step=solver.first_step,
         step_growth=solver.step_growth,

@@ -67,9 +67,10 @@ class PlugFlow:
         self.state = FlowState(velocity, self.pressure)
         nodes = scalars.tabulate_dof_coordinates()
         self._column, owned = self.columns.of(nodes), scalars.dofmap.index_map.size_local
-        across = np.minimum(nodes[:, 1], self.columns.across[-1])
+        low, high = self.columns.across[[0, -1]]
+        across = np.clip(nodes[:, 1], low, high)
         self._section = np.pi * across**2 if domain.axisymmetric else across
-        self._in_bed = np.flatnonzero(nodes[:owned, 1] <= self.columns.across[-1] * (1 + 1e-9))
+        self._in_bed = np.flatnonzero(np.abs(nodes[:owned, 1] - across[:owned]) <= 1e-9 * (high - low))
         shares = shares_of_section(self.columns.across, axisymmetric=domain.axisymmetric)
         self._share = shares[nearest(self.columns.across, nodes[self._in_bed, 1])]
         self.factored_at = None

@@ -55,7 +55,8 @@ def nearest(grid: NDArray[Any], values: NDArray[Any]) -> NDArray[Any]:
 
 
 class Streamfunction:
-    """Stream function of an axial mass flux (kg/m2/s, UFL): `function`, constant along the wall and 0 on the symmetry line."""
+    """Stream function of an axial mass flux (kg/m2/s, UFL): `function`, constant along the wall and 0 on the symmetry line, or
+    along the wall opposite."""
 
     def __init__(self, domain: Domain, weighted_flux: Value) -> None:
         self._domain = domain
@@ -67,7 +68,7 @@ class Streamfunction:
         along, across = columns_of(domain)
         size = domain.mesh.topology.index_map(2).size_local
         middle = domain.mesh.geometry.x[fenicsx.cell_vertices(domain.mesh)[:size]].mean(axis=1)
-        self._bed = np.flatnonzero(middle[:, 1] < across[-1])
+        self._bed = np.flatnonzero((across[0] < middle[:, 1]) & (middle[:, 1] < across[-1]))
         self._place = (
             np.searchsorted(along, middle[self._bed, 0]) - 1,
             np.searchsorted(across, middle[self._bed, 1]) - 1,

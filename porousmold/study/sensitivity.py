@@ -48,9 +48,7 @@ class Elasticity:
 def parameters_of(scene: Scene) -> Any:
     """{name: value (SI)} of the parameters that the scene has; properties of materials as constants."""
     laws, found = Laws.of(scene), {}
-    layers = [
-        f"wall.layer[{number}].{key}" for number, _ in enumerate(scene.wall.layer or (), start=1) for key in OF_LAYERS
-    ]
+    layers = [f"{place}.{key}" for place in scene.layers for key in OF_LAYERS]
     phases = [f"operation.phase[{number}].duration" for number, _ in enumerate(scene.operation.phase or (), start=1)]
     for name in (*PARAMETERS, *layers, *phases):
         of_phases = [abs(one) for one in phase_values(scene, name).values()]
