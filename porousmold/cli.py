@@ -67,7 +67,7 @@ EXAMPLES = {
     ],
     "shear": ["--solid-fraction 0.5 0.56 0.6 --shear-rate 1e-2 --peclet 1 100 --biot 0 1 --out runs/shear.csv"],
     "keys": ["", "wall", "--result", "--json-schema"],
-    "show": ["runs/mold", "runs/mold --animate"],
+    "show": ["runs/mold", "runs/mold --animate", "runs/mold --format pdf"],
     "report": ["runs/mold"],
     "cite": ["runs/mold"],
     "cache": ["", "--prune '30 days'"],
@@ -210,6 +210,9 @@ def _parser() -> Any:
     show.add_argument(
         "--animate", action="store_true", help="also heating.gif, the fields over time (see output.field_times)"
     )
+    show.add_argument(
+        "--format", choices=("png", "pdf", "svg"), default="png", help="kind of the pictures (default png)"
+    )
     show.set_defaults(command=_show)
     report = commands.add_parser("report", help="write a self-contained HTML report of a run or a study")
     report.add_argument("folder", metavar="RUN|STUDY")
@@ -333,7 +336,7 @@ def _show(options: argparse.Namespace) -> Any:
     from .output.pictures import animate, draw
 
     if _rank() == 0:
-        for path in [*draw(options.run), *([animate(options.run)] if options.animate else [])]:
+        for path in [*draw(options.run, kind=options.format), *([animate(options.run)] if options.animate else [])]:
             _printed(path)
     return DONE
 

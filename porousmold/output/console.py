@@ -161,7 +161,7 @@ def energy_text(energy: Mapping[str, Any]) -> str:
     given, gone = ENERGY_GIVEN, [name for name in ENERGY_NAMES if name not in ENERGY_GIVEN and energy[name]]
     parts = ", ".join(f"{energy[name] / JOULES_A_KWH:.3g} kWh {ENERGY_NAMES[name]}" for name in given if energy[name])
     uses = ", ".join(f"{energy[name] / JOULES_A_KWH:.3g} {ENERGY_NAMES[name]}" for name in gone)
-    cost = f", cost {energy['cost']:.2f}" if energy["cost"] is not None else ""
+    cost = f", cost {energy['cost']:.2f} {energy.get('currency') or ''}".rstrip() if energy["cost"] is not None else ""
     return f"{parts}; at most {energy['peak_power'] / 1e3:.3g} kW{cost}; to {uses} kWh"
 
 

@@ -20,8 +20,9 @@ STYLE = {"font.size": 11, "axes.grid": True, "grid.alpha": 0.3, "figure.dpi": 13
 
 
 def save(figure: Any, path: Path) -> Any:
-    """Write the picture, close it, and give its path. Names of the user's that look like formulas but are none stand as text.
-    Raises `OutputError` where there is no room."""
+    """Write the picture in matplotlib's present savefig.format, close it, and give its path, with that ending. Names of the
+    user's that look like formulas but are none stand as text. Raises `OutputError` where there is no room."""
+    path = path.with_suffix(f".{plt.rcParams['savefig.format']}")
     try:
         with whole_file(path) as temporary:
             _save(figure, temporary, path.suffix.removeprefix("."))

@@ -52,8 +52,8 @@ INSIDE = 1e-6
 # Margins are given, not found: letting matplotlib measure them doubles the time of every picture.
 
 
-def draw(folder: Path, processes: int = 1) -> list[Path]:
-    """Draw every picture that the folder's files allow, so many at a time; gives the paths.
+def draw(folder: Path, processes: int = 1, kind: str = "png") -> list[Path]:
+    """Draw every picture that the folder's files allow, so many at a time, as files of a `kind` (png, pdf, svg); gives the paths.
 
     Raises `InputError` if it holds no run, or another process is at work there.
     """
@@ -65,7 +65,7 @@ def draw(folder: Path, processes: int = 1) -> list[Path]:
         marks, targets, energy = marks_of(summary), summary["targets"], summary["energy"]
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputError("RUN", str(folder), f"has a damaged result.json: {error}") from error
-    with locked_folder(folder, "drawn"), plt.rc_context(STYLE):
+    with locked_folder(folder, "drawn"), plt.rc_context(STYLE | {"savefig.format": kind}):
         history = read_table(folder / "history.csv")
         pictures = [partial(_temperatures, folder, history, marks)]
         if targets or _layers_of(history):

@@ -1,15 +1,11 @@
 """One self-contained HTML page about a run or a study, for mailing: everything in it, nothing from a network."""
 
-import base64
-import html
 import json
 import tomllib
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import ParseError
 
-from .. import __version__
 from ..errors import InputError
 from ..files.atomic_files import output_file
 from ..files.units import preferred_unit
@@ -19,19 +15,9 @@ from ..scene.schema import KEYS
 from .console import closures_text, kept_text, model_text, outer_wall_text
 from .pictures import draw, fields_with_slider
 from .quantities import ENERGY_GIVEN, ENERGY_NAMES, JOULES_A_KWH
+from .report_page import Block, Markup, Picture, Section, Sentence, Table, rendered
 from .stored import read_study
 from .study_pictures import draw_study
-
-_STYLE = """
-body { font: 15px/1.5 sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; color: #222; }
-table { border-collapse: collapse; margin: 1em 0; }
-th, td { padding: .2em .8em; text-align: left; border-bottom: 1px solid #ddd; }
-td.number { text-align: right; font-variant-numeric: tabular-nums; } img { max-width: 100%; }
-td { overflow-wrap: anywhere; } td:first-child { white-space: nowrap; }
-@media print { body { font-size: 10px; margin: 0; max-width: none; } th, td { padding: .1em .4em; }
-  img { page-break-inside: avoid; max-height: 16cm; } h2 { page-break-after: avoid; } tr { page-break-inside: avoid; } }
-.warning { background: #fff3d6; padding: .5em 1em; margin: .5em 0; } .large { font-size: 1.6em; }
-"""
 
 
 def write_report(folder: Path) -> Any:
@@ -39,95 +25,70 @@ def write_report(folder: Path) -> Any:
     folder = Path(folder)
     if (folder / "result.json").is_file():
         try:
-            title, body = _of_run(folder)
+            title, sections = _of_run(folder)
         except (OSError, ValueError, LookupError, TypeError, AttributeError, ParseError) as error:
             if isinstance(error, InputError):
                 raise
             raise InputError("RUN", str(folder), f"has damaged files: {error}") from error
     elif (folder / "table.json").is_file():
-        title, body = _of_study(folder)
+        title, sections = _of_study(folder)
     else:
         raise InputError("RUN", str(folder), "is not the folder of a run or a study (no result.json, no table.json)")
-    page = (
-        f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{_text(title)}</title>'
-        f"<style>{_STYLE}</style></head><body><h1>{_text(title)}</h1>{body}"
-        f"<p>porousmold {_text(__version__)}</p></body></html>\n"
-    )
     with output_file(folder / "report.html") as temporary:
-        temporary.write_text(page, encoding="utf-8")
+        temporary.write_text(rendered(title, sections), encoding="utf-8")
     return folder / "report.html"
 
 
-def _text(value: Any) -> Any:
-    return html.escape(str(value))
-
-
-def _table(head: Sequence[str], rows: Any) -> str:
-    """Rows of cells as a table; numbers stand right."""
-    lines = "".join(f"<th>{_text(cell)}</th>" for cell in head)
-    for row in rows:
-        cells = (
-            f'<td class="number">{cell:.6g}</td>' if isinstance(cell, float) else f"<td>{_text(cell)}</td>"
-            for cell in row
-        )
-        lines += f"</tr><tr>{''.join(cells)}"
-    return f"<table><tr>{lines}</tr></table>"
-
-
-def _picture(path: Path) -> str:
-    data = base64.b64encode(path.read_bytes()).decode()
-    return f'<p><img alt="{_text(path.stem)}" src="data:image/png;base64,{data}"></p>'
-
-
-def _of_run(folder: Path) -> tuple[Any, ...]:
+def _of_run(folder: Path) -> tuple[str, list[Section]]:
     summary = json.loads((folder / "result.json").read_text(encoding="utf-8"))
     scene = tomllib.loads((folder / "scene.toml").read_text(encoding="utf-8"))
-    parts = _headline(summary, scene)
-    parts += [f'<p class="warning">{_text(text)}</p>' for text in summary["warnings"]]
-    parts += _targets(summary) + _model(summary) + _uncertainty_of(folder)
-    parts += _results(summary, scene) + _energy(summary)
     pictures = draw(folder) if (folder / "history.csv").is_file() else []  # it failed at the start
-    parts.append("<h2>Pictures</h2>" + "".join(map(_picture, pictures)))
-    if (folder / "fields.xdmf").is_file():
-        parts.append(f"<h2>Fields over time</h2>{fields_with_slider(folder)}")
-    if (folder / "comparison.json").is_file():
-        parts += _compared(folder)
-    parts += _keys(summary, scene)
-    parts.append("<h2>Materials</h2>" + _materials(summary))
-    parts.append("<h2>Sources of the closures</h2>")
-    parts.append(f"<p>Set of closures: {_text(closures_text(summary['closures']))}</p>")
-    parts.append(_table(["of", "source"], [[name, source] for name, source in summary["sources"].items()]))
-    versions = {"computed": summary["date"], **summary["versions"]}
-    parts.append("<h2>Date and versions</h2>" + _table(["of", "version"], list(versions.items())))
-    return f"Heating of a {scene['geometry']['kind']}: {folder.name}", "".join(parts)
+    sections = [
+        Section("", _headline(summary, scene) + [Sentence(text, "warning") for text in summary["warnings"]]),
+        Section("Targets", _targets(summary)),
+        Section("Model", _model(summary)),
+        Section("Uncertainty", _uncertainty_of(folder)),
+        Section("Result", _results(summary, scene)),
+        Section("Energy", _energy(summary)),
+        Section("Pictures", [Picture(path) for path in pictures]),
+        Section("Fields over time", [Markup(fields_with_slider(folder))] if (folder / "fields.xdmf").is_file() else []),
+        Section("Beside the measurement", _compared(folder) if (folder / "comparison.json").is_file() else []),
+        Section("Scene", _keys(summary, scene)),
+        Section("Materials", _materials(summary)),
+        Section("Sources of the closures", _sources(summary)),
+        Section(
+            "Date and versions",
+            [Table(["of", "version"], list({"computed": summary["date"], **summary["versions"]}.items()))],
+        ),
+    ]
+    title = scene.get("output", {}).get("title")
+    return title or f"Heating of a {scene['geometry']['kind']}: {folder.name}", sections
 
 
-def _headline(summary: dict[str, Any], scene: dict[str, Any]) -> list[str]:
+def _headline(summary: dict[str, Any], scene: dict[str, Any]) -> list[Block]:
     """How it ended, targets and heating time."""
-    parts, time = [], summary["heating_time"]
+    parts: list[Block] = []
+    time = summary["heating_time"]
     if summary["status"] != "done":
-        parts.append(
-            f'<p class="warning">This run is {_text(summary["status"])}: {_text(summary["failure"] or "")}</p>'
-        )
+        parts.append(Sentence(f"This run is {summary['status']}: {summary['failure'] or ''}", "warning"))
     reached = f"{time:.0f} s ({time / 60:.1f} min)" if time is not None else "not reached"
     estimated = summary["heating_time_error"]
     known = f", numerical error about {estimated:.1%}" if estimated is not None else ""
     met = summary["targets"].values()
     if met:
         last = f"all met at {max(met) / 60.0:.1f} min" if None not in met else "not all met"
-        parts.append(f'<p class="large">Targets: {last}</p>')
+        parts.append(Sentence(f"Targets: {last}", "large"))
     if time is not None or not met:
         margin = scene["operation"]["heating_margin"]
-        parts.append(f'<p class="large">Heating time: {reached}{known} (wall within {margin:g} K of the inlet)</p>')
+        parts.append(Sentence(f"Heating time: {reached}{known} (wall within {margin:g} K of the inlet)", "large"))
     return parts
 
 
-def _results(summary: dict[str, Any], scene: dict[str, Any]) -> list[str]:
+def _results(summary: dict[str, Any], scene: dict[str, Any]) -> list[Block]:
     bounds = summary["temperature_bounds"] or [float("nan")] * 2
-    modelled = _text(modelled_part(scene["geometry"]))
     return [
-        f"<h2>Result</h2><p>Mass flow and heat are those of the modelled part: {modelled}.</p>",
-        _table(["quantity", "value", "unit"], [
+        Sentence(f"Mass flow and heat are those of the modelled part: {modelled_part(scene['geometry'])}."),
+        Table(["quantity", "value", "unit"], [row for row in [
             ["heating time of the wall's bed side", *_or_dash(summary["heating_time_bed_side"], "s")],
             ["mass flow at the start", *_or_dash(summary["mass_flow_initial"], "kg/s")],
             ["mass flow at the end", *_or_dash(summary["mass_flow_final"], "kg/s")],
@@ -139,11 +100,11 @@ def _results(summary: dict[str, Any], scene: dict[str, Any]) -> list[str]:
             ["time steps", str(summary["time_steps"]), ""],
             ["outer wall", outer_wall_text(scene["operation"]), ""],
             ["unknowns (flow, energy)", f"{summary['unknowns']['flow']}, {summary['unknowns']['energy']}", ""],
-        ]),
+        ] if row[1] != "-"]),
     ]  # fmt: skip
 
 
-def _keys(summary: dict[str, Any], scene: dict[str, Any]) -> list[str]:
+def _keys(summary: dict[str, Any], scene: dict[str, Any]) -> list[Block]:
     """The scene as it was run."""
     given = summary["given"]
     rows = [
@@ -152,21 +113,20 @@ def _keys(summary: dict[str, Any], scene: dict[str, Any]) -> list[str]:
         if not name.startswith("materials.") and (name in given or not name.startswith("tolerance."))
     ]
     return [
-        "<h2>Scene</h2>",
-        "<p>Keys as set in the scene, and all values in SI, defaults included.</p>",
-        _table(["key", "as given", "value (SI)", "unit", "meaning"], rows),
+        Sentence("Keys as set in the scene, and all values in SI, defaults included."),
+        Table(["key", "as given", "value (SI)", "unit", "meaning"], rows),
     ]
 
 
-def _compared(folder: Path) -> Any:
+def _compared(folder: Path) -> list[Block]:
     """What `porousmold compare` left in the folder."""
     try:
         return _comparison(folder, json.loads((folder / "comparison.json").read_text(encoding="utf-8")))
     except (OSError, ValueError, LookupError, TypeError, AttributeError):
-        return ['<p class="warning">The comparison in the folder is damaged: make it again by porousmold compare.</p>']
+        return [Sentence("The comparison in the folder is damaged: make it again by porousmold compare.", "warning")]
 
 
-def _comparison(folder: Path, found: Any) -> list[Any]:
+def _comparison(folder: Path, found: Any) -> list[Block]:
     head = ["sensor", "on average apart, K", "bias, K", "at most, K", "run uncertain by at most, K", "within errors"]
     rows = [
         [
@@ -177,9 +137,9 @@ def _comparison(folder: Path, found: Any) -> list[Any]:
         for name, of in found["sensors"].items()
     ]
     return [
-        f"<h2>Beside the measurement</h2><p>S_ave = {found['average_deviation']:.3f} K</p>",
-        _table(head, rows),
-        _picture(folder / "comparison.png"),
+        Sentence(f"S_ave = {found['average_deviation']:.3f} K"),
+        Table(head, rows),
+        Picture(folder / "comparison.png"),
     ]
 
 
@@ -193,7 +153,7 @@ def _value(value: Any) -> Any:
     return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else value
 
 
-def _model(summary: Any) -> list[str]:
+def _model(summary: Any) -> list[Block]:
     """What the chosen model leaves out."""
     found = summary.get("model_choice")
     if found is None:
@@ -209,14 +169,10 @@ def _model(summary: Any) -> list[str]:
         for one in found["choices"]
     ]
     head = ["what", "by", "", "changes the heating time by", "why it is kept"]
-    return [
-        "<h2>Model</h2>",
-        f"<p>{_text(model_text(found))}. Differences of runs on coarse cells.</p>",
-        _table(head, rows),
-    ]
+    return [Sentence(f"{model_text(found)}. Differences of runs on coarse cells."), Table(head, rows)]
 
 
-def _targets(summary: Any) -> list[str]:
+def _targets(summary: Any) -> list[Block]:
     rows = [
         [
             name,
@@ -225,10 +181,10 @@ def _targets(summary: Any) -> list[str]:
         ]
         for name, time in summary["targets"].items()
     ]
-    return ["<h2>Targets</h2>", _table(["name", "asks for", "met at", ""], rows)] if rows else []
+    return [Table(["name", "asks for", "met at", ""], rows)] if rows else []
 
 
-def _energy(summary: Any) -> list[str]:
+def _energy(summary: Any) -> list[Block]:
     energy = summary["energy"]
     if energy is None:
         return []
@@ -238,12 +194,18 @@ def _energy(summary: Any) -> list[str]:
         if energy[name]
     ]
     rows += [["largest power of heater and blower", energy["peak_power"] / 1e3, "kW", ""]]
-    rows += [["cost of heater and blower", float(energy["cost"]), "", ""]] if energy["cost"] is not None else []
-    sentence = f"<p>Of the whole tool, {energy['share']:g} times the modelled part, up to the end of the run.</p>"
-    return ["<h2>Energy</h2>", sentence, _table(["of", "energy", "unit", ""], rows)]
+    if energy["cost"] is not None:
+        rows += [["cost of heater and blower", float(energy["cost"]), energy.get("currency") or "", ""]]
+    sentence = f"Of the whole tool, {energy['share']:g} times the modelled part, up to the end of the run."
+    return [Sentence(sentence), Table(["of", "energy", "unit", ""], rows)]
 
 
-def _materials(summary: Any) -> str:
+def _sources(summary: Any) -> list[Block]:
+    rows = [[name, source] for name, source in summary["sources"].items()]
+    return [Sentence(f"Set of closures: {closures_text(summary['closures'])}"), Table(["of", "source"], rows)]
+
+
+def _materials(summary: Any) -> list[Block]:
     rows = [
         [owner, entry["material"], name.replace("_", " "), float(law["value"]), law["unit"], law["source"]]
         for owner, entry in summary["materials"].items()
@@ -251,16 +213,16 @@ def _materials(summary: Any) -> str:
     ]
     mean = next(iter(summary["materials"].values()))["temperature"] - 273.15
     head = ["of", "material", "property", f"value at {mean:.0f} °C", "unit", "source"]
-    return _table(head, rows)
+    return [Table(head, rows)]
 
 
-def _uncertainty_of(folder: Path) -> list[str]:
+def _uncertainty_of(folder: Path) -> list[Block]:
     """That of the run's scene, where it was computed beside it."""
     beside = folder.with_name(f"{folder.name}-uncertainty")
-    return ["<h2>Uncertainty</h2>", _uncertainty(beside)] if (beside / "uncertainty.json").is_file() else []
+    return _uncertainty(beside) if (beside / "uncertainty.json").is_file() else []
 
 
-def _uncertainty(folder: Path) -> str:
+def _uncertainty(folder: Path) -> list[Block]:
     """What `porousmold uncertainty` left in the folder."""
     try:
         found = json.loads((folder / "uncertainty.json").read_text(encoding="utf-8"))
@@ -274,10 +236,10 @@ def _uncertainty(folder: Path) -> str:
     except (OSError, ValueError, LookupError, TypeError) as error:
         raise InputError("RUN", str(folder), f"has a damaged uncertainty.json: {error}") from error
     head = ["of", "tolerance", f"standard deviation of the {words}", "share of the variance"]
-    return f'<p class="large">{_text(sentence)}</p>' + _table(head, rows)
+    return [Sentence(sentence, "large"), Table(head, rows)]
 
 
-def _optimum(folder: Path) -> str:
+def _optimum(folder: Path) -> list[Block]:
     """What `porousmold optimum` left in the folder: the answer."""
     try:
         found = json.loads((folder / "optimum.json").read_text(encoding="utf-8"))
@@ -291,10 +253,10 @@ def _optimum(folder: Path) -> str:
     under = f" with {limits}" if limits else ""
     answer = "" if best is None else f": {best[found['minimise']]:.6g}"
     sentence = f"Least {found['minimise']}{under}{answer or ': no case keeps the limits'}"
-    return f'<p class="large">{_text(sentence)}</p>' + (_table(["of", "value (SI)"], rows) if rows else "")
+    return [Sentence(sentence, "large"), *([Table(["of", "value (SI)"], rows)] if rows else [])]
 
 
-def _search(folder: Path) -> str:
+def _search(folder: Path) -> list[Block]:
     """What `porousmold solve-for` left in the folder: which single change reaches the target."""
     try:
         found = json.loads((folder / "solve_for.json").read_text(encoding="utf-8"))
@@ -310,9 +272,8 @@ def _search(folder: Path) -> str:
     except (OSError, ValueError, LookupError, TypeError) as error:
         raise InputError("RUN", str(folder), f"has a damaged solve_for.json: {error}") from error
     head = ["key", "as given", "needed", record, "mean power", "remark"]
-    return f'<p class="large">Target: {_text(record)} = {_shown(target, unit)}, by a single change</p>' + _table(
-        head, rows
-    )
+    sentence = f"Target: {record} = {_shown(target, unit)}, by a single change"
+    return [Sentence(sentence, "large"), Table(head, rows)]
 
 
 def _shown(value: float | None, unit: str) -> str:
@@ -320,18 +281,21 @@ def _shown(value: float | None, unit: str) -> str:
     return " ".join(_or_dash(value, unit)).strip()
 
 
-def _of_study(folder: Path) -> tuple[Any, ...]:
+def _of_study(folder: Path) -> tuple[str, list[Section]]:
     entries, head = read_study(folder)
     rows = [
         [float(v) if isinstance(v, int | float) else ("-" if v is None else v) for v in e.values()] for e in entries
     ]
     statuses = [entry["status"] for entry in entries]
     counts = ", ".join(f"{statuses.count(status)} {status}" for status in dict.fromkeys(statuses))
-    body = _optimum(folder) if (folder / "optimum.json").is_file() else ""
-    body += _uncertainty(folder) if (folder / "uncertainty.json").is_file() else ""
+    answers = [
+        Section("", part(folder))
+        for name, part in (("optimum", _optimum), ("uncertainty", _uncertainty))
+        if (folder / f"{name}.json").is_file()
+    ]
     if (folder / "solve_for.json").is_file():  # its table is that of the last run tried
-        return f"What must change: {folder.name}", body + _search(folder)
+        return f"What must change: {folder.name}", [*answers, Section("", _search(folder))]
     draw_study(folder, entries, head)
-    body += f"<p>{len(entries)} case{'s' if len(entries) != 1 else ''}: {_text(counts)}.</p>"
-    body += "".join(_picture(path) for path in sorted(folder.glob("*.png"))) + _table(head, rows)
-    return f"Study: {folder.name}", body
+    sentence = f"{len(entries)} case{'s' if len(entries) != 1 else ''}: {counts}."
+    pictures = [Picture(path) for path in sorted(folder.glob("*.png"))]
+    return f"Study: {folder.name}", [*answers, Section("", [Sentence(sentence), *pictures, Table(head, rows)])]

@@ -73,7 +73,7 @@ RESULT_KEYS: Mapping[str, ResultKey] = {
         "object", "the last of them, without its phases, and whether it is_periodic", optional=True
     ),
     "energy": ResultKey(
-        "object", "energy (J) of the whole tool by source and use, peak_power (W), cost", optional=True
+        "object", "energy (J) of the whole tool by source and use, peak_power (W), cost and its currency", optional=True
     ),
     "spread_at_end": _number("K", "difference of temperature over the wall's bed side at the end", optional=True),
     "temperature_bounds": ResultKey("array", "lowest and highest temperature (K)", optional=True),

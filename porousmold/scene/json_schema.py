@@ -39,7 +39,7 @@ def _key(key: Key) -> dict[str, Any]:
         return found | {"type": "array", "items": _table(key.entries)}
     if key.kind == "names":
         return found | {"type": "object", "additionalProperties": {"type": "string"}}
-    if key.kind in ("file", "text"):
+    if key.kind in ("file", "text", "line"):
         return found | {"type": "string"}
     if key.kind == "flag":
         return found | {"type": "boolean"}

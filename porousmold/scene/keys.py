@@ -22,7 +22,7 @@ from .start import LastState, Profile
 INFINITY = float("inf")
 COLDEST_WITHOUT_UNIT = 150.0
 """Temperature (K) below which a number needs a unit."""
-WITHOUT_UNIT = ("choice", "flag", "file", "run", "times", "text", "names", "list", "tolerance", "integer")
+WITHOUT_UNIT = ("choice", "flag", "file", "run", "times", "text", "line", "names", "list", "tolerance", "integer")
 LONGEST_SPAN = 1e5
 """Time (s) up to which a given function of the time is sampled."""
 
@@ -188,6 +188,10 @@ def _checked_value(name: str, key: Key, value: Any, base: Path, where: str | Non
             raise InputError(name, value, f"must be one of {', '.join(map(repr, key.choices))}{hint}", where)
         return value
     if key.kind == "tolerance":
+        return value
+    if key.kind == "line":
+        if not isinstance(value, str) or not value.strip() or "\n" in value:
+            raise InputError(name, str(value), "must be a line of text", where)
         return value
     if key.kind == "text":
         if not isinstance(value, str) or not value.strip() or set(value) & set('[].,"\n'):

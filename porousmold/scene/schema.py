@@ -167,6 +167,7 @@ KEYS: dict[str, dict[str, Key]] = {
                                  high=5000.0),
         "mold_width": _length("mold width supplied by blower and heater, if geometry.width is not set; default 1 m"),
         "energy_price": Key("", "price of a kWh for heater and blower", low=0.0, high=1e6),
+        "currency": Key("line", "of the price, for summary and report"),
         "bead_velocity": Key("m/s", "of beads that move as a plug: positive along the flow, negative against it", 0.0, low=-10.0,
                              high=10.0),
         "bead_inlet_temperature": Key("K", "of the entering beads, for bead_velocity", low=0.0, high=5e3, series=True),
@@ -271,6 +272,7 @@ KEYS: dict[str, dict[str, Key]] = {
         "python": Key("file", "Python file that registers user-defined laws; run only with --allow-extensions"),
     },
     "output": {
+        "title": Key("line", "title of the report, by default the geometry and the folder's name"),
         "pictures": Key("flag", "draw the PNG pictures", True),
         "fields": Key("flag", "write fields.h5 and fields.xdmf", True),
         "checkpoint_interval": Key("s", "minimum wall-clock time between checkpoints, for --resume", 30.0, low=0.0,

@@ -74,7 +74,9 @@ def summarise(
         "heat_stored": balance.stored,
         **_spent(simulation),
         **_cycles(simulation),
-        "energy": _energy_of_the_tool(simulation) if recorded and problem.air_loop is not None else None,
+        "energy": _energy_of_the_tool(simulation) | {"currency": scene.operation.currency}
+        if recorded and problem.air_loop is not None
+        else None,
         "spread_at_end": history["highest_bed_side"][-1] - history["lowest_bed_side"][-1] if recorded else None,
         "temperature_bounds": bounds,
         **_work_done(simulation),
@@ -189,7 +191,7 @@ def _spent_by_the_supply(simulation: Simulation, ideal_work: float | None) -> di
     }
 
 
-def _energy_of_the_tool(simulation: Simulation) -> dict[str, float | None]:
+def _energy_of_the_tool(simulation: Simulation) -> dict[str, Any]:
     """What heater and blower gave to the whole tool up to the end of the run and where it went (J), the largest power (W), and
     the cost (collective)."""
     problem, balance, history = simulation.problem, simulation.problem.heat.balance, simulation.recorder.history
@@ -207,7 +209,7 @@ def _energy_of_the_tool(simulation: Simulation) -> dict[str, float | None]:
         "outer_wall": -balance.through_outer_wall,
     }
     share, price = problem.air_loop.spec.share, problem.air_loop.spec.price
-    energy: dict[str, float | None] = {name: share * value for name, value in parts.items()}
+    energy: dict[str, Any] = {name: share * value for name, value in parts.items()}
     powers = np.array(history["heater_power"]) + np.array(history["blower_power"])
     energy |= {"peak_power": float(np.max(powers)), "share": share, "loop_imbalance": balance.loop_imbalance}
     spent = share * (balance.by_heater + balance.by_blower)

@@ -10,6 +10,7 @@ from mpi4py import MPI
 from porousmold import InputError, Scene, run
 from porousmold.cli import main
 from porousmold.output.report import write_report
+from porousmold.output.report_page import Markup, Section, Sentence, Table, rendered
 from porousmold.study.definition import Study
 from porousmold.study.running import run_study
 
@@ -140,3 +141,35 @@ def test_a_study_s_page_has_curves_or_a_map_and_its_optimum(tmp_path):
         (folder / "optimum.json").write_text(json.dumps(best))
         page = write_report(folder).read_text()
         assert "Least heating_time: 5" in page and f'alt="{picture}"' in page
+
+
+def test_a_page_s_texts_are_escaped_and_empty_sections_left_out(tmp_path):
+    sections = [
+        Section("Nothing", []),
+        Section("Some <b>", [Sentence("a & b <i>", "large"), Table(["<u>"], [["<s>"], [1.23456789]]), Markup("<hr>")]),
+    ]
+    page = rendered("<title>", sections)
+    assert "<h1>&lt;title&gt;</h1>" in page and "Nothing" not in page and "<hr>" in page
+    assert "<h2>Some &lt;b&gt;</h2>" in page and '<p class="large">a &amp; b &lt;i&gt;</p>' in page
+    assert "<th>&lt;u&gt;</th>" in page and "<td>&lt;s&gt;</td>" in page and '<td class="number">1.23457</td>' in page
+
+
+def test_title_and_currency_are_the_scene_s(tmp_path):
+    blower = {"operation.blower_pressure": 2e4, "operation.blower_flow": 0.3, "operation.heater_power": 2e4}
+    price = {"operation.energy_price": 0.3, "operation.currency": "€", "output.title": "Our mold, trial 2"}
+    scene = coarse_scene({"model.turbulence": "none", "model.flow": "plug", "operation.end_time": 60.0} | price | blower
+                         | {"operation.pressure_drop": None})  # fmt: skip
+    result = run(scene, tmp_path / "run", MPI.COMM_SELF)
+    assert result.summary["energy"]["currency"] == "€"
+    page = write_report(tmp_path / "run").read_text()
+    assert "<h1>Our mold, trial 2</h1>" in page and "<td>€</td>" in page
+    with pytest.raises(InputError, match=r"output.title = .*: must be a line of text"):
+        scene.changed({"output.title": "two\nlines"})
+
+
+def test_pictures_in_other_formats(tmp_path, capsys):
+    run(coarse_scene({"model.turbulence": "none", "model.flow": "plug", "operation.end_time": 60.0}), tmp_path / "run")
+    for kind, begin in (("pdf", b"%PDF"), ("svg", b"<?xml")):
+        assert main(["show", str(tmp_path / "run"), "--format", kind]) == 0
+        assert f"temperatures.{kind}" in capsys.readouterr().out
+        assert (tmp_path / "run" / f"temperatures.{kind}").read_bytes().startswith(begin)
