@@ -1,8 +1,8 @@
 """The state of a run on disk, from which it goes on to the same answer, on any number of ranks.
 
 Arrays are stored by the places of their nodes, in an order that no partition changes: along x[0], then x[1], then x[2].
-Beside the fields stands what the next step depends on: step sizes, history, balance, and what the kept factors of the flow
-were made of, because iterations with other factors end elsewhere within their tolerance. The file ends with the SHA-256 of what
+Beside the fields stands what the next step depends on: step sizes, history, balance, and what the reused Jacobian of the flow
+was made of, because iterations with another one end elsewhere within their tolerance. The file ends with the SHA-256 of what
 stands before, which HDF5 leaves alone.
 """
 

@@ -115,7 +115,7 @@ class Bar:
 
 
 class MarchProgress:
-    """Shows a march on a `Bar` over simulated time; its end is foreseen from how fast the wall approaches the inlet temperature.
+    """Shows a march on a `Bar` over simulated time; its end is predicted from how fast the wall approaches the inlet temperature.
 
     `margin` (K) and `end_time` (s) are those of the scene.
     """
@@ -131,13 +131,13 @@ class MarchProgress:
 
     def __call__(self, time: float, deficit: float, simulation: Any) -> None:
         """After a step to `time` (s), with the wall's worst point `deficit` (K) from the inlet's temperature."""
-        foreseen = 1.7 * simulation.problem.medium.estimates.heating_duration
+        predicted = 1.7 * simulation.problem.medium.estimates.heating_duration
         if self._last is not None and 0.0 < deficit < 0.5 * self._last[2] and deficit < self._last[1]:
             rate = math.log(self._last[1] / deficit) / (time - self._last[0])
-            foreseen = time + max(math.log(deficit / self._margin), 0.0) / rate
+            predicted = time + max(math.log(deficit / self._margin), 0.0) / rate
         first = self._last[2] if self._last is not None else deficit
         self._last = (time, deficit, first)
-        total = min(max(foreseen, time), self._end_time)
+        total = min(max(predicted, time), self._end_time)
         self._bar.show(time, total, f"wall within {deficit:.1f} K", SECONDS)
 
 

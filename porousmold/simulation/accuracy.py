@@ -38,7 +38,7 @@ ORDER = 2.0
 FIRST_FACTOR = 1.7
 """Largest factor on a refinement in the first run that is finer than the scene's own: it shows how good the estimates were."""
 LEAST_PART = 0.25
-"""Of the errors foreseen, that are taken as known from the difference of two runs: differences may cancel."""
+"""Of the errors predicted, that are taken as known from the difference of two runs: differences may cancel."""
 FINEST = 8.0
 """Largest refinement that is tried."""
 FINER = 1.5
@@ -196,6 +196,6 @@ def needed_factor(error: float, wanted: float) -> float:
 def errors_after(errors: Errors, factors: Refinements, moved: float) -> Errors:
     """Errors of a run refined by these factors, which `moved` by this, relative, from the run before."""
     scaled = Errors(*(error / factor**ORDER for error, factor in zip(errors, factors, strict=True)))
-    foreseen = abs(sum(errors) - sum(scaled))
-    part = max(LEAST_PART, moved / foreseen) if foreseen else 1.0
+    predicted = abs(sum(errors) - sum(scaled))
+    part = max(LEAST_PART, moved / predicted) if predicted else 1.0
     return Errors(*(part * error for error in scaled))

@@ -21,7 +21,7 @@ from .boundary_values import BoundaryValues
 POINT_TOLERANCE = 0.3
 """Of the flow's tolerance: the part of the pressure drop by which it may be off the operating point."""
 FARTHEST_AHEAD = 2.0
-"""Steps that the operating point is foreseen for, at most."""
+"""Steps that the operating point is predicted for, at most."""
 MOST_POINTS = 12
 FLOW_EXPONENT = 0.6
 """Of a bed's mass flow against its pressure drop, for the first secant."""

@@ -79,7 +79,7 @@ def assemble(specs: Specs, communicator: Communicator, observe: Observer = silen
 def build_domain(
     specs: Specs, communicator: Communicator, observe: Observer = silent
 ) -> tuple[Domain, BedSize, Estimates]:
-    """The mesh, the size of its bed, and what is foreseen of the flow in it (collective)."""
+    """The mesh, the size of its bed, and what is predicted of the flow in it (collective)."""
     mesh = specs.mesh
     if mesh.size is not None:
         estimates = estimate(specs, mesh.size)

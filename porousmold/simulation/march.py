@@ -205,9 +205,9 @@ class Simulation:
         self._supply_before = problem.air_loop.save() if problem.air_loop is not None else None
         try:
             with problem.stopwatch("flow"):
-                self._foresee(step)
+                self._extrapolate_coefficients(step)
                 if self.specs.flow.update == "quasi-steady":
-                    self._foresee_flow(step)
+                    self._extrapolate_flow(step)
                     tolerance = self.specs.flow.tolerance
                     problem.find_flow(lambda: problem.flow.renew(self.time, tolerance), self.time + 0.5 * step)
             with problem.stopwatch("energy"):
@@ -359,7 +359,7 @@ class Simulation:
             "transient": self.time,
         }[self.specs.flow.update]
 
-    def _foresee(self, step: float) -> None:
+    def _extrapolate_coefficients(self, step: float) -> None:
         """Take the step's coefficients at the temperature extrapolated to its middle, where they belong (second order)."""
         problem, history, medium = self.problem, self.recorder.history, self.problem.medium
         ahead = problem.heat.unknown.copy()
@@ -374,7 +374,7 @@ class Simulation:
             medium.flow_temperature.x.array[:] = medium.property_temperature.x.array
             medium.boundary.set(self.time + 0.5 * step)
 
-    def _foresee_flow(self, step: float) -> None:
+    def _extrapolate_flow(self, step: float) -> None:
         """Start the flow's iterations from its course over the last two steps, at whose middles it was solved."""
         if len(self._steps) < 2 or self.control.after_jump(self.time - sum(self._steps)):
             return

@@ -3,7 +3,7 @@
 The fullest model has a two-dimensional flow that follows the temperature, its turbulence, temperatures of fluid and beads, also
 inside the beads, and a resolved wall. Keys of [model] that the scene gives are kept; each other one is simplified in turn where
 
-1. what is foreseen of it (from a Biot number, the transfer units, the Reynolds number) does not rule it out, and
+1. what is predicted of it (from a Biot number, the transfer units, the Reynolds number) does not rule it out, and
 2. two runs on coarse cells, with and without what is left out, differ by no more than the rest of `model.accuracy`.
 
 The differences that were accepted are added up, whatever their signs: their sum bounds what the chosen model is away from the
@@ -28,7 +28,7 @@ BEAD_MODES = 1
 LAMINAR_REYNOLDS_NUMBER = 150.0
 """Of the beads, below which the flow between them is laminar."""
 HOPELESS = 1.5
-"""Times the wanted accuracy: what is foreseen to be worth more is kept without a run."""
+"""Times the wanted accuracy: what is predicted to be worth more is kept without a run."""
 
 
 @dataclass(frozen=True)
@@ -73,11 +73,11 @@ class _Known:
 
 @dataclass(frozen=True)
 class _Candidate:
-    """A simplification: settings whose first is the choice, what it leaves out, and what is foreseen of it before any run."""
+    """A simplification: settings whose first is the choice, what it leaves out, and what is predicted of it before any run."""
 
     settings: Mapping[str, Any]
     leaves_out: str
-    foresee: "Callable[[_Known], _Foreseen | None]"
+    predict: "Callable[[_Known], _Prediction | None]"
 
     @property
     def key(self) -> str:
@@ -112,9 +112,9 @@ def choose_model(scene: Scene, march: Callable[[Scene], float | None]) -> ModelC
         except InputError as error:
             choices.append(replace(refused, reason=f"{error.key} {error.allowed}"))
             continue
-        foreseen = candidate.foresee(known)
-        if foreseen is not None and foreseen.worth > HOPELESS * accuracy:
-            choices.append(replace(refused, reason=f"{foreseen.text}: expected effect about {foreseen.worth:.2g}"))
+        predicted = candidate.predict(known)
+        if predicted is not None and predicted.worth > HOPELESS * accuracy:
+            choices.append(replace(refused, reason=f"{predicted.text}: expected effect about {predicted.worth:.2g}"))
             continue
         try:
             time = march(_coarse(simpler))
@@ -163,7 +163,7 @@ def _is_settled(chosen: Scene, candidate: _Candidate, choices: list[Choice]) -> 
     return bool(chosen.value(candidate.key) == candidate.settings[candidate.key])
 
 
-class _Foreseen(NamedTuple):
+class _Prediction(NamedTuple):
     """Relative change of the heating time to be expected of a simplification, an order of magnitude, and what it follows from."""
 
     worth: float
@@ -174,44 +174,44 @@ def _unknown(known: _Known) -> None:
     return None
 
 
-def _without_turbulence(known: _Known) -> _Foreseen | None:
+def _without_turbulence(known: _Known) -> _Prediction | None:
     """Turbulence thins the layer at the wall: a tenth where the beads' own flow is turbulent."""
     if known.estimates is None:
         return None
     reynolds = known.estimates.reynolds_number
-    return _Foreseen(0.1 if reynolds > LAMINAR_REYNOLDS_NUMBER else 0.0, f"bead Reynolds number {reynolds:.3g}")
+    return _Prediction(0.1 if reynolds > LAMINAR_REYNOLDS_NUMBER else 0.0, f"bead Reynolds number {reynolds:.3g}")
 
 
-def _frozen(known: _Known) -> _Foreseen | None:
+def _frozen(known: _Known) -> _Prediction | None:
     """Density and viscosity change with the absolute temperature."""
     operation = known.scene.operation
     low, high = operation.inlet_temperature.range
     change = max(high, operation.initial_temperature) / min(low, operation.initial_temperature) - 1.0
-    return _Foreseen(0.4 * change, f"the absolute temperature changes by {change:.0%}")
+    return _Prediction(0.4 * change, f"the absolute temperature changes by {change:.0%}")
 
 
-def _isothermal(known: _Known) -> _Foreseen | None:
+def _isothermal(known: _Known) -> _Prediction | None:
     """docs/bead-interior.md."""
     if known.estimates is None:
         return None
     biot = known.estimates.bead_biot_number
-    return _Foreseen(0.03 * biot, f"bead Biot number {biot:.2g}")
+    return _Prediction(0.03 * biot, f"bead Biot number {biot:.2g}")
 
 
-def _thin(known: _Known) -> _Foreseen | None:
+def _thin(known: _Known) -> _Prediction | None:
     """The wall's outer side follows its inner one after a part of the wall's own time, Bi/2."""
     if known.estimates is None:
         return None
     biot = known.estimates.wall_biot_number
-    return _Foreseen(0.05 * biot, f"wall Biot number {biot:.2g}")
+    return _Prediction(0.05 * biot, f"wall Biot number {biot:.2g}")
 
 
-def _one_temperature(known: _Known) -> _Foreseen | None:
+def _one_temperature(known: _Known) -> _Prediction | None:
     """The exchange spreads the front by sqrt(2/NTU) of the time in which it passes."""
     if known.estimates is None:
         return None
     units = known.estimates.transfer_units
-    return _Foreseen(0.5 * math.sqrt(2.0 / units), f"{units:.3g} transfer units")
+    return _Prediction(0.5 * math.sqrt(2.0 / units), f"{units:.3g} transfer units")
 
 
 _CANDIDATES = (

@@ -52,7 +52,7 @@ class DevelopedFlow(NonlinearFlow):
     `streamfunction` carries the mass flow.
     """
 
-    kept_iterations = 0  # the stations' matrix takes less to factorise than an iteration with kept factors saves
+    kept_iterations = 0  # the stations' matrix takes less to factorise than an iteration with a reused Jacobian saves
 
     def __init__(
         self,

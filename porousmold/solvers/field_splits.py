@@ -18,8 +18,8 @@ from petsc4py import PETSc
 RESTART, MOST_ITERATIONS = 100, 300
 """Of GMRES."""
 REDUCTION = 1e-2
-"""Of the linear residual: Newton's method with kept factors gains no more by an exact solution, and takes half the iterations of
-GMRES that 1e-4 takes."""
+"""Of the linear residual: Newton's method with a reused Jacobian gains no more by an exact solution, and takes half the
+iterations of GMRES that 1e-4 takes."""
 
 _INCOMPLETE: dict[str, Any] = {"ksp_type": "preonly", "pc_type": "asm", "sub_pc_type": "ilu"}
 _FACTORISED: dict[str, Any] = {

@@ -33,7 +33,7 @@ class NonlinearFlow(ABC):
     streamfunction: fem.Function | None = None
     inlet: Opening | None = None
     kept_iterations = 5
-    """Iterations with kept factors before the flow's Jacobian is renewed."""
+    """Iterations with a reused Jacobian before the flow's Jacobian is renewed."""
 
     def __init__(
         self, equations: FlowEquations, solver: SteadySolver, state: FlowState, functions: Sequence[fem.Function]
@@ -122,7 +122,7 @@ class NonlinearFlow(ABC):
         """Called with every flow that is found: for what follows from it."""
 
     def is_turbulent(self) -> bool:
-        """Whether k is more than a trace anywhere, or eddies follow from the flow itself (collective)."""
+        """Whether k is more than negligible anywhere, or eddies follow from the flow itself (collective)."""
         if self.equations.model is not None and not self.equations.turbulent_unknowns:
             return True
         return self.solver.is_turbulent()
@@ -174,11 +174,11 @@ class NonlinearFlow(ABC):
         )
 
     def extrapolate(self, previous: Sequence[NDArray[Any]], factor: float) -> None:
-        """Foresee the state `factor` times as far ahead as `previous` (arrays of `functions`) lies behind."""
+        """Extrapolate the state `factor` times as far ahead as `previous` (arrays of `functions`) lies behind."""
         self.solver.extrapolate(previous, factor)
 
     def save(self) -> Saved:
-        """The state, what the kept factors were made of, and the counters."""
+        """The state, what the reused Jacobian was made of, and the counters."""
         solver, factors = self.solver, self.factored_at
         arrays = saved_functions(self.functions, "flow")
         numbers = {

@@ -7,7 +7,7 @@ S(T) the heat stored and A(T) the heat leaving (vectors against the tests), stag
 
 All stages have the same matrix; it is factorised once a step, and Newton's method iterates the residual, with its
 temperature-dependent properties, to convergence on these factors. Because S is the enthalpy itself, the discrete
-heat balance closes to the tolerance of that iteration. The flow is held during a step, at the temperature foreseen
+heat balance closes to the tolerance of that iteration. The flow is held during a step, at the temperature predicted
 for its middle, which makes the coupled method second order.
 """
 
@@ -239,12 +239,12 @@ class TransientHeat:
         self._system.uses_simpler = not self._cells.are_there
         fenicsx.assemble_vector(self._stored_start, self._stored_form)
 
-    def finish(self, crossed: NDArray[Any], expelled: float = 0.0) -> None:
+    def finish(self, crossed: NDArray[Any], displaced: float = 0.0) -> None:
         """Bring the balance forward by the heat (J) that `crossed` during such a step, the sum of `rates_here` times their
-        weights, and by what the fluid counts for that its change of density has `expelled`."""
+        weights, and by what the fluid counts for that its change of density has `displaced`."""
         fenicsx.assemble_vector(self._stored_now, self._stored_form)
         flows = self._of_all_ranks(crossed)
-        self.balance.add(flows, self._stored_now.sum() - self._stored_start.sum() + expelled)
+        self.balance.add(flows, self._stored_now.sum() - self._stored_start.sum() + displaced)
 
     def rates_here(self) -> NDArray[Any]:
         """What this rank's cells make of each of `scalars`, W."""

@@ -137,7 +137,7 @@ class LocallyDevelopedFlow:
         return self._table.largest_undershoot()
 
     def is_turbulent(self) -> bool:
-        """Whether there is more than a trace of turbulence (collective)."""
+        """Whether there is more than negligible turbulence (collective)."""
         if not self._energies:  # without a transported one eddies follow from the flow itself
             return self._equations.model is not None
         energy = fem.Function(self.pressure.function_space)
@@ -275,7 +275,7 @@ class LocallyDevelopedFlow:
             field.slope.x.array[:] = 0.0 if uniform else slopes
 
     def extrapolate(self, previous: Sequence[NDArray[Any]], factor: float) -> None:
-        """Foresee the pressure `factor` times as far ahead as `previous` lies behind."""
+        """Extrapolate the pressure `factor` times as far ahead as `previous` lies behind."""
         self.pressure.x.array[:] += factor * (self.pressure.x.array - previous[0])
 
     def save(self) -> Saved:

@@ -61,8 +61,8 @@ class LinearIterations:
 
 @dataclass
 class Contraction:
-    """Ratio of two successive updates of Newton's method with kept factors, from the last system solved that had two; 1 where
-    there was none. Hairer, Wanner, Solving Ordinary Differential Equations II, section IV.8."""
+    """Ratio of two successive updates of Newton's method with a reused Jacobian, from the last system solved that had two; 1
+    where there was none. Hairer, Wanner, Solving Ordinary Differential Equations II, section IV.8."""
 
     ratio: float = 1.0
 
@@ -338,7 +338,7 @@ class NewtonSystem:
             constant.value = np.asarray(value)
 
     def iterate(self) -> float:
-        """One iteration of Newton's method, with kept factors if there are any (collective).
+        """One iteration of Newton's method, with a reused Jacobian if there are any (collective).
 
         Gives its relative update |dx|/|x|, infinite where the factorisation fails or the iterate is not finite; |x| counts as a
         millionth per unknown at least, so that the solution zero of scaled unknowns is recognised.

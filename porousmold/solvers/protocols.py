@@ -133,10 +133,10 @@ class Flow(Stateful, Protocol):
         """Follow a changed temperature to a relative `tolerance`; raises `SolveError`."""
 
     def extrapolate(self, previous: Sequence[NDArray[Any]], factor: float) -> None:
-        """Foresee the state `factor` times as far ahead as `previous` (arrays of `functions`) lies behind."""
+        """Extrapolate the state `factor` times as far ahead as `previous` (arrays of `functions`) lies behind."""
 
     def is_turbulent(self) -> bool:
-        """Whether there is more than a trace of turbulence (collective)."""
+        """Whether there is more than negligible turbulence (collective)."""
 
     def is_also_laminar(self) -> bool:
         """Whether there is a laminar flow beside the present turbulent one (collective)."""

@@ -1,7 +1,7 @@
 """Solution of a steady nonlinear system: Newton's method, a false transient, and updates after small changes.
 
 The false transient takes one Newton iteration for each implicit step; the first step is a fraction of the time in which the
-flow passes a bead, later ones grow as the updates fall, until they are endless and the steady equations themselves are solved.
+flow passes a bead, later ones grow as the updates fall, until they are infinite and the steady equations themselves are solved.
 """
 
 import logging
@@ -32,7 +32,7 @@ KEPT_UPDATE, KEPT_CONTRACTION = 1e-2, 0.1
 """Update of the steady equations, and ratio to the one before, below which the next iteration is taken on the same factors."""
 
 FIRST_PSEUDO_STEP = 0.05
-LONG_PSEUDO_STEP, ENDLESS_PSEUDO_STEP = 10.0, 1e7
+LONG_PSEUDO_STEP, INFINITE_PSEUDO_STEP = 10.0, 1e7
 LEAST_PSEUDO_STEP = 1e-9
 """Pseudo-time steps, in transit times of one bead at the reference speed: the first one, that beyond which small updates tell
 that the solution is near, that beyond which the steady equations themselves are solved, and that below which no solution is
@@ -50,12 +50,12 @@ LEAST_REMAINDER = 0.1
 """Part of the turbulence that a pseudo-time step leaves at least."""
 
 KEPT_TOLERANCE = 0.005
-"""Part of the tolerance that the error left by kept factors may be: their contraction is an estimate."""
+"""Part of the tolerance that the error left by a reused Jacobian may be: its contraction is an estimate."""
 LOOSER_TURBULENCE = 20.0
 """Factor on that error for the turbulence: the heat feels it through the eddies alone, while an error of the mass flow is one of
 the heat."""
 SLOWEST_CONTRACTION = 0.7
-"""Ratio of successive updates beyond which kept factors are given up."""
+"""Ratio of successive updates beyond which a reused Jacobian is given up."""
 LARGEST_KEPT_UPDATE = 0.1
 """Update by a new Jacobian after which its factors are tried again."""
 LOOSER_PARTS = 5.0
@@ -159,17 +159,17 @@ class SteadySolver:
         update = last_update = np.inf
         for iteration in range(1, (MOST_NEWTON_ITERATIONS if newton else MOST_PSEUDO_STEPS) + 1):
             before, last = self.copies(), self.update
-            endless = step > ENDLESS_PSEUDO_STEP
-            keeps = endless and update < min(KEPT_UPDATE, KEPT_CONTRACTION * last_update)
+            infinite = step > INFINITE_PSEUDO_STEP
+            keeps = infinite and update < min(KEPT_UPDATE, KEPT_CONTRACTION * last_update)
             last_update = update
-            update = self._pseudo_step(np.inf if endless else step * self._transit(), keeps_jacobian=keeps)
+            update = self._pseudo_step(np.inf if infinite else step * self._transit(), keeps_jacobian=keeps)
             if LOG.isEnabledFor(logging.DEBUG):
                 LOG.debug(
                     "flow at %g s, iteration %d: step of %.1e bead transits, update %.1e, of a part %.1e; residuals %s",
                     *(time, iteration, step, self.update, update, " ".join(f"{r:.1e}" for r in self._residuals())),
                 )
             self.observe(f"flow: iteration {iteration}, update {self.update:.0e}")
-            if endless and self._converged(update, last):
+            if infinite and self._converged(update, last):
                 return True
             if step > LONG_PSEUDO_STEP and update < near and self.is_physical():
                 return True
@@ -182,8 +182,8 @@ class SteadySolver:
                 break
             if factor == FAILED_STEP_FACTOR:
                 self.put_back(before)
-            if factor < 1.0 or not endless:
-                step = min(step, ENDLESS_PSEUDO_STEP) * factor
+            if factor < 1.0 or not infinite:
+                step = min(step, INFINITE_PSEUDO_STEP) * factor
         return False
 
     def follow(self, tolerance: float, kept_iterations: int) -> bool:
@@ -245,7 +245,7 @@ class SteadySolver:
         return self.update
 
     def _pseudo_step(self, step: float, *, keeps_jacobian: bool) -> float:
-        """One Newton iteration of an implicit step (s) of a false transient, or of the steady equations where it is endless.
+        """One Newton iteration of an implicit step (s) of a false transient, or of the steady equations where it is infinite.
 
         Gives the relative update of the part that changes most, infinite where the iteration fails.
         """
@@ -312,19 +312,19 @@ class SteadySolver:
             function.x.array[:] = array
 
     def extrapolate(self, previous: Sequence[NDArray[Any]], factor: float) -> None:
-        """Foresee the state `factor` times as far ahead as `previous` (like `copies()`) lies behind."""
+        """Extrapolate the state `factor` times as far ahead as `previous` (like `copies()`) lies behind."""
         turbulence = self._unknown.x.array[self._of_turbulence].copy()
         for function, array in zip(self._functions, previous, strict=True):
             function.x.array[:] += factor * (function.x.array - array)
-        foreseen = self._unknown.x.array[self._of_turbulence]
-        self._unknown.x.array[self._of_turbulence] = np.maximum(foreseen, 0.3 * turbulence)
+        predicted = self._unknown.x.array[self._of_turbulence]
+        self._unknown.x.array[self._of_turbulence] = np.maximum(predicted, 0.3 * turbulence)
 
     def scale_turbulence(self, factor: float) -> None:
         """Multiply all turbulence by a factor."""
         self._unknown.x.array[self._of_turbulence] *= factor
 
     def is_turbulent(self) -> bool:
-        """Whether k is more than a trace anywhere (collective)."""
+        """Whether k is more than negligible anywhere (collective)."""
         return ranks.extremes(self._communicator, self._kinetic_energy())[1] > TRACE_OF_TURBULENCE
 
     def is_physical(self) -> bool:

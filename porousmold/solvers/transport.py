@@ -31,7 +31,7 @@ MOST_STEPS = 1e6
 class FrozenTransport:
     """A `Transport` at the quadrature points, renewed once a step; what is constant in a cell is that of its middle.
 
-    That leaves the enthalpies as the only nonlinearity within a step; taken at the temperature foreseen for its middle,
+    That leaves the enthalpies as the only nonlinearity within a step; taken at the temperature predicted for its middle,
     the method stays second order. `monotone` marks the cells that are to be so.
     """
 

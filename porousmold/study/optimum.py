@@ -2,7 +2,7 @@ r"""The best parameters within bounds, under a limit on energy or power, and the
 
 A study's grid is run first. Through the logarithms of its results goes a radial basis function (thin-plate spline with a
 linear part) of the parameters, each logarithmic where all its values are positive; on that scipy's SLSQP finds the minimum
-under the limits. The minimum is then run, and joins the grid for the next search, until what is foreseen and what is run
+under the limits. The minimum is then run, and joins the grid for the next search, until what is predicted and what is run
 agree to `AGREEMENT`. What is reported is always a run, never the interpolation. The trade-off curve is the same search under a
 row of limits, from the least that can be had to what the free minimum takes.
 """
@@ -165,7 +165,7 @@ def search(
         return tuple(float(f"{setting(case, name):.{DIGITS}g}") for name in study.varied)
 
     def run_at(wanted: Any) -> Any:
-        """Run the minima under the given limits; the largest difference of what was foreseen from what was found."""
+        """Run the minima under the given limits; the largest difference of what was predicted from what was found."""
         nonlocal study, rows
         surface = _Surface(study, rows, records)
         places = MPI.COMM_WORLD.bcast([surface.minimum(name, limits) for name, limits in wanted])

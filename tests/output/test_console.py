@@ -74,7 +74,7 @@ def test_phases_are_shown_until_the_first_step():
     progress.phase("flow: iteration 1")
     progress(20.0, 20.0, Simulation)
     assert texts[0] == "compiling" and texts[1] == "10 of 170" and len(texts) == 3
-    # foreseen from the fall from 60 K to 20 K in 10 s: ln(20/2)/(ln(60/20)/10 s) more
+    # predicted from the fall from 60 K to 20 K in 10 s: ln(20/2)/(ln(60/20)/10 s) more
     assert texts[2] == f"20 of {20.0 + 2.302585 / 0.1098612:g}"
 
 
