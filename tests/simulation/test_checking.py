@@ -66,3 +66,20 @@ def test_a_temperature_that_makes_nonsense_of_the_fluid_is_refused(key):
     """A polynomial of the air's viscosity gets negative there (found by the fuzz: a traceback in the middle of the run)."""
     with pytest.raises(InputError, match=r"air viscosity, which is given for .* has no value there"):
         specs_of(Scene.load(ALUMINIUM, {key: "2910 K", "fluid.material": "air"}))
+
+
+def test_what_developed_flow_leaves_out_of_a_flow_that_changes_is_warned_of(capsys):
+    """Cold thermal oil that gets 26 times as fluid: 2 % of the heating time (full flow 277.2 s, developed 282.8 s)."""
+    oil = [
+        "--set",
+        "fluid.material=thermal_oil",
+        "--set",
+        "model.turbulence=none",
+        "--set",
+        "operation.heating_margin=5 K",
+    ]
+    hot = [*oil, "--set", "operation.initial_temperature=20 degC", "--set", "operation.inlet_temperature=150 degC"]
+    warm = [*oil, "--set", "operation.initial_temperature=80 degC", "--set", "operation.inlet_temperature=150 degC"]
+    for settings, flow, is_told in ((hot, "developed", True), (hot, "full", False), (warm, "developed", False)):
+        assert main(["check", str(ALUMINIUM), *settings, "--set", f"model.flow={flow}"]) == 0
+        assert ("developed flow leaves out what crosses the bed" in capsys.readouterr().out) == is_told
