@@ -18,6 +18,7 @@ from ..scene.scene import Scene
 from .assembly import build_domain
 from .course import Course
 from .estimates import Estimates
+from .expected_flow import expected_mass_flow
 from .meshing import BYTES_AN_UNKNOWN
 from .outcome import outside_ranges
 from .problem import sensors_of
@@ -53,6 +54,8 @@ def check(scene: Scene, communicator: Communicator) -> Checked:
     energy = nodes["all"] + (nodes["bed"] if specs.heat.two_temperatures else 0)
     memory = BYTES_AN_UNKNOWN[dimension] * flow
     first = first_cell(domain)
+    mass_flow = expected_mass_flow(specs, size, estimates)
+    least = estimates.flow_duration * (estimates.mass_flow / mass_flow if mass_flow else 1.0)
     breakpoints = specs.heat.inlet_temperature.breakpoints
     duration = min(max(HEATING_TIMES * estimates.heating_duration, *breakpoints, 0.0), specs.time.end_time)
     if specs.course is not None and specs.course.repeats:
@@ -72,24 +75,24 @@ def check(scene: Scene, communicator: Communicator) -> Checked:
         f"height of the first cell at the wall: {1e3 * first:.3g} mm; recommended: about {1e3 * estimates.first_cell:.3g} mm",
         f"unknowns: about {flow} of the flow and {energy} of the temperatures; {memory / 2**30:.2g} GiB",
         f"expected computing time: {seconds:.0f} s, within a factor of three, for {steps:.0f} time steps",
-        _flow_text(estimates),
+        _flow_text(estimates, mass_flow),
         f"time steps of up to {specs.time.largest_step or estimates.largest_step:.3g} s: {_limit_text(specs, estimates)}",
         f"bead Biot number: {estimates.bead_biot_number:.2g}",
         *([f"outer wall: {outer_wall_text(dict(scene.operation))}"] if domain.has_outer_wall else []),
-        *(_bound_text(estimates) if specs.course is None else [_phases_text(specs.course)]),
+        *(_bound_text(estimates, least) if specs.course is None else [_phases_text(specs.course)]),
     ]
     warnings = warnings_of_the_scene(scene, specs, estimates, size) + outside_ranges(
         specs, bool(specs.heat.all_layers), {}
     )
-    return Checked(facts, warnings + _warnings_of_the_mesh(specs, domain, estimates, first))
+    return Checked(facts, warnings + _warnings_of_the_mesh(specs, domain, estimates, first, least))
 
 
-def _flow_text(estimates: Estimates) -> str:
+def _flow_text(estimates: Estimates, mass_flow: float) -> str:
     if not estimates.flows:
         return "no flow: nothing drives the fluid"
     return (
         f"estimated flow: {estimates.speed:.3g} m/s between the beads, bead Reynolds number {estimates.reynolds_number:.3g}, "
-        f"mass flow {estimates.mass_flow:.3g} kg/s of the modelled part"
+        f"mass flow {mass_flow:.3g} kg/s of the modelled part"
     )
 
 
@@ -111,10 +114,9 @@ def _phases_text(course: Course) -> str:
     return f"phases: {names}; {course.cycles} cycles at most{longest}"
 
 
-def _bound_text(estimates: Estimates) -> list[str]:
+def _bound_text(estimates: Estimates, least: float) -> list[str]:
     """How long heating takes at least: by what the fluid brings, or with what comes through the wall."""
     if not math.isfinite(estimates.conduction_time):
-        least = estimates.flow_duration
         return [f"lower bound of the heating time, from the heat capacities and the mass flow: about {least:.0f} s"]
     return [f"time constant of bed and wall that are heated from outside: about {estimates.conduction_time:.0f} s"]
 
@@ -128,7 +130,7 @@ def _nodes(domain: Domain) -> dict[str, int]:
     return {name: int(ranks.total(domain.communicator, count)) for name, count in counts.items()}
 
 
-def _warnings_of_the_mesh(specs: Specs, domain: Domain, estimates: Estimates, first: float) -> list[str]:
+def _warnings_of_the_mesh(specs: Specs, domain: Domain, estimates: Estimates, first: float, least: float) -> list[str]:
     found = []
     is_file = specs.mesh.file is not None
     if is_file and not SHORTEST_MESH <= domain.length <= LONGEST_MESH:
@@ -137,13 +139,8 @@ def _warnings_of_the_mesh(specs: Specs, domain: Domain, estimates: Estimates, fi
         )
         found.append(f"geometry.mesh is {domain.length:.4g} m long: it may be in {unit}")
     found += warnings_of_the_first_cell(specs, estimates, first)
-    if (
-        specs.waits_for_heat
-        and not math.isfinite(estimates.conduction_time)
-        and specs.time.end_time < estimates.flow_duration
-    ):
+    if specs.waits_for_heat and not math.isfinite(estimates.conduction_time) and specs.time.end_time < least:
         found.append(
-            f"operation.end_time {specs.time.end_time:g} s is before the lower bound of the heating time, "
-            f"{estimates.flow_duration:.0f} s"
+            f"operation.end_time {specs.time.end_time:g} s is before the lower bound of the heating time, {least:.0f} s"
         )
     return found

@@ -129,7 +129,7 @@ class Estimates:
 def estimate(specs: Specs, size: BedSize) -> Estimates:
     """Estimates of a scene whose bed has this size."""
     heat = specs.heat
-    fluid = _fluid_at(specs, heat.inlet_temperature.values[-1])
+    fluid = fluid_at(specs, heat.inlet_temperature.values[-1])
     phi, diameter, laws = specs.porosity.bulk_porosity, specs.mesh.bead_diameter, specs.laws
     driven, slow = _speed(specs, size, fluid), fluid.viscosity / (fluid.density * diameter)
     speed, flowing, flows = max(driven, slow), max(driven, NO_FLOW * slow), driven > NO_FLOW * slow
@@ -192,7 +192,7 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
 def rayleigh_darcy(specs: Specs, low: float, high: float, height: float) -> float:
     """Rayleigh-Darcy number of the bed at rest, with fluid from `low` to `high` (K) over a height (m)."""
     mean, step = 0.5 * (low + high), 0.5 * max(high - low, 0.1)
-    fluid, density = _fluid_at(specs, mean), specs.laws.fluid.density
+    fluid, density = fluid_at(specs, mean), specs.laws.fluid.density
     cold, hot = (density(specs.flow.outlet_pressure, mean + side) for side in (-step, step))
     core = replace(_core(specs, fluid, 0.0, specs.laws.beads.conductivity(mean)), temperature=mean)
     phi, diameter = specs.porosity.bulk_porosity, specs.mesh.bead_diameter
@@ -218,7 +218,7 @@ def _inlet_time(series: TimeSeries) -> float:
     return float(np.sqrt(parts @ spread))
 
 
-def _core(specs: Specs, fluid: "_Fluid", speed: float, bead_conductivity: float) -> LocalBed:
+def _core(specs: Specs, fluid: "FluidProperties", speed: float, bead_conductivity: float) -> LocalBed:
     """The bed far from the wall, without eddies."""
     diameter, temperature = specs.mesh.bead_diameter, specs.heat.inlet_temperature.values[-1]
     return LocalBed(
@@ -257,7 +257,7 @@ def _radiation_ratio(specs: Specs, core: LocalBed) -> float:
     return float((stagnant_conductivity(shining, core.porosity) - stagnant_conductivity(core, core.porosity)) / across)
 
 
-class _Fluid(NamedTuple):
+class FluidProperties(NamedTuple):
     """Properties at a temperature and the bed's mean pressure, SI."""
 
     density: float
@@ -266,10 +266,11 @@ class _Fluid(NamedTuple):
     conductivity: float
 
 
-def _fluid_at(specs: Specs, temperature: float) -> _Fluid:
+def fluid_at(specs: Specs, temperature: float) -> FluidProperties:
+    """Of the scene's fluid at a temperature (K)."""
     fluid, flow = specs.laws.fluid, specs.flow
     half = 0.5 * flow.driven_by.range[1] if flow.drive == "pressure_drop" else 0.0
-    return _Fluid(
+    return FluidProperties(
         fluid.density(flow.outlet_pressure + half, temperature),
         fluid.viscosity(temperature),
         fluid.heat_capacity(temperature),
@@ -281,12 +282,12 @@ def flow_change(specs: Specs, size: BedSize, before: float, after: float) -> flo
     """Relative change of the mass flow that a pressure drop drives, between two temperatures (K) of the whole bed."""
     fluxes = []
     for temperature in (before, after):
-        fluid = _fluid_at(specs, temperature)
+        fluid = fluid_at(specs, temperature)
         fluxes.append(fluid.density * _speed(specs, size, fluid))
     return abs(math.log(fluxes[1] / fluxes[0])) if min(fluxes) > 0.0 else 0.0
 
 
-def _speed(specs: Specs, size: BedSize, fluid: _Fluid) -> float:
+def _speed(specs: Specs, size: BedSize, fluid: FluidProperties) -> float:
     """Intrinsic speed (m/s) in the middle of the bed at the strongest drive."""
     phi, strongest = specs.porosity.bulk_porosity, specs.flow.driven_by.range[1]
     if specs.flow.drive == "pressure_drop":
