@@ -175,35 +175,38 @@ def _skin(folder: Path, history: Columns, marks: Mapping[str, float]) -> Path:
     times, unit, scale = _time_axis(history)
     layers, cured = _layers_of(history), [name for name in history if name.startswith("cure_")]
     rows = bool(layers) + 2 + bool(cured)
-    figure, all_axes = plt.subplots(rows, 1, figsize=(8.0, 2.2 * rows + 0.6), sharex=True)
+    ratios = [1.0 + 0.2 * max(len(layers) - 1, 0)] * bool(layers) + [1.0] * (rows - bool(layers))
+    size = 9.5, 2.2 * sum(ratios) + 0.6
+    figure, all_axes = plt.subplots(rows, 1, figsize=size, sharex=True, height_ratios=ratios)
     height = figure.get_size_inches()[1]
-    figure.subplots_adjust(left=0.1, right=0.97, bottom=0.55 / height, top=1.0 - 0.15 / height, hspace=0.12)
+    beside = {"fontsize": 8, "loc": "center left", "bbox_to_anchor": (1.01, 0.5)}
+    figure.subplots_adjust(left=0.09, right=0.79, bottom=0.55 / height, top=1.0 - 0.15 / height, hspace=0.12)
     axes = list(all_axes)
     if layers:
         panel = axes.pop(0)
         for number, name in enumerate(layers):
             low, high = (np.array(history[f"{end}_{name}"]) - 273.15 for end in ("lowest", "highest"))
-            panel.fill_between(times, low, high, color=f"C{number}", alpha=0.3, linewidth=0.0)
-            panel.plot(times, high, color=f"C{number}", linewidth=1.4, label=f"{name}, coldest to hottest")
-            panel.plot(times, low, color=f"C{number}", linewidth=1.4)
+            panel.fill_between(times, low, high, color=f"C{number}", alpha=0.12, linewidth=0.0)
+            panel.plot(times, high, color=f"C{number}", linewidth=1.4, label=f"{name}, hottest")
+            panel.plot(times, low, "--", color=f"C{number}", linewidth=1.4, label=f"{name}, coldest")
         panel.plot(times, np.array(history["inlet_temperature"]) - 273.15, color="0.4", linewidth=1.0, label="inlet")
         panel.set_ylabel("temperature\nin °C", fontsize=9)
-        panel.legend(fontsize=8, loc="lower right")
+        panel.legend(**beside)
     low, high = (np.array(history[f"{end}_bed_side"]) for end in ("lowest", "highest"))
     axes[0].plot(times, high - low, color="tab:blue")
     axes[0].set_ylabel("bed side: hottest\nminus coldest in K", fontsize=9)
     axes[0].set_ylim(0, None)
     if marks:
-        axes[0].legend(handles=_mark(axes[0], marks, scale), fontsize=8, loc="upper center")
+        axes[0].legend(handles=_mark(axes[0], marks, scale), **beside)
     for end, colour in (("coldest", "tab:blue"), ("hottest", "tab:red")):
         axes[1].plot(times, history[f"{end}_place"], color=colour, label=end)
     axes[1].set_ylabel("along the flow\nin m", fontsize=9)
-    axes[1].legend(fontsize=8, loc="center right")
+    axes[1].legend(**beside)
     for name in cured:
         axes[2].plot(times, history[name], label=name.removeprefix("cure_"))
         axes[2].set_ylabel("least degree\nof cure", fontsize=9)
         axes[2].set_ylim(0, 1)
-        axes[2].legend(fontsize=8, loc="lower right")
+        axes[2].legend(**beside)
     axes[-1].set(xlabel=f"time in {unit}", xlim=(0, times[-1] or 1))
     return save(figure, folder / "skin.png")
 
