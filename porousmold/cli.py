@@ -57,6 +57,7 @@ EXAMPLES = {
     "compare": ["runs/mold measured.csv", "runs/mold runs/thin"],
     "study": ["STUDY.toml", "STUDY.toml --part 1/3 --out runs/study", "STUDY.toml --plot"],
     "sensitivity": ["SCENE.toml"],
+    "simplify": ["SCENE.toml --accuracy 0.01"],
     "uncertainty": ["SCENE.toml --sample 100"],
     "solve-for": ["SCENE.toml --key wall.thickness --target 'heating_time = 15 min'"],
     "optimum": ["STUDY.toml"],

@@ -1,4 +1,4 @@
-"""`model.choose = "cheapest"` on scenes drawn at random: how far is the chosen model from the fullest one, and what does it cost?
+"""`porousmold simplify` on scenes drawn at random: how far is the chosen model from the fullest one, and what does it cost?
 
 Writes docs/model-choice.md. Run: make model-choice (about 10 minutes, two cores). The scenes are those of docs/accuracy.md with
 all of [model] left open. Both models are run with the default cells and steps, whose errors nearly cancel in the difference.
@@ -18,8 +18,8 @@ from mpi4py import MPI
 from porousmold import Scene
 from porousmold.errors import SolveError
 from porousmold.simulation.march import Simulation
-from porousmold.simulation.model_choice import BEAD_MODES, choose_model
 from porousmold.simulation.specs import specs_of
+from porousmold.study.model_choice import BEAD_MODES, choose_model
 from studies.random_scenes import scenes
 
 SEED, COUNT = 17, 40
@@ -66,7 +66,7 @@ def outcome_of(task: tuple[int, float]) -> Outcome:
 
     try:
         full, spent_by_full = marched(scene.changed({"model.bead_modes": BEAD_MODES}))
-        found = choose_model(scene.changed({"model.choose": "cheapest", "model.accuracy": accuracy}), march)
+        found = choose_model(scene, accuracy, march)
         chosen, spent = marched(found.scene)
     except SolveError as error:
         return Outcome(reason=str(error)[:80])
@@ -87,7 +87,7 @@ def main() -> None:
         "# The cheapest model",
         "",
         f"Written by `make model-choice`; do not edit. {COUNT} scenes drawn at random (seed {SEED}), all of `[model]` left open,",
-        '`model.choose = "cheapest"`: the chosen model beside the fullest one on the same cells. Seconds of CPU, compiled.',
+        "`porousmold simplify`: the chosen model beside the fullest one on the same cells. Seconds of CPU, compiled.",
     ]
     with ProcessPoolExecutor(options.processes, multiprocessing.get_context("spawn")) as pool:
         for accuracy in options.accuracies:

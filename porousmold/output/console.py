@@ -147,15 +147,6 @@ def closures_text(closures: Mapping[str, Any]) -> str:
     return closures["set"] + (f", but {departing}" if departing else "")
 
 
-def model_text(found: Mapping[str, Any]) -> str:
-    """The model that was chosen, and what it leaves out, with the change of the heating time."""
-    if found["note"]:
-        return str(found["note"])
-    left_out = [f"{one['leaves_out']} ({one['worth']:+.2%})" for one in found["choices"] if one["chosen"]]
-    what = "; ".join(left_out) or "nothing"
-    return f"left out: {what}; total effect at most {found['worth']:.2%}, allowed {found['accuracy']:.2%}"
-
-
 def energy_text(energy: Mapping[str, Any]) -> str:
     """What heater and blower gave, at most at once, and where it went."""
     given, gone = ENERGY_GIVEN, [name for name in ENERGY_NAMES if name not in ENERGY_GIVEN and energy[name]]
@@ -249,8 +240,6 @@ def summary_text(scene: Scene, summary: Mapping[str, Any], out: Path, pictures: 
         f"{summary['time_steps']} steps, {seconds['total']:.1f} s "
         f"(flow {seconds['flow']:.1f}, energy {seconds['energy']:.1f}, compiling {seconds['compile']:.1f})",
     ]
-    if summary["model_choice"] is not None:
-        lines.append(f"model: {model_text(summary['model_choice'])}")
     if summary["heating_time_error"] is not None:
         lines.append(f"numerical error of the heating time: about {summary['heating_time_error']:.2%}")
     for kind, errors in (("target", summary["target_errors"]), ("peak of", summary["peak_errors"])):

@@ -12,7 +12,7 @@ from ..files.units import preferred_unit
 from ..scene.geometries import modelled_part
 from ..scene.keys import flat, kind_of, unit_and_meaning
 from ..scene.schema import KEYS
-from .console import closures_text, kept_text, model_text, outer_wall_text
+from .console import closures_text, kept_text, outer_wall_text
 from .pictures import draw, fields_with_slider
 from .quantities import ENERGY_GIVEN, ENERGY_NAMES, JOULES_A_KWH
 from .report_page import Block, Markup, Picture, Section, Sentence, Table, rendered
@@ -46,7 +46,6 @@ def _of_run(folder: Path) -> tuple[str, list[Section]]:
     sections = [
         Section("", _headline(summary, scene) + [Sentence(text, "warning") for text in summary["warnings"]]),
         Section("Targets", _targets(summary)),
-        Section("Model", _model(summary)),
         Section("Uncertainty", _uncertainty_of(folder)),
         Section("Result", _results(summary, scene)),
         Section("Energy", _energy(summary)),
@@ -151,25 +150,6 @@ def _or_dash(value: float | None, unit: str) -> tuple[str, str]:
 
 def _value(value: Any) -> Any:
     return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else value
-
-
-def _model(summary: Any) -> list[Block]:
-    """What the chosen model leaves out."""
-    found = summary.get("model_choice")
-    if found is None:
-        return []
-    rows = [
-        [
-            one["leaves_out"],
-            f"{one['key']} = {one['value']}" if one["value"] is not None else f"no {one['key']}",
-            "left out" if one["chosen"] else "kept",
-            f"{one['worth']:+.3%}" if one["worth"] is not None else "-",
-            one["reason"],
-        ]
-        for one in found["choices"]
-    ]
-    head = ["what", "by", "", "changes the heating time by", "why it is kept"]
-    return [Sentence(f"{model_text(found)}. Differences of runs on coarse cells."), Table(head, rows)]
 
 
 def _targets(summary: Any) -> list[Block]:

@@ -101,7 +101,6 @@ RESULT_KEYS: Mapping[str, ResultKey] = {
     "versions": ResultKey("object", "versions of the libraries used, and the number of ranks"),
     "warnings": ResultKey("array", "warnings of this run, such as exceeded limits of the model"),
     "identity": ResultKey("string", "digest of the scene, its files, its laws and the code that computes"),
-    "model_choice": ResultKey("object", "simplifications by model.choose, and their effects", optional=True),
     "wall_seconds": ResultKey("object", "wall-clock time in total and by task"),
     "checksum": ResultKey("string", "SHA-256 of this content and of history.csv; in the file alone"),
 }

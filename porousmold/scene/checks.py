@@ -363,8 +363,6 @@ def _outer_wall(scene: Any) -> None:
 
 
 def _solver(scene: Any) -> None:
-    if scene.model.choose != "cheapest" and scene.is_given("model.accuracy"):
-        _refuse(scene, "model.accuracy", "has no meaning without model.choose = 'cheapest'")
     if scene.solver.accuracy is not None:
         for name in ("mesh_refinement", "axial_refinement", "step_refinement"):
             if scene.is_given(f"solver.{name}"):

@@ -184,9 +184,6 @@ def _check_models(scene: Any) -> None:
     if isinstance(flux, ProfileSeries) and reverses(scene):
         allowed = "must not change along the flow where that reverses"
         raise InputError("operation.outer_heat_flux", flux.source, allowed, scene.source)
-    if scene.model.choose != "as-given":
-        allowed = "must be 'as-given' where the flow reverses or has phases"
-        raise InputError("model.choose", scene.model.choose, allowed, scene.source)
 
 
 def _check_period(scene: Any) -> None:

@@ -209,7 +209,6 @@ class Scene:
         names = list(GEOMETRIES[self.geometry.kind].foreign)
         names += ["operation.inlet_temperature"] if self.operation.programme or self.operation.phase else []
         names += [f"operation.{drive_name(self.operation.phase)}"] if self.operation.phase else []
-        names += ["model.accuracy"] if self.model.choose == "as-given" else []
         return names + (["wall.material"] if self.wall.layer else [])
 
     def as_tables(self) -> dict[str, dict[str, Any]]:

@@ -191,10 +191,6 @@ KEYS: dict[str, dict[str, Key]] = {
                         "the run", 1e5, low=0.0, high=1e9),
     },
     "model": {
-        "choose": _choice("keys of [model] that are not set: their defaults, or the cheapest choice within model.accuracy",
-                          ("as-given", "cheapest"), "as-given"),
-        "accuracy": Key("", "largest relative change of the heating time by the simplifications of model.choose", 0.01, low=1e-4,
-                        high=0.5, closed=True),
         "flow": _choice("flow model: full (2D or 3D), locally developed profiles, or plug flow",
                         ("full", "developed", "plug"), "full"),
         "turbulence": _choice("turbulence model, bead sources included", TURBULENCE_MODELS, _THESIS["model.turbulence"]),

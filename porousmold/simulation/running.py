@@ -24,10 +24,8 @@ from .accuracy import (
     run_to_accuracy,
 )
 from .march import Simulation
-from .model_choice import CHEAPEST, ModelChoice, choose_model
 from .observation import field_snapshots, profile_near_wall
 from .outcome import summarise
-from .recorder import HEATING_TIME
 from .result import Result
 from .specs import specs_of
 
@@ -90,7 +88,7 @@ def run(
 
 
 class _Run:
-    """The marches of one run: a single one, or those that `solver.accuracy` and `model.choose` ask for.
+    """The marches of one run: a single one, or those that `solver.accuracy` asks for.
 
     `_outcomes` holds what came of the marches before the present one: their answers, or `FAILED`.
     """
@@ -109,8 +107,7 @@ class _Run:
         self._scene, self._folder, self._communicator = scene, folder, communicator
         self._progress, self._stop, self._observe = progress, stop, observe or silent
         # several marches of one run must be alike
-        is_single = scene.solver.accuracy is None and scene.model.choose != CHEAPEST
-        self._identity = identity_of(scene, going_on=is_single)
+        self._identity = identity_of(scene, going_on=scene.solver.accuracy is None)
         if saved is not None and folder is not None and saved.identity != self._identity:
             allowed = "holds a checkpoint of another scene, or of other program code; start without --resume"
             raise InputError("--resume", str(folder.path), allowed)
@@ -120,14 +117,13 @@ class _Run:
         self._last: list[Any] = []
         self._simulation: Simulation
         self._marched = scene
-        self._choice: ModelChoice | None = None
         self._doubt = ""
 
     def result(self) -> Result:
         """March to the end, write everything, and give the `Result`."""
         failure = interruption = errors = None
         try:
-            errors = run_to_accuracy(self._model(), self._march)
+            errors = run_to_accuracy(self._scene, self._march)
             if errors is None:
                 errors = self._compared()
         except SolveError as problem:
@@ -148,18 +144,6 @@ class _Run:
     def _free(self) -> None:
         if hasattr(self, "_simulation"):
             self._simulation.free()
-
-    def _model(self) -> Scene:
-        """The scene with the model that it is to be computed with."""
-        if self._scene.model.choose != CHEAPEST:
-            return self._scene
-        self._observe("comparing models")
-        self._choice = choose_model(self._scene, self._heating_time)
-        return self._choice.scene
-
-    def _heating_time(self, scene: Scene) -> float | None:
-        found = self._march(scene).get(HEATING_TIME)
-        return None if found is None else found.value
 
     def _compared(self) -> dict[str, float] | None:
         """Differences of the answers from those of a coarser run, where they are in doubt; None where they are not, or where the
@@ -228,7 +212,6 @@ class _Run:
         simulation, folder, wanted = self._simulation, self._folder, self._scene.solver.accuracy
         summary = summarise(self._marched, simulation, errors, failure, interrupted=interrupted)
         summary["identity"] = identity_of(self._scene)
-        summary["model_choice"] = None if self._choice is None else self._choice.as_table()
         if failure is None and not interrupted:
             answers = simulation.recorder.answers()
             summary["warnings"] += (

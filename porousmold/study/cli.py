@@ -1,6 +1,7 @@
-"""The commands that run many cases: study, sensitivity, optimum."""
+"""The commands that run many cases: study, sensitivity, simplify, uncertainty, solve-for, optimum."""
 
 import argparse
+import itertools
 import math
 import re
 import sys
@@ -16,6 +17,8 @@ from ..output.stored import read_study
 
 DONE, REFUSED, FAILED, INTERRUPTED = 0, 2, 3, 130
 """Exit statuses: of a study in which cases were refused, or failed, too."""
+MOST_RUNS = 8
+"""That compare models: the fullest one, and one for each simplification."""
 
 
 def add_commands(commands: Any) -> None:
@@ -58,6 +61,16 @@ def add_commands(commands: Any) -> None:
     uncertainty.add_argument("--quiet", action="store_true", help="no progress bar, no summary")
     add_extension_option(uncertainty)
     uncertainty.set_defaults(command=_uncertainty)
+    simplify = commands.add_parser(
+        "simplify", help="what of the model a scene's heating time does not notice: sought once for a family of scenes"
+    )
+    simplify.add_argument("scene", metavar="SCENE.toml")
+    simplify.add_argument("--accuracy", default="0.01", metavar="PART",
+                          help="largest relative change of the heating time in all (default 0.01)")  # fmt: skip
+    add_settings_option(simplify)
+    simplify.add_argument("--quiet", action="store_true", help="no progress bar")
+    add_extension_option(simplify)
+    simplify.set_defaults(command=_simplify)
     solve = commands.add_parser("solve-for", help="the value of a key with which a scene reaches a target")
     solve.add_argument("scene", metavar="SCENE.toml")
     solve.add_argument("--key", action="append", required=True, metavar="TABLE.KEY", dest="keys",
@@ -133,6 +146,34 @@ def _sensitivity(options: argparse.Namespace) -> Any:
                       else f"{entry.parameter:30s} none: {entry.reason}")  # fmt: skip
             print(f"written to {out}: elasticities.json, {picture.name}")
     return INTERRUPTED if signals else DONE
+
+
+def _simplify(options: argparse.Namespace) -> int:
+    from ..mpi import MPI
+    from ..scene.scene import Scene
+    from ..simulation.running import RunInterrupted, run
+    from .model_choice import choose_model
+
+    scene = Scene.load(options.scene, settings_of(options), allow_extensions=options.allow_extensions)
+    accuracy = to_si("--accuracy", options.accuracy, "")
+    if not 1e-4 <= accuracy <= 0.5:
+        raise InputError("--accuracy", options.accuracy, "must be >= 0.0001 and <= 0.5")
+    first, signals = MPI.COMM_WORLD.rank == 0, StopSignals()
+    bar, runs = Bar(quiet=options.quiet or not first), itertools.count(1)
+
+    def march(simpler: Scene) -> float | None:
+        bar.show(next(runs), MOST_RUNS, "runs on coarse cells")
+        return run(simpler, stop=signals.__bool__).heating_time
+
+    try:
+        found = choose_model(scene, accuracy, march)
+    except RunInterrupted:
+        return INTERRUPTED
+    finally:
+        bar.close()
+    if first:
+        print(found.text)
+    return DONE
 
 
 def _uncertainty(options: argparse.Namespace) -> int:

@@ -1,10 +1,11 @@
-"""The cheapest model of a scene: only what its heating time needs (`model.choose = "cheapest"`).
+"""The cheapest model of a scene: only what its heating time needs (`porousmold simplify`). It is sought once for a family of
+scenes: the runs on coarse cells cost about one run of the fullest model (docs/model-choice.md).
 
 The fullest model has a two-dimensional flow that follows the temperature, its turbulence, temperatures of fluid and beads, also
 inside the beads, and a resolved wall. Keys of [model] that the scene gives are kept; each other one is simplified in turn where
 
 1. what is predicted of it (from a Biot number, the transfer units, the Reynolds number) does not rule it out, and
-2. two runs on coarse cells, with and without what is left out, differ by no more than the rest of `model.accuracy`.
+2. two runs on coarse cells, with and without what is left out, differ by no more than the rest of the wanted accuracy.
 
 The differences that were accepted are added up, whatever their signs: their sum bounds what the chosen model is away from the
 fullest one, as measured on the coarse cells. There the discretisation errors of two runs are nearly equal and cancel.
@@ -12,15 +13,14 @@ fullest one, as measured on the coarse cells. There the discretisation errors of
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 from ..errors import InputError, SolveError
 from ..scene.scene import Scene
-from .estimates import Estimates, estimate
-from .specs import specs_of
+from ..simulation.estimates import Estimates, estimate
+from ..simulation.specs import specs_of
 
-CHEAPEST = "cheapest"
 COARSE = 0.5
 """Of the cells in each direction and of the steps, in the runs that are compared."""
 BEAD_MODES = 1
@@ -56,10 +56,28 @@ class ModelChoice:
     choices: tuple[Choice, ...]
     note: str = ""
 
-    def as_table(self) -> dict[str, Any]:
-        """What result.json holds of it."""
-        choices = [asdict(choice) for choice in self.choices]
-        return {"accuracy": self.accuracy, "worth": self.worth, "choices": choices, "note": self.note}
+    @property
+    def text(self) -> str:
+        """The keys of [model] that leave out what the heating time does not notice, and what was kept and why."""
+        if self.note:
+            return self.note
+        left_out = [choice for choice in self.choices if choice.chosen]
+        if not left_out:
+            lines = [f"nothing can be left out within {self.accuracy:g} of the heating time"]
+        else:
+            lines = [
+                f"changes the heating time by {self.worth:.2%} at most (on coarse cells; allowed {self.accuracy:.2%}):",
+                "[model]",
+            ]
+        for choice in left_out:
+            _, _, name = choice.key.partition(".")
+            line = f'{name} = "{choice.value}"' if choice.value is not None else f"# no {name}"
+            lines.append(f"{line:32s} # without {choice.leaves_out}: {choice.worth:+.2%}")
+        for choice in self.choices:
+            if not choice.chosen:
+                worth = f"{choice.worth:+.2%}, " if choice.worth is not None else ""
+                lines.append(f"kept: {choice.leaves_out} ({worth}{choice.reason})")
+        return "\n".join(lines)
 
 
 @dataclass(frozen=True)
@@ -84,13 +102,13 @@ class _Candidate:
         return next(iter(self.settings))
 
 
-def choose_model(scene: Scene, march: Callable[[Scene], float | None]) -> ModelChoice:
-    """The cheapest model of a scene; `march(scene)` gives a heating time (s; None where the wall is not heated) or raises
-    `SolveError`. Where the fullest model is not heated, or has no steady flow on coarse cells, nothing is left out.
+def choose_model(scene: Scene, accuracy: float, march: Callable[[Scene], float | None]) -> ModelChoice:
+    """The cheapest model of a scene within a relative `accuracy`; `march(scene)` gives a heating time (s; None where the wall is
+    not heated) or raises `SolveError`. Where the fullest model is not heated, or has no steady flow on coarse cells, nothing is
+    left out.
     """
     open_keys = {candidate.key for candidate in _CANDIDATES if not scene.is_given(candidate.key)}
     full = _fullest(scene, open_keys)
-    accuracy = scene.model.accuracy
     try:
         reference = march(_coarse(full))
     except SolveError as error:
@@ -134,13 +152,12 @@ def choose_model(scene: Scene, march: Callable[[Scene], float | None]) -> ModelC
 
 def _fullest(scene: Scene, open_keys: set[str]) -> Scene:
     """The scene with the fullest model that its open keys allow, to be taken as it is given."""
-    full = scene.changed({"model.choose": None, "model.accuracy": None})
     if "model.bead_modes" not in open_keys:
-        return full
+        return scene
     try:
-        return full.changed({"model.bead_modes": BEAD_MODES})
+        return scene.changed({"model.bead_modes": BEAD_MODES})
     except InputError:
-        return full
+        return scene
 
 
 def _coarse(scene: Scene) -> Scene:

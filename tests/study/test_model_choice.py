@@ -1,18 +1,21 @@
 """The cheapest model: what is left out is worth less than was allowed, what is given is kept, and nothing is left out unseen."""
 
+import tomllib
+
 import pytest
 from mpi4py import MPI
 
-from porousmold import InputError, Scene, run
+from porousmold import Scene, run
+from porousmold.cli import main
 from porousmold.errors import SolveError
-from porousmold.simulation.model_choice import choose_model
-from tests.support import ALUMINIUM
+from porousmold.study.model_choice import choose_model
 
-CHEAPEST = {"model.choose": "cheapest", "model.accuracy": 0.01}
+from ..support import ALUMINIUM
+
 WORTH = {"plug": 0.3, "developed": 2e-4, "frozen": 0.05, "thin": -4e-3, "one-temperature": 0.02, "none": 0.1}
 
 
-def chosen_of(settings, worth=WORTH, isothermal=3e-3):
+def chosen_of(settings, worth=WORTH, isothermal=3e-3, accuracy=0.01):
     """The `ModelChoice` of the aluminium mold where each simplification has a known worth; and the scenes that were run."""
     scenes = []
 
@@ -24,7 +27,7 @@ def chosen_of(settings, worth=WORTH, isothermal=3e-3):
             time *= 1.0 + worth.get(value, 0.0)
         return time
 
-    return choose_model(Scene.load(ALUMINIUM, {**CHEAPEST, **settings}), march), scenes
+    return choose_model(Scene.load(ALUMINIUM, settings), accuracy, march), scenes
 
 
 def test_what_is_worth_little_is_left_out_and_adds_up():
@@ -37,12 +40,11 @@ def test_what_is_worth_little_is_left_out_and_adds_up():
         "two-temperature",
     )
     assert found.worth == pytest.approx(2e-4 + 3e-3 + 4e-3, rel=1e-2)
-    assert found.scene.model.choose == "as-given"
     assert all(scene.solver.mesh_refinement == 0.5 for scene in scenes)
 
 
 def test_differences_of_opposite_signs_do_not_cancel():
-    found, _ = chosen_of({"model.accuracy": 0.005}, {**WORTH, "developed": 4e-3, "thin": -4e-3}, isothermal=2e-4)
+    found, _ = chosen_of({}, {**WORTH, "developed": 4e-3, "thin": -4e-3}, isothermal=2e-4, accuracy=0.005)
     assert found.scene.model.flow == "developed" and found.scene.model.wall == "conjugate"
 
 
@@ -67,13 +69,13 @@ def test_what_cannot_be_worth_little_is_kept_without_a_run():
 
 
 def test_nothing_is_left_out_without_a_comparison():
-    scene = Scene.load(ALUMINIUM, CHEAPEST)
-    assert "heating time" in choose_model(scene, lambda scene: None).note
+    scene = Scene.load(ALUMINIUM)
+    assert "heating time" in choose_model(scene, 0.01, lambda scene: None).text
 
     def failing(scene):
         raise SolveError("flow", 0.0, "detail", "advice")
 
-    found = choose_model(scene, failing)
+    found = choose_model(scene, 0.01, failing)
     assert found.scene.model.flow == "full" and found.worth == 0.0 and "flow" in found.note
 
 
@@ -83,21 +85,28 @@ def test_a_simplification_without_an_answer_is_not_taken():
             raise SolveError("flow", 0.0, "detail", "advice")
         return 1000.0
 
-    assert choose_model(Scene.load(ALUMINIUM, CHEAPEST), march).scene.model.flow == "full"
+    assert choose_model(Scene.load(ALUMINIUM), 0.01, march).scene.model.flow == "full"
 
 
-def test_accuracy_of_the_model_needs_the_choice():
-    with pytest.raises(InputError, match=r"model\.choose"):
-        Scene.load(ALUMINIUM, {"model.accuracy": 0.01})
+def test_the_text_is_a_table_of_the_scene_and_says_why_the_rest_is_kept():
+    found, _ = chosen_of({})
+    lines = found.text.splitlines()
+    assert "allowed 1.00%" in lines[0] and lines[1] == "[model]"
+    assert lines[2].startswith('flow = "developed"') and "entrance effects" in lines[2]
+    assert any(line.startswith("kept: turbulence (bead Reynolds number") for line in lines)
 
 
-def test_the_chosen_model_is_within_the_accuracy_of_the_fullest(tmp_path):
-    scene = Scene.load(ALUMINIUM, {**CHEAPEST, "output.pictures": False})
+def test_the_command_finds_a_model_within_the_accuracy_of_the_fullest(capsys):
+    assert main(["simplify", str(ALUMINIUM), "--accuracy", "0.01", "--quiet"]) == 0
+    text = capsys.readouterr().out
+    table = text[text.index("[model]") :].split("kept:")[0]
+    chosen = {f"model.{name}": value for name, value in tomllib.loads(table)["model"].items()}
     full = run(Scene.load(ALUMINIUM, {"model.bead_modes": 1}), communicator=MPI.COMM_SELF)
-    result = run(scene, tmp_path / "run", communicator=MPI.COMM_SELF)
-    assert result.heating_time == pytest.approx(full.heating_time, rel=0.01)
-    found = result.summary["model_choice"]
-    assert 0.0 < found["worth"] <= found["accuracy"] == 0.01
-    assert sum(result.summary["unknowns"].values()) < sum(full.summary["unknowns"].values())
-    again = run(scene, tmp_path / "run", communicator=MPI.COMM_SELF)
-    assert again.recalled and again.heating_time == result.heating_time
+    simple = run(Scene.load(ALUMINIUM, chosen), communicator=MPI.COMM_SELF)
+    assert simple.heating_time == pytest.approx(full.heating_time, rel=0.01)
+    assert sum(simple.summary["unknowns"].values()) < sum(full.summary["unknowns"].values())
+
+
+def test_an_accuracy_out_of_range_is_refused(capsys):
+    assert main(["simplify", str(ALUMINIUM), "--accuracy", "2"]) == 2
+    assert "--accuracy = '2': must be >= 0.0001 and <= 0.5" in capsys.readouterr().err
