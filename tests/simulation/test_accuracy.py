@@ -203,7 +203,6 @@ def test_a_front_that_stands_in_the_bed_at_the_end_is_compared_with_a_coarser_ru
 def test_on_a_mesh_of_ones_own_a_front_at_the_end_is_warned_of():
     settings = {
         "model.flow": "developed",
-        "geometry.width": 1.0,
         "model.turbulence": "none",
         "operation.end_time": 60.0,
     }
