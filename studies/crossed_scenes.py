@@ -36,6 +36,8 @@ PATIENCE = 240.0
 """CPU seconds after which a run counts as without answer."""
 NARROW_CELLS = 0.4
 """Refinement of the cells in three dimensions, where twice finer ones would take hours."""
+FAR_OFF = 0.01
+"""Error that a run should warn of."""
 NOTHING = 0.01
 """K of difference between all temperatures of a run below which nothing happens in it, and it has no answer to compare."""
 LEAST_HEAT = 1e-3
@@ -482,6 +484,10 @@ def write_page(
     both = list(worst)
     seconds = np.array([result.seconds for result in own.values() if not result.reason])
     values = np.array(list(worst.values()))
+    far_off = [n for n in both if worst[n] > FAR_OFF]
+    silent = [n for n in far_off if not _is_told(own[n])]
+    alarms = [n for n in both if _is_told(own[n]) and worst[n] <= 0.5 * FAR_OFF]
+    times = [value for n in both for name, value in found[n].items() if name.startswith(("heating", "target"))]
     page = Page(
         "# Scenes that cross every feature",
         "",
@@ -499,6 +505,12 @@ def write_page(
         f"The worst answer of each of {len(both)} scenes in which anything happens, against twice the cells in each direction "
         f"and twice the steps: median "
         f"{100 * np.median(values):.3f} %, 95 % {100 * np.quantile(values, 0.95):.3f} %, largest {100 * values.max():.3g} %.",
+        f"Of {len(times)} heating times and times of targets: median {100 * np.median(times):.3f} %, "
+        f"95 % {100 * np.quantile(times, 0.95):.3f} %, largest {100 * max(times):.3g} %.",
+        "",
+        f"Off by more than {FAR_OFF:.0%} are {len(far_off)} scenes, {len(silent)} of them without a warning that says so"
+        f"{': ' + ', '.join(map(str, silent)) if silent else ''}; {len(alarms)} scenes are warned of that are off by less than half "
+        "of that.",
         note,
         "",
         "## By feature",
@@ -522,6 +534,11 @@ def write_page(
     page.add("## Scenes without an answer")
     page.table(("scene", "reason", "what"), ((n, own[n].reason[:200], _what(drawn[n])) for n in (*refused, *failed)))
     page.write(path)
+
+
+def _is_told(outcome: Outcome) -> bool:
+    """Whether the run warns that its answers may be off for the sake of its cells and steps."""
+    return any("coarser cells and steps" in one or "within one cell of the bed" in one for one in outcome.warnings)
 
 
 def _what(drawn: Mapping[str, Any]) -> str:
