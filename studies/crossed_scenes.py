@@ -509,8 +509,8 @@ def write_page(
         f"95 % {100 * np.quantile(times, 0.95):.3f} %, largest {100 * max(times):.3g} %.",
         "",
         f"Off by more than {FAR_OFF:.0%} are {len(far_off)} scenes, {len(silent)} of them without a warning that says so"
-        f"{': ' + ', '.join(map(str, silent)) if silent else ''}; {len(alarms)} scenes are warned of that are off by less than half "
-        "of that.",
+        f"{': ' + ', '.join(map(str, silent)) if silent else ''}; {len(alarms)} scenes are warned of that are off by less "
+        "than half of that.",
         note,
         "",
         "## By feature",
