@@ -194,13 +194,6 @@ def _parser() -> Any:
         "file", nargs="?", metavar="FILE.toml", help="list the materials of this file instead of the library's"
     )
     materials.set_defaults(serial=_materials)
-    add_packing_commands(commands)
-    add_permeability_commands(commands)
-    add_experiment_commands(commands)
-    add_study_commands(commands)
-    add_fluidised_commands(commands)
-    add_column_commands(commands)
-    add_shear_commands(commands)
     keys = commands.add_parser("keys", help="list every key of a scene, or of a result, with unit, default and meaning")
     keys.add_argument("table", nargs="?", metavar="TABLE", help="only those of one table, such as wall")
     keys.add_argument("--result", action="store_true", help="those of result.json")
@@ -226,6 +219,13 @@ def _parser() -> Any:
         "--prune", metavar="TIME", help="take away what was not used for so long, and what nobody reads of the rest"
     )
     cache.set_defaults(serial=_cache)
+    add_study_commands(commands)
+    add_experiment_commands(commands)
+    add_packing_commands(commands)  # from here on beside the core: nothing of it imports them
+    add_permeability_commands(commands)
+    add_fluidised_commands(commands)
+    add_column_commands(commands)
+    add_shear_commands(commands)
     for name, command in commands.choices.items():
         lines = [f"  porousmold {name} {arguments}".rstrip() for arguments in EXAMPLES[name]]
         command.epilog = "\n".join([f"example{'s' if len(lines) > 1 else ''}:", *lines])
