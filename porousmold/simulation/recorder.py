@@ -116,11 +116,12 @@ class Recorder:
         temperatures of all places (K) and the heat stored (J) at the end."""
         times = {HEATING_TIME: self.heating_time, **{f"targets.{name}": time for name, time in self.targets.items()}}
         found = {name: Answer.by_itself(time) for name, time in times.items() if time is not None}
-        has_times, lowest = bool(found), min(self.history["lowest_temperature"])
+        is_answered = bool(found) or (self._course is not None and self._course.repeats)  # cycles answer by themselves
+        lowest = min(self.history["lowest_temperature"])
         for name in self._problem.degrees_of_cure():
             found[f"{PEAKS}{name}"] = Answer.by_itself(self._peak(name) - lowest)
         span = max(self.history["highest_temperature"]) - lowest
-        if has_times or span < LEAST_SPAN:
+        if is_answered or span < LEAST_SPAN:
             return found
         for name in self.history:
             if name == "outlet_temperature" or name.startswith(("temperature_", "sensor_")):

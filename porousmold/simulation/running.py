@@ -297,5 +297,8 @@ def _of_accuracy(errors: dict[str, float] | None, answers: Answers, wanted: floa
         if name not in errors
     ]
     if not errors and not answers:
-        found.append("solver.accuracy has nothing to act on: no temperature changes")
+        found.append(
+            "solver.accuracy has nothing to act on: no heating time, no target that is met, no layer that cures, and "
+            "temperatures at the end that do not change or belong to cycles"
+        )
     return found
