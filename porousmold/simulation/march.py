@@ -14,7 +14,7 @@ from ..errors import SolveError
 from ..mesh import ranks
 from ..mesh.aliases import Communicator
 from ..solvers.newton import free_systems
-from ..solvers.protocols import ArrayOf, HeatBalance, Observer, Saved, silent
+from ..solvers.protocols import ArrayOf, Bounds, HeatBalance, Observer, Saved, silent
 from ..solvers.step_error import StepError
 from ..solvers.time_control import TimeControl
 from .assembly import assemble
@@ -78,7 +78,8 @@ class Simulation:
         self._supply_before: dict[str, Any] | None = None
         # the published pressure term drives flow across the openings
         free = not specs.time.keeps_bounds or specs.flow.rev_terms == "as-published"
-        self._bounds = (-math.inf, math.inf) if free else temperature_bounds(specs.heat)
+        self._given = (-math.inf, math.inf) if free else given_bounds(specs.heat)
+        self._is_open = is_open(specs.heat)
 
     def free(self) -> None:
         """Free what PETSc holds of it; what was recorded stays (collective)."""
@@ -296,16 +297,26 @@ class Simulation:
         gone_after = now * (history["time"][-1] - history["time"][-2]) / (before - now)
         return LARGEST_PART * gone_after / self.specs.time.refinement
 
-    def _bounds_now(self) -> tuple[float, float]:
+    def _bounds_now(self) -> Bounds:
         """Bounds of the temperatures (K) in the next step: a heater cannot cool air that comes back too warm, which then enters
-        as warm as it did, but for what changes within a step."""
-        low, high = self._bounds
+        as warm as it did, but for what changes within a step. Where the wall has sources, cures or takes up a given flux it has
+        no bound on that side, and the bed is bounded by the wall."""
+        low, high = self._given
         air_loop = self.problem.air_loop
         if air_loop is not None and air_loop.is_too_warm:
             entered = self.recorder.history["inlet_temperature"][-2:]
             warmest = max(self.recorder.history["highest_temperature"][-1], entered[-1])
             high = max(high, warmest + INLET_CHANGE + 2.0 * abs(entered[-1] - entered[0]))
-        return low, high
+        colder, hotter = self._is_open
+        if not (colder or hotter):
+            return low, high
+        of_wall = (-math.inf if colder else low), (math.inf if hotter else high)
+        lows, highs = (self.recorder.history[f"{end}_wall"][-2:] for end in ("lowest", "highest"))
+        if colder and lows[-1] < low:
+            low = lows[-1] - INLET_CHANGE - 2.0 * max(lows[0] - lows[-1], 0.0)
+        if hotter and highs[-1] > high:
+            high = highs[-1] + INLET_CHANGE + 2.0 * max(highs[-1] - highs[0], 0.0)
+        return low, high, *of_wall
 
     def _heated_for_good(self) -> bool:
         """Whether the wall is heated, or all targets are met, and the inlet's temperature has no change ahead."""
@@ -435,20 +446,20 @@ def _kind_of(column: str) -> str | None:
     return column if column == "heat_stored" else "cure" if column.startswith("cure_") else None
 
 
-def temperature_bounds(heat: HeatSpec) -> tuple[float, float]:
-    """Lowest and highest temperature (K) that a scene can reach: what is given, infinite where a heat flux or source is."""
+def given_bounds(heat: HeatSpec) -> tuple[float, float]:
+    """Lowest and highest temperature (K) that are given."""
     given = [*heat.first_temperatures, *heat.inlet_temperature.range]
     for series in heat.given_elsewhere:
         given += series.range
-    low, high = min(given), max(given)
-    if heat.outer_wall.heat_flux is not None:
-        least, most = heat.outer_wall.heat_flux.range
-        low, high = (-math.inf if least < 0.0 else low), (math.inf if most > 0.0 else high)
     if heat.air_loop is not None:
-        fresh = heat.air_loop.supply.fresh_temperature
-        low, high = min(low, fresh), max(high, fresh)
-    for layer in heat.all_layers:
-        least, most = layer.heat_source.range if layer.heat_source is not None else (0.0, 0.0)
-        low = -math.inf if least < 0.0 else low
-        high = math.inf if most > 0.0 or layer.solid.cure is not None else high
-    return low, high
+        given.append(heat.air_loop.supply.fresh_temperature)
+    return min(given), max(given)
+
+
+def is_open(heat: HeatSpec) -> tuple[bool, bool]:
+    """Whether the wall may become colder, and hotter, than all that is given: by sources, cure, or a given flux."""
+    ranges = [layer.heat_source.range for layer in heat.all_layers if layer.heat_source is not None]
+    if heat.outer_wall.heat_flux is not None:
+        ranges.append(heat.outer_wall.heat_flux.range)
+    cures = any(layer.solid.cure is not None for layer in heat.all_layers)
+    return any(least < 0.0 for least, _ in ranges), cures or any(most > 0.0 for _, most in ranges)

@@ -22,7 +22,7 @@ from .accuracy import AT_END, PEAKS
 from .cycles import SURROUNDINGS, cycles_of
 from .energy_use import energy_use
 from .estimates import rayleigh_darcy
-from .march import Simulation, temperature_bounds
+from .march import Simulation, given_bounds, is_open
 from .scene_warnings import first_cell, warnings_of_the_first_cell, warnings_of_the_scene
 from .specs import Specs
 from .unmet_targets import kept_targets, why_not_met
@@ -411,20 +411,36 @@ def _of_the_beads_weight(simulation: Simulation) -> list[str]:
     ]
 
 
+def _beyond_what_can_be(simulation: Simulation) -> tuple[float, float]:
+    """By how much (K) temperatures anywhere, and those of the bed, were beyond what can be: what is given, and beside a wall that
+    gets hotter or colder by itself, which has no bound, what the wall had been until then."""
+    history, heat = simulation.recorder.history, simulation.specs.heat
+    lowest, highest = given_bounds(heat)
+    warm = np.maximum(
+        highest, np.maximum.accumulate(history["inlet_temperature"])
+    )  # air may come back warmer than its set-point
+    cold, (colder, hotter) = np.full_like(warm, lowest), is_open(heat)
+    in_wall = []
+    if hotter:
+        warm = np.maximum(warm, np.maximum.accumulate(history["highest_wall"]))
+    else:
+        in_wall.append(np.max(np.array(history["highest_wall"]) - warm))
+    if colder:
+        cold = np.minimum(cold, np.minimum.accumulate(history["lowest_wall"]))
+    else:
+        in_wall.append(np.max(cold - np.array(history["lowest_wall"])))
+    in_bed = max(np.max(np.array(history["highest_bed"]) - warm), np.max(cold - np.array(history["lowest_bed"])))
+    return float(max([in_bed, *in_wall])), float(in_bed)
+
+
 def _of_what_was_reached(simulation: Simulation, bounds: list[float]) -> list[str]:
     problem, found = simulation.problem, _of_the_beads_weight(simulation) + _of_rest(simulation, bounds)
     mach = problem.highest_mach_number()
     if mach > HIGHEST_MACH_NUMBER:
         found.append(f"Mach number {mach:.2g} > {HIGHEST_MACH_NUMBER}: the energy balance is that of low Mach numbers")
     found += outside_ranges(simulation.specs, problem.has_wall, _reached_by_materials(simulation))
-    lowest, highest = temperature_bounds(simulation.specs.heat)
-    highest = max(
-        highest, *simulation.recorder.history["inlet_temperature"]
-    )  # air that came back warmer than the set-point
-    beyond = max(lowest - bounds[0], bounds[1] - highest)
+    beyond, in_bed = _beyond_what_can_be(simulation)
     if beyond > LARGEST_OVERSHOOT:
-        history = simulation.recorder.history
-        in_bed = max(lowest - min(history["lowest_bed"]), max(history["highest_bed"]) - highest)
         if in_bed < LARGEST_OVERSHOOT:
             remedy = "in the wall, where heat has entered less than a cell: solver.mesh_refinement lessens"
         elif simulation.specs.mesh.file is None:

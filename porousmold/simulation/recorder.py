@@ -111,15 +111,16 @@ class Recorder:
                 self.targets[name] = None
 
     def answers(self) -> dict[str, Answer]:
-        """What the run answers: the heating time and the times (s) at which targets were met, as far as they were; by how much
-        (K) each layer that cures was hotter than the lowest temperature of the run; and where there are no times, the
-        temperatures of all places (K) and the heat stored (J) at the end."""
+        """What the run answers: the heating time and the times (s) at which targets were met, as far as they were; the
+        highest temperature (K) of each layer that cures; and where there are no times, the temperatures of all places (K) and the
+        heat stored (J) at the end."""
         times = {HEATING_TIME: self.heating_time, **{f"targets.{name}": time for name, time in self.targets.items()}}
         found = {name: Answer.by_itself(time) for name, time in times.items() if time is not None}
         is_answered = bool(found) or (self._course is not None and self._course.repeats)  # cycles answer by themselves
         lowest = min(self.history["lowest_temperature"])
         for name in self._problem.degrees_of_cure():
-            found[f"{PEAKS}{name}"] = Answer.by_itself(self._peak(name) - lowest)
+            peak = self._peak(name)
+            found[f"{PEAKS}{name}"] = Answer(peak, max(peak - lowest, LEAST_SPAN))
         span = max(self.history["highest_temperature"]) - lowest
         if is_answered or span < LEAST_SPAN:
             return found
@@ -162,7 +163,8 @@ class Recorder:
             )
         elsewhere = [series.range[1] for series in self._heat.given_elsewhere]
         given = max(history["highest_temperature"][0], *history["inlet_temperature"], *elsewhere)
-        is_exotherm = any(name.startswith(PEAKS) for name in answers) and highest > given + EXOTHERM * span
+        peaks = [answer.value for name, answer in answers.items() if name.startswith(PEAKS)]
+        is_exotherm = bool(peaks) and max(peaks) > given + EXOTHERM * span
         return "a layer's cure makes it hotter than all that is given" if is_exotherm else ""
 
     @property

@@ -24,7 +24,7 @@ from ..mesh.domain import BED, Domain
 from .flow import FullFlow, constrained_unknowns, unknowns_outside
 from .heating import BACKWARD_EULER, GAMMA, MOST_REPETITIONS, STAGES, Stages, TransientHeat
 from .newton import NewtonSystem, modified_newton
-from .protocols import ArrayOf, HeatBalance, Observer, Saved, silent
+from .protocols import ArrayOf, Bounds, HeatBalance, Observer, Saved, silent
 from .step_error import StepError
 
 CONVERGED_UPDATE, MOST_ITERATIONS = 1e-8, 25
@@ -156,7 +156,7 @@ class CoupledTransient:
             function.x.scatter_forward()
 
     def step(
-        self, time: float, step: float, *, after_jump: bool = False, bounds: tuple[float, float] = (-np.inf, np.inf)
+        self, time: float, step: float, *, after_jump: bool = False, bounds: Bounds = (-np.inf, np.inf)
     ) -> StepError:
         """One step of `step` seconds from `time`; gives its estimated error, keeps `bounds` like `TransientHeat.step`.
 

@@ -23,13 +23,23 @@ from numpy.typing import NDArray
 from ..equations.energy import EnergyEquations
 from ..equations.energy_blocks import Temperatures, energy_blocks
 from ..mesh import fenicsx, ranks
-from ..mesh.domain import Domain
+from ..mesh.domain import BED, Domain
 from .bead_modes import BeadModes
 from .curing import Curing
 from .heat_unknowns import HeatUnknowns
 from .multigrid import LEAST_UNKNOWNS, Preconditioner
 from .newton import NewtonSystem
-from .protocols import ArrayOf, HeatBalance, Observer, Saved, StageUpdate, restore_functions, saved_functions, silent
+from .protocols import (
+    ArrayOf,
+    Bounds,
+    HeatBalance,
+    Observer,
+    Saved,
+    StageUpdate,
+    restore_functions,
+    saved_functions,
+    silent,
+)
 from .stages import ITERATED_STAGE_ERROR, STAGE_ERROR, StageSolver
 from .step_error import RegionNorm, StepError
 from .transport import FrozenTransport, MonotoneCells
@@ -130,7 +140,7 @@ class TransientHeat:
         error = max(stage_error, ITERATED_STAGE_ERROR) if self._system.is_iterated else stage_error
         self._stages = StageSolver(self._system, lambda: self._stage_updates, error)
         self.repetitions = 0
-        self._cells = MonotoneCells(self._transport.monotone, temperatures.of_cells)
+        self._cells = MonotoneCells(self._transport.monotone, temperatures.of_cells, domain.cells(BED))
 
     @property
     def _stored_form(self) -> Any:
@@ -172,7 +182,7 @@ class TransientHeat:
         return [self.unknown, *modes, *(part.degree for part in self.curing)]
 
     def step(
-        self, time: float, step: float, *, after_jump: bool = False, bounds: tuple[float, float] = (-np.inf, np.inf)
+        self, time: float, step: float, *, after_jump: bool = False, bounds: Bounds = (-np.inf, np.inf)
     ) -> StepError:
         """One step of `step` seconds from `time`; gives its estimated error. The heat balance is brought forward.
 
@@ -316,7 +326,7 @@ class TransientHeat:
         """Begin a step: cells that have been monotone for a while are so no longer."""
         self._cells.release()
 
-    def mark_cells(self, bounds: tuple[float, float]) -> tuple[bool, bool]:
+    def mark_cells(self, bounds: Bounds) -> tuple[bool, bool]:
         """Make cells out of `bounds` (K) monotone: whether there are any, and new ones (collective)."""
         return self._cells.mark(self._temperatures(), bounds)
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 from dolfinx import fem
@@ -15,6 +15,8 @@ from .curing import Curing
 from .step_error import StepError
 
 Observer = Callable[[str], None]
+Bounds: TypeAlias = tuple[float, float, float, float] | tuple[float, float]
+"""Lowest and highest temperature (K) that can be; four where those of the wall, the last two, are others than the bed's."""
 ArrayOf = Callable[[str, Any], NDArray[Any]]
 """Gives the local array of a saved name and its function space (collective)."""
 
@@ -220,7 +222,7 @@ class Heat(Stateful, Protocol):
         """What else the next step depends on."""
 
     def step(
-        self, time: float, step: float, *, after_jump: bool = False, bounds: tuple[float, float] = (-np.inf, np.inf)
+        self, time: float, step: float, *, after_jump: bool = False, bounds: Bounds = (-np.inf, np.inf)
     ) -> StepError:
         """One step of `step` seconds from `time`; gives its estimated error. Raises `SolveError`."""
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ..equations.energy import EnergyEquations, Transport
 from ..mesh import fenicsx, ranks
 from ..mesh.domain import INLET, INTERFACE, Domain
+from .protocols import Bounds
 
 OVERSHOOT = 0.07
 """Kelvin out of bounds at which a cell becomes monotone."""
@@ -101,11 +102,13 @@ class MonotoneCells:
     """Marks the cells whose temperatures leave their bounds, in `marks` (1 where monotone).
 
     `steps` counts for how many more steps each stays so, below 0 since when it is not, and `held` is for how many it was marked
-    last. `unknowns` are the numbers of every local cell's temperatures, a row each.
+    last. `unknowns` are the numbers of every local cell's temperatures, a row each, `bed` those of the bed's cells.
     """
 
-    def __init__(self, marks: fem.Function, unknowns: NDArray[Any]) -> None:
+    def __init__(self, marks: fem.Function, unknowns: NDArray[Any], bed: NDArray[Any]) -> None:
         self._marks, self._unknowns = marks, unknowns
+        self._in_bed = np.zeros((len(unknowns), 1), bool)
+        self._in_bed[bed] = True
         self.steps, self.held = (fem.Function(marks.function_space) for _ in range(2))
         self._cells = fenicsx.dof_table(marks.function_space)[:, 0]
         self._communicator = marks.function_space.mesh.comm
@@ -115,13 +118,14 @@ class MonotoneCells:
         """Whether any is marked, on any rank (collective)."""
         return ranks.anywhere(self._communicator, bool(self._marks.x.array.any()))
 
-    def mark(self, values: NDArray[Any], bounds: tuple[float, float]) -> tuple[bool, bool]:
+    def mark(self, values: NDArray[Any], bounds: Bounds) -> tuple[bool, bool]:
         """Make the cells monotone that have one of the `values` (K, NaN where none) out of bounds: whether there are any, and
         new ones, on any rank."""
         of_cells, marks = values[self._unknowns], self._marks.x.array
-        low, high = bounds
+        low, high, *of_wall = bounds
         beyond = OVERSHOOT * min(1.0, max(high - low, 1e-6) / SMALLEST_RANGE)
-        out = ((of_cells < low - beyond) | (of_cells > high + beyond)).any(axis=1)
+        lows, highs = (np.where(self._in_bed, *pair) for pair in zip((low, high), of_wall or (low, high), strict=True))
+        out = ((of_cells < lows - beyond) | (of_cells > highs + beyond)).any(axis=1)
         new = out & (marks[self._cells] == 0.0)
         marks[self._cells[new]] = 1.0
         held = self.held.x.array

@@ -10,7 +10,7 @@ from porousmold import InputError, Scene, run
 from porousmold.scene.series import MOST_ROWS, TimeSeries
 from porousmold.simulation.march import STEP_ERROR
 
-from ..support import RESIN, STUDIES, coarse_scene
+from ..support import RESIN, STUDIES, coarse_scene, cured_mold
 
 CONDUCTIVITY, CAPACITY, HALF = 0.4 * 0.05 + 0.6 * 0.8, 0.6 * 2000.0 * 800.0, 0.025
 """Of the bed at rest, per total volume, and its half height or radius, m."""
@@ -282,3 +282,27 @@ def test_a_hot_wall_radiates_to_its_surroundings(wall, coefficient):
         worst.append(np.max(np.abs(np.array(result["lowest_wall"]) - exact(np.array(result["time"]))[0])) / 600.0)
         assert abs(result.summary["energy_imbalance"]) < 1e-4
     assert worst[0] < STEP_ERROR and worst[1] < 0.4 * worst[0]
+
+
+@pytest.mark.parametrize("opens", ["cure", "source", "flux"])
+def test_a_wall_that_heats_itself_leaves_the_bed_its_bounds(opens):
+    """Coarse cells, whose front overshoots without bounds: the bed is never hotter than the gas and the wall have been."""
+    settings = {
+        "model.flow": "plug",
+        "model.turbulence": "none",
+        "solver.mesh_refinement": 0.5,
+        "solver.step_refinement": 0.5,
+    }
+    settings |= {"operation.end_time": 600.0}
+    scene = cured_mold(settings)
+    if opens != "cure":
+        weak = {"source": {"wall.layer[1].heat_source": 1e3}, "flux": {"operation.outer_heat_flux": 10.0}}[opens]
+        scene = cured_mold(settings).changed(weak | {"wall.layer[2].material": "gfrp"} | {"target.list": None})
+    result, free = run(scene), run(scene.changed({"solver.keep_bounds": False}))
+
+    def beyond(of):
+        given = np.maximum(430.0, np.maximum.accumulate(of["highest_wall"]))
+        return np.max(np.array(of["highest_bed"]) - given)
+
+    assert beyond(result) < 0.1 < beyond(free)
+    assert not any("beyond those given" in warning for warning in result.summary["warnings"])
