@@ -116,7 +116,9 @@ def _converted(key: str, text: str, unit: str, where: str | None) -> Any:
     number, given = float(match.group(1)), match.group(2)
     if not given:
         return number
-    given = " ".join(given.split())
+    if given.strip() == "%" and unit == "":
+        return number / 100.0
+    given = re.sub(r"\bm([23])\b", r"m^\1", " ".join(given.split()))  # W/m2/K, as it is printed
     if len(given) > LONGEST_UNIT or not _UNIT.fullmatch(given):
         raise InputError(key, text, allowed, where)
     try:

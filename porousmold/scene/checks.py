@@ -208,12 +208,13 @@ def _layers(scene: Any) -> None:
             _refuse(scene, f"wall.{name}", "cannot be combined with [[wall.layer]]")
     if wall.layer is not None and scene.is_given("solver.wall_cells"):
         _refuse(scene, "solver.wall_cells", "cannot be combined with [[wall.layer]]: set its cells")
-    names: list[str] = []
+    names: dict[str, str] = {}
     outermost = [f"wall.{name}[{len(getattr(wall, name) or ())}]" for name in ("layer", "opposite_layer")]
     for place, layer in scene.layers.items():
         for name in ("material",) if is_mesh else ("material", "thickness"):
             if getattr(layer, name) is None:
-                raise InputError(f"{place}.{name}", None, "is missing", scene.source)
+                of_layer = f" (of {layer.name or layer.material})" if layer.name or layer.material else ""
+                raise InputError(f"{place}.{name}", None, f"is missing{of_layer}", scene.source)
         for name in ("thickness", "cells"):
             if is_mesh and getattr(layer, name) is not None:
                 raise InputError(f"{place}.{name}", getattr(layer, name), "is the mesh's", scene.source)
@@ -222,15 +223,17 @@ def _layers(scene: Any) -> None:
             raise InputError(f"{place}.contact_resistance", layer.contact_resistance, allowed, scene.source)
         name = layer.name or layer.material
         if name in (*names, *RESERVED_NAMES):
-            raise InputError(f"{place}.name", name, "must be a name of its own", scene.source)
-        names.append(name)
+            holder = f": {names[name]} has it" if name in names else ": it is the program's"
+            raise InputError(f"{place}.name", name, f"must be a name of its own{holder}", scene.source)
+        names[name] = place
 
 
 def _opposite_wall(scene: Any) -> None:
     geometry, is_whole = scene.geometry, scene.geometry.cavity == "whole"
-    if is_whole != bool(scene.wall.opposite_layer):
-        allowed = "must go with [[wall.opposite_layer]], and only then: the half cavity is that of two equal walls"
-        _refuse(scene, "geometry.cavity", allowed)
+    if is_whole and not scene.wall.opposite_layer:
+        _refuse(scene, "geometry.cavity", "needs the other wall's layers, [[wall.opposite_layer]]")
+    if scene.wall.opposite_layer and not is_whole:
+        _refuse(scene, "geometry.cavity", "must be 'whole' with [[wall.opposite_layer]]: half a cavity has equal walls")
     if is_whole and geometry.width is not None:
         _refuse(scene, "geometry.width", "has no place with geometry.cavity 'whole', which is a plane model")
 

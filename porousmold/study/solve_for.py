@@ -75,7 +75,8 @@ def aim_of(text: str) -> Aim:
         raise InputError("--target", text, "must be RECORD = VALUE, such as 'heating_time = 15 min'")
     unit = unit_of_record(match.group(1))
     if unit is None:
-        raise InputError("--target", match.group(1), "is nothing that a run records")
+        hint = "; of a target of the scene it is targets.NAME, such as 'targets.cured = 2 h'"
+        raise InputError("--target", match.group(1), f"is nothing that a run records{hint}")
     value = to_si("--target", match.group(2), unit.replace("1", ""))
     if not value > 0.0:
         raise InputError("--target", match.group(2), "must be > 0")

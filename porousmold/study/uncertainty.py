@@ -31,9 +31,11 @@ from ..files.atomic_files import output_file
 from ..files.tables import text_cells
 from ..laws.porosity import POROSITY_MODELS
 from ..scene.chosen_laws import Laws
+from ..scene.keys import LISTED
 from ..scene.phases import DRIVES
 from ..scene.scene import Scene
-from ..scene.tolerances import TOLERANCES, tolerance_of
+from ..scene.series import TimeSeries
+from ..scene.tolerances import TOLERANCES, Tolerance, tolerance_of
 from ..simulation.accuracy import ORDER
 from .definition import Case, Study
 from .parameters import case_around, phase_values, value_of
@@ -70,7 +72,8 @@ class Contribution:
 
 @dataclass(frozen=True)
 class Budget:
-    """The `value` of a quantity as the scene gives it, its `middle` and 95 % interval, and the contributions, largest first."""
+    """The `value` of a quantity as the scene gives it, its `middle` and 95 % interval, the contributions, largest first, and what
+    the scene gives but has no tolerance."""
 
     quantity: Quantity
     value: float
@@ -79,6 +82,7 @@ class Budget:
     high: float
     deviation: float
     contributions: tuple[Contribution, ...]
+    without_tolerance: tuple[str, ...] = ()
 
     @property
     def shares(self) -> dict[str, float]:
@@ -116,10 +120,36 @@ def inputs_of(scene: Scene) -> dict[str, tuple[float, float]]:
             continue
         if value is None:
             continue
-        size = tolerance_of(name, getattr(scene.tolerance, name), scene.source).of(value)
+        size = _tolerance(scene, name).of(value)
         if size > 0.0:
             found[name] = (value, 0.5 * size)
+    for place, layer in scene.layers.items():
+        if layer.thickness is not None and (size := _tolerance(scene, f"{place}.thickness").of(layer.thickness)) > 0.0:
+            found[f"{place}.thickness"] = (layer.thickness, 0.5 * size)
     return found
+
+
+def _as_stated(scene: Scene, name: str) -> Any:
+    """The tolerance of an input as the scene states it: of a layer's thickness that of the wall's."""
+    return getattr(scene.tolerance, "wall.thickness" if LISTED.fullmatch(name) else name)
+
+
+def _tolerance(scene: Scene, name: str) -> Tolerance:
+    return tolerance_of("wall.thickness" if LISTED.fullmatch(name) else name, _as_stated(scene, name), scene.source)
+
+
+def without_tolerance(scene: Scene) -> list[str]:
+    """What the scene gives of materials of its own and of its operation, and the budget does not vary."""
+    varied = {
+        *inputs_of(scene),
+        *unvaried(scene),
+        "operation.end_time",
+        "operation.heating_margin",
+        "operation.energy_price",
+    }
+    names = [f"operation.{name}" for name, value in scene.operation if isinstance(value, float | TimeSeries)]
+    given = [name for name in names if scene.is_given(name) and name not in varied]
+    return given + [f"materials.{name}" for name in scene.materials]
 
 
 def _counts(scene: Scene, name: str) -> bool:
@@ -150,7 +180,7 @@ def moved(scene: Scene, name: str, value: float, deviation: float, steps: float)
     phases = phase_values(scene, name)
     if not phases:
         return {name: value + steps * deviation}
-    tolerance = tolerance_of(name, getattr(scene.tolerance, name), scene.source)
+    tolerance = _tolerance(scene, name)
     return {key: one + steps * math.copysign(0.5 * tolerance.of(abs(one)), one) for key, one in phases.items()}
 
 
@@ -213,7 +243,7 @@ def budget(
     found, shift = [], 0.0
     for name in inputs_of(scene):
         up, down = times[f"{name},up"], times[f"{name},down"]
-        text = str(getattr(scene.tolerance, name))
+        text = str(_as_stated(scene, name))
         if up is not None and down is not None:
             found.append(Contribution(name, text, 0.5 * math.log(up / down)))
         elif up is None and down is None:
@@ -248,7 +278,9 @@ def budget(
     deviation = math.sqrt(sum(c.deviation**2 for c in found if c.deviation is not None))
     middle, reach = here * math.exp(shift), math.exp(INSIDE_95 * deviation)
     ordered = tuple(sorted(found, key=lambda c: -abs(c.deviation or 0.0)))
-    return Budget(quantity, here, middle, middle / reach, middle * reach, deviation, ordered)
+    return Budget(
+        quantity, here, middle, middle / reach, middle * reach, deviation, ordered, tuple(without_tolerance(scene))
+    )
 
 
 def _positive(value: float | None) -> float | None:
@@ -331,6 +363,8 @@ def summary_text(found: Budget, sample: Sample | None) -> str:
             else f"none: {entry.reason}"
         )
         lines.append(f"  {entry.name:28s} {entry.tolerance:28s} {part}")
+    if found.without_tolerance:
+        lines.append(f"not varied, as they have no tolerance here: {', '.join(found.without_tolerance)}")
     if sample is not None:
         lines += [
             f"{sample.answered} of {sample.cases} sampled cases: 95 % within {_range(found, sample.low, sample.high)}, median "

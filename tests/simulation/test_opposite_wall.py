@@ -101,12 +101,12 @@ def test_losses_leave_through_both_outer_walls():
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        ({"geometry.cavity": "half"}, "geometry.cavity = 'half': must go with \\[\\[wall.opposite_layer\\]\\]"),
+        ({"geometry.cavity": "half"}, "geometry.cavity = 'half': must be 'whole' with \\[\\[wall.opposite_layer\\]\\]"),
         ({"geometry.width": 0.5}, "geometry.width = 0.5: has no place with geometry.cavity 'whole'"),
         ({"model.wall": "thin"}, "model.wall = 'thin': must be 'conjugate' with layers"),
         (
             {"wall.opposite_layer[1].name": "skin"},
-            "wall.opposite_layer\\[1\\].name = 'skin': must be a name of its own",
+            "wall.opposite_layer\\[1\\].name = 'skin': must be a name of its own: wall.layer\\[1\\] has it",
         ),
         ({"wall.opposite_layer[1].contact_resistance": 1e-3}, "needs a layer behind it"),
     ],
@@ -117,7 +117,9 @@ def test_what_does_not_fit_is_refused(settings, message):
 
 
 def test_a_whole_cavity_needs_its_other_wall():
-    with pytest.raises(InputError, match=r"geometry.cavity = 'whole': must go with \[\[wall.opposite_layer"):
+    with pytest.raises(
+        InputError, match=r"geometry.cavity = 'whole': needs the other wall's layers, \[\[wall.opposite_layer"
+    ):
         Scene.load(ALUMINIUM, {"geometry.cavity": "whole"})
 
 
