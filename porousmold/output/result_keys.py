@@ -62,10 +62,19 @@ RESULT_KEYS: Mapping[str, ResultKey] = {
     "energy_rev_residual": _number("1", "heat created by the REV terms, relative to the heat from the fluid"),
     "heat_by_fluid": _number("J", "heat transferred from the fluid to bed and wall"),
     "heat_stored": _number("J", "heat stored in fluid, beads and wall"),
-    "fluid_heat": _number("J", "heat to bring the fluid from initial to inlet temperature", optional=True),
-    "pumping_work": _number("J", "pumping work of the flow through the bed", optional=True),
+    "fluid_heat": _number(
+        "J",
+        "heat to bring the fluid from initial to inlet temperature up to the heating time, or the end; with a heater, blower or "
+        "returned air what the heater gave up to the end. Of the modelled part, as the next three",
+        optional=True,
+    ),
+    "pumping_work": _number(
+        "J",
+        "ideal work of the flow through the bed; with a blower what that took, its efficiency included",
+        optional=True,
+    ),
     "energy_spent": _number("J", "fluid_heat plus pumping_work", optional=True),
-    "mean_power": _number("W", "energy_spent divided by the heating time", optional=True),
+    "mean_power": _number("W", "energy_spent over the time that it is of", optional=True),
     "cycles": ResultKey(
         "array", "cycles of [[operation.phase]] that are through: heat, work, efficiencies, and their phases"
     ),
@@ -73,9 +82,17 @@ RESULT_KEYS: Mapping[str, ResultKey] = {
         "object", "the last of them, without its phases, and whether it is_periodic", optional=True
     ),
     "energy": ResultKey(
-        "object", "energy (J) of the whole tool by source and use, peak_power (W), cost and its currency", optional=True
+        "object",
+        "energy (J) of the whole tool up to the end by source and use, spent (of heater and blower), peak_power (W), share (the "
+        "tool over the modelled part), cost and its currency",
+        optional=True,
     ),
-    "spread_at_end": _number("K", "difference of temperature over the wall's bed side at the end", optional=True),
+    "spread_at_end": _number(
+        "K",
+        "difference of temperature over the wall's bed side at the end; that of a layer is highest_NAME less lowest_NAME "
+        "of history.csv",
+        optional=True,
+    ),
     "temperature_bounds": ResultKey("array", "lowest and highest temperature (K)", optional=True),
     "time_steps": ResultKey("integer", "time steps"),
     "rejected_steps": ResultKey("integer", "time steps repeated with a smaller step size"),
