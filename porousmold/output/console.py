@@ -229,7 +229,7 @@ def summary_text(scene: Scene, summary: Mapping[str, Any], out: Path, pictures: 
     if bed_side is not None and (whole is None or abs(bed_side - whole) > LEAST_DIFFERENCE * whole):
         lines.append(f"  bed side of the wall: {shown(bed_side)}")
     lines += [
-        f"mass flow, heat and energy below: of {modelled}",
+        f"{'mass flow, heat and energy' if energy is None else 'mass flow and heat'} below: of {modelled}",
         f"mass flow: {summary['mass_flow_initial']:.5g} kg/s at the start, {summary['mass_flow_final']:.5g} kg/s at the end; "
         f"pressure drop {summary['pressure_drop_initial']:.4g} and {summary['pressure_drop_final']:.4g} Pa",
         f"heat balance: {summary['heat_by_fluid'] / 1e6:.4g} MJ from the fluid, "
