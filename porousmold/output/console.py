@@ -247,6 +247,10 @@ def summary_text(scene: Scene, summary: Mapping[str, Any], out: Path, pictures: 
     if summary["end_errors"]:
         worst, error = max(summary["end_errors"].items(), key=lambda pair: pair[1])
         lines.append(f"numerical error at the end: about {error:.2%}, of {worst.replace('_', ' ')}")
+    lines += [
+        f"{name} at the end: {low - 273.15:.1f} to {high - 273.15:.1f} °C"
+        for name, (low, high) in summary["layers_at_end"].items()
+    ]
     if scene.model.wall in ("conjugate", "thin"):
         lines.append(f"outer wall: {outer_wall_text(dict(scene.operation))}")
     lines.append(f"closures: {closures_text(summary['closures'])}")

@@ -85,6 +85,10 @@ def _headline(summary: dict[str, Any], scene: dict[str, Any]) -> list[Block]:
 
 def _results(summary: dict[str, Any], scene: dict[str, Any]) -> list[Block]:
     bounds = summary["temperature_bounds"] or [float("nan")] * 2
+    layers = [
+        [f"{name} at the end", f"{low - 273.15:.1f} to {high - 273.15:.1f}", "°C"]
+        for name, (low, high) in summary["layers_at_end"].items()
+    ]
     return [
         Sentence(f"Mass flow and heat are those of the modelled part: {modelled_part(scene['geometry'])}."),
         Table(["quantity", "value", "unit"], [row for row in [
@@ -96,6 +100,7 @@ def _results(summary: dict[str, Any], scene: dict[str, Any]) -> list[Block]:
             ["pumping work", *_or_dash(summary["pumping_work"], "J")],
             ["relative imbalance of the heat balance", *_or_dash(summary["energy_imbalance"], "1")],
             ["lowest and highest temperature", f"{bounds[0] - 273.15:.2f} to {bounds[1] - 273.15:.2f}", "°C"],
+            *layers,
             ["time steps", str(summary["time_steps"]), ""],
             ["outer wall", outer_wall_text(scene["operation"]), ""],
             ["unknowns (flow, energy)", f"{summary['unknowns']['flow']}, {summary['unknowns']['energy']}", ""],

@@ -89,10 +89,10 @@ RESULT_KEYS: Mapping[str, ResultKey] = {
     ),
     "spread_at_end": _number(
         "K",
-        "difference of temperature over the wall's bed side at the end; that of a layer is highest_NAME less lowest_NAME "
-        "of history.csv",
+        "difference of temperature over the wall's bed side at the end",
         optional=True,
     ),
+    "layers_at_end": ResultKey("object", "lowest and highest temperature (K) of each layer of the wall at the end"),
     "temperature_bounds": ResultKey("array", "lowest and highest temperature (K)", optional=True),
     "time_steps": ResultKey("integer", "time steps"),
     "rejected_steps": ResultKey("integer", "time steps repeated with a smaller step size"),

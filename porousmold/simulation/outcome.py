@@ -78,6 +78,7 @@ def summarise(
         if recorded and problem.air_loop is not None
         else None,
         "spread_at_end": history["highest_bed_side"][-1] - history["lowest_bed_side"][-1] if recorded else None,
+        "layers_at_end": _layers_at_end(simulation) if recorded else {},
         "temperature_bounds": bounds,
         **_work_done(simulation),
         **_provenance(scene, simulation),
@@ -106,6 +107,13 @@ def _cycles(simulation: Simulation) -> dict[str, Any]:
     cycles = cycles_of(recorder.history, course, recorder.profiles, specs.laws.fluid, given)
     last = {name: value for name, value in cycles[-1].items() if name != "phases"} if cycles else None
     return {"cycles": cycles, "last_cycle": last and last | {"is_periodic": course.is_periodic}}
+
+
+def _layers_at_end(simulation: Simulation) -> dict[str, list[float]]:
+    """Lowest and highest temperature (K) of every layer that has a name of its own."""
+    history, reserved = simulation.recorder.history, ("wall", "bed_side", "bed")
+    names = [name for name in simulation.problem.places if name not in reserved]
+    return {name: [history[f"lowest_{name}"][-1], history[f"highest_{name}"][-1]] for name in names}
 
 
 def _part(errors: Mapping[str, float] | None, prefix: str) -> dict[str, float]:
