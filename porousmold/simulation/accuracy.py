@@ -30,7 +30,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import NamedTuple, TypeAlias
 
-from ..errors import SolveError
+from ..errors import InputError, SolveError
 from ..scene.scene import Scene
 
 ORDER = 2.0
@@ -173,7 +173,7 @@ def differences_from_coarser(scene: Scene, own: Answers, march: Callable[[Scene]
     )
     try:
         coarser = march(present.times(*COARSER).of(scene.changed({"solver.keep_bounds": False})))
-    except SolveError:  # coarse cells may have no steady flow
+    except (SolveError, InputError):  # coarse cells may have no steady flow, or be fewer than are allowed
         return {}
     return {name: difference(coarser[name], one) for name, one in own.items() if name in coarser}
 

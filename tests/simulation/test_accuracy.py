@@ -200,6 +200,13 @@ def test_a_front_that_stands_in_the_bed_at_the_end_is_compared_with_a_coarser_ru
     assert heated.summary["end_errors"] == {} and heated.summary["heating_time_error"] is None
 
 
+def test_a_run_as_coarse_as_is_allowed_has_no_coarser_one():
+    """The front alone is told then; the run has its answer."""
+    result = run(front_in_the_bed({"solver.mesh_refinement": 0.12, "solver.step_refinement": 0.12}))
+    assert result.summary["status"] == "done" and result.summary["end_errors"] == {}
+    assert any("within one cell of the bed" in warning for warning in result.summary["warnings"])
+
+
 def test_on_a_mesh_of_ones_own_a_front_at_the_end_is_warned_of():
     settings = {
         "model.flow": "developed",
