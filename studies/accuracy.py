@@ -16,7 +16,7 @@ from mpi4py import MPI
 
 from porousmold import Scene
 from porousmold.errors import SolveError
-from porousmold.simulation.accuracy import Answer, Refinements, run_to_accuracy
+from porousmold.simulation.accuracy import Answer, Refinements, refinements_of, run_to_accuracy
 from porousmold.simulation.march import Simulation
 from porousmold.simulation.recorder import HEATING_TIME
 from porousmold.simulation.specs import specs_of
@@ -30,12 +30,6 @@ NEGLIGIBLE = 1e-4
 MOST_CPU = 20.0
 """Seconds of a default run beyond which a scene has no reference here."""
 DOCS = Path(__file__).parent.parent / "docs"
-
-
-def refinements_of(scene: Scene) -> Refinements:
-    """Those that a scene is marched with."""
-    across, axial, steps = (getattr(scene.solver, f"{name}_refinement") for name in ("mesh", "axial", "step"))
-    return Refinements(across * axial, across, steps)
 
 
 @dataclass

@@ -25,6 +25,7 @@ from porousmold.simulation.estimates import estimate
 from porousmold.simulation.result import Result
 from porousmold.simulation.running import RunInterrupted
 from porousmold.simulation.specs import specs_of
+from porousmold.simulation.targets import highest_until_met
 from studies.hypercube import draws
 from studies.page import Page
 
@@ -354,20 +355,15 @@ def answers_of(scene: Scene, result: Result) -> dict[str, tuple[float | None, fl
     for name in history:
         if name.startswith("cure_"):
             place = name.removeprefix("cure_")
-            found[f"peak of {place}"] = _peak(summary, history, place), difference
+            met = summary["targets"].values()
+            peak = highest_until_met(list(history["time"]), list(history[f"highest_{place}"]), met)
+            found[f"peak of {place}"] = peak, difference
     if summary["heating_time"] is None and summary["end_time"] >= scene.operation.end_time * (1.0 - 1e-9):
         for name in history:
             if name == "outlet_temperature" or name.startswith("temperature_"):
                 found[name.replace("_", " ")] = float(history[name][-1]), difference
         found["heat stored"] = float(history["heat_stored"][-1]), float(np.max(np.abs(history["heat_stored"])))
     return found
-
-
-def _peak(summary: Mapping[str, Any], history: Mapping[str, Any], place: str) -> float:
-    """Highest temperature (K) of a layer, up to the time at which the last target was met, if all were."""
-    times, highest = np.array(history["time"]), np.array(history[f"highest_{place}"])
-    until = max(summary["targets"].values()) if None not in summary["targets"].values() else times[-1]
-    return float(max(np.interp(until, times, highest), np.max(highest[times <= until])))
 
 
 def outcome(task: tuple[int, dict[str, Any], float]) -> Outcome:

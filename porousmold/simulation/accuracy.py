@@ -92,6 +92,12 @@ ORDER_OF_SHARP_FRONTS = 4.0
 """The same by cells along the flow where fewer of them heat sooner."""
 
 
+def refinements_of(scene: Scene) -> Refinements:
+    """Those that a scene is marched with."""
+    across, axial, steps = (getattr(scene.solver, f"{name}_refinement") for name in ("mesh", "axial", "step"))
+    return Refinements(across * axial, across, steps)
+
+
 class Errors(NamedTuple):
     """Relative errors of an answer by its cells along and across the flow and by its steps, with their signs."""
 
@@ -110,7 +116,7 @@ Answers: TypeAlias = Mapping[str, Answer]
 PEAKS, AT_END = "peaks.", "end."
 """Beginnings of the names of peaks, and of what holds at the end."""
 LARGEST_DIFFERENCE = 5e-3
-"""From a coarser run, relative, above which a run warns: errors were up to twice the difference (docs/crossed-scenes.md)."""
+"""From a coarser run, relative, above which a run warns: errors were up to twice the difference (docs/theory.md)."""
 
 
 def run_to_accuracy(scene: Scene, march: Callable[[Scene], Answers]) -> dict[str, float] | None:
@@ -166,13 +172,9 @@ def difference(other: Answer, own: Answer) -> float:
 
 def differences_from_coarser(scene: Scene, own: Answers, march: Callable[[Scene], Answers]) -> dict[str, float]:
     """Relative differences of a run's answers from those of one with coarser cells and steps, as far as that has them."""
-    present = Refinements(
-        scene.solver.mesh_refinement * scene.solver.axial_refinement,
-        scene.solver.mesh_refinement,
-        scene.solver.step_refinement,
-    )
+    coarse = refinements_of(scene).times(*COARSER)
     try:
-        coarser = march(present.times(*COARSER).of(scene.changed({"solver.keep_bounds": False})))
+        coarser = march(coarse.of(scene.changed({"solver.keep_bounds": False})))
     except (SolveError, InputError):  # coarse cells may have no steady flow, or be fewer than are allowed
         return {}
     return {name: difference(coarser[name], one) for name, one in own.items() if name in coarser}

@@ -15,7 +15,7 @@ from ..laws.natural_convection import ONSET, carried_from_below, carried_from_th
 from ..laws.phases import LARGEST_DEPARTURE, departure, other_phase
 from ..laws.real_gas import RealGasDensity
 from ..output.quantities import JOULES_A_KWH
-from ..scene.checks import series_of
+from ..scene.checks import RESERVED_PLACES, series_of
 from ..scene.closures import departures
 from ..scene.scene import Scene
 from .accuracy import AT_END, PEAKS
@@ -111,8 +111,8 @@ def _cycles(simulation: Simulation) -> dict[str, Any]:
 
 def _layers_at_end(simulation: Simulation) -> dict[str, list[float]]:
     """Lowest and highest temperature (K) of every layer that has a name of its own."""
-    history, reserved = simulation.recorder.history, ("wall", "bed_side", "bed")
-    names = [name for name in simulation.problem.places if name not in reserved]
+    history = simulation.recorder.history
+    names = [name for name in simulation.problem.places if name not in RESERVED_PLACES]
     return {name: [history[f"lowest_{name}"][-1], history[f"highest_{name}"][-1]] for name in names}
 
 

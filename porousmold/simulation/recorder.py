@@ -13,6 +13,7 @@ from .accuracy import AT_END, PEAKS, Answer, Answers
 from .cycles import Profile
 from .heating_time import crossing_time
 from .problem import Problem
+from .targets import highest_until_met
 
 LEAST_SNAPSHOTS = 32
 """That are kept during a run, for fields evenly spread over its time."""
@@ -119,7 +120,8 @@ class Recorder:
         is_answered = bool(found) or (self._course is not None and self._course.repeats)  # cycles answer by themselves
         lowest = min(self.history["lowest_temperature"])
         for name in self._problem.degrees_of_cure():
-            peak = self._peak(name)
+            place = name if f"highest_{name}" in self.history else "wall"
+            peak = highest_until_met(self.history["time"], self.history[f"highest_{place}"], self.targets.values())
             found[f"{PEAKS}{name}"] = Answer(peak, max(peak - lowest, LEAST_SPAN))
         span = max(self.history["highest_temperature"]) - lowest
         if is_answered or span < LEAST_SPAN:
@@ -131,20 +133,6 @@ class Recorder:
         if stored.max() > LEAST_HEAT:
             found[f"{AT_END}heat_stored"] = Answer(self.history["heat_stored"][-1], float(stored.max()))
         return found
-
-    def _peak(self, layer: str) -> float:
-        """Highest temperature (K) of a layer; of a run that stops when its targets are met, up to then and not to the end of its
-        last step."""
-        times, highest = (
-            self.history["time"],
-            self.history[f"highest_{layer}" if f"highest_{layer}" in self.history else "highest_wall"],
-        )
-        met = [time for time in self.targets.values() if time is not None]
-        until = max(met) if met and None not in self.targets.values() else times[-1]
-        return max(
-            float(np.interp(until, times, highest)),
-            *(high for time, high in zip(times, highest, strict=True) if time <= until),
-        )
 
     def doubt(self, answers: Answers) -> str:
         """Why answers may be off by more than the default cells and steps are made for, '' where they should not (collective): a

@@ -4,10 +4,12 @@ Every target is a quantity that falls below a margin; when it does so is interpo
 the run serve as the reference, from which the quantities fall off nearly exponentially.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal, Protocol
+
+import numpy as np
 
 from .heating_time import crossing_time
 
@@ -129,3 +131,12 @@ class Target:
         """Columns of the place's lowest and highest temperature."""
         kinds = ("sensor", "sensor") if self.is_sensor else ("lowest", "highest")
         return f"{kinds[0]}_{self.place}", f"{kinds[1]}_{self.place}"
+
+
+def highest_until_met(times: Sequence[float], highest: Sequence[float], met: Iterable[float | None]) -> float:
+    """Largest of the values `highest` of a run; where all its targets are `met` (s; None where not), up to the last one and not
+    to the end of the last step."""
+    instants = list(met)
+    until = times[-1] if None in instants else max((time for time in instants if time is not None), default=times[-1])
+    values = (value for time, value in zip(times, highest, strict=True) if time <= until)
+    return max(float(np.interp(until, times, highest)), *values)

@@ -338,7 +338,7 @@ class NewtonSystem:
             constant.value = np.asarray(value)
 
     def iterate(self) -> float:
-        """One iteration of Newton's method, with a reused Jacobian if there are any (collective).
+        """One iteration of Newton's method, with the reused Jacobian if there is one (collective).
 
         Gives its relative update |dx|/|x|, infinite where the factorisation fails or the iterate is not finite; |x| counts as a
         millionth per unknown at least, so that the solution zero of scaled unknowns is recognised.

@@ -129,13 +129,14 @@ def inputs_of(scene: Scene) -> dict[str, tuple[float, float]]:
     return found
 
 
-def _as_stated(scene: Scene, name: str) -> Any:
-    """The tolerance of an input as the scene states it: of a layer's thickness that of the wall's."""
-    return getattr(scene.tolerance, "wall.thickness" if LISTED.fullmatch(name) else name)
-
-
 def _tolerance(scene: Scene, name: str) -> Tolerance:
-    return tolerance_of("wall.thickness" if LISTED.fullmatch(name) else name, _as_stated(scene, name), scene.source)
+    key = _tolerance_key(name)
+    return tolerance_of(key, getattr(scene.tolerance, key), scene.source)
+
+
+def _tolerance_key(name: str) -> str:
+    """The key of [tolerance] that an input has: of a layer's thickness that of the wall's."""
+    return "wall.thickness" if LISTED.fullmatch(name) else name
 
 
 def without_tolerance(scene: Scene) -> list[str]:
@@ -243,7 +244,7 @@ def budget(
     found, shift = [], 0.0
     for name in inputs_of(scene):
         up, down = times[f"{name},up"], times[f"{name},down"]
-        text = str(_as_stated(scene, name))
+        text = str(getattr(scene.tolerance, _tolerance_key(name)))
         if up is not None and down is not None:
             found.append(Contribution(name, text, 0.5 * math.log(up / down)))
         elif up is None and down is None:

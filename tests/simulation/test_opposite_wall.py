@@ -1,5 +1,7 @@
 """A mold whose two walls differ: against the half cavity, mirrored, against a cavity twice as high, and input that is refused."""
 
+import json
+
 import pytest
 
 from porousmold import InputError, Scene, run
@@ -137,7 +139,5 @@ def test_two_ranks_give_the_same(tmp_path):
     words = ["-m", "porousmold", "run", str(tmp_path / "one" / "scene.toml"), "--out", str(tmp_path / "two"), "--quiet"]
     done = under_mpirun(2, *words)
     assert done.returncode == 0, done.stderr
-    import json
-
     there = json.loads((tmp_path / "two" / "result.json").read_text())
     assert there["heating_time"] == pytest.approx(here.heating_time, rel=1e-8)
