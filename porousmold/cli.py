@@ -15,6 +15,7 @@ from .experiment.cli import add_commands as add_experiment_commands
 from .files.stop_signals import StopSignals, acknowledge
 from .fluidised.cli import add_commands as add_fluidised_commands
 from .fluidised.column_cli import add_commands as add_column_commands
+from .fluidised.droplet_cli import add_commands as add_droplet_commands
 from .output.console import add_extension_option, add_settings_option, add_verbosity_option, settings_of
 from .packing.cli import add_commands as add_packing_commands
 from .permeability.cli import add_commands as add_permeability_commands
@@ -66,6 +67,7 @@ EXAMPLES = {
         "--width '14 mm' --depth '7 mm' --height '60 mm' --bed-height '18 mm' --bead-diameter '1 mm' --beads glass "
         "--velocity '0.9 m/s' --time '0.3 s' --out runs/fluidise"
     ],
+    "droplet": ["--bed-temperature '400 degC' --time '0.2 s' --out runs/droplet"],
     "shear": ["--solid-fraction 0.5 0.56 0.6 --shear-rate 1e-2 --peclet 1 100 --biot 0 1 --out runs/shear.csv"],
     "keys": ["", "wall", "--result", "--json-schema"],
     "show": ["runs/mold", "runs/mold --animate", "runs/mold --format pdf"],
@@ -225,6 +227,7 @@ def _parser() -> Any:
     add_permeability_commands(commands)
     add_fluidised_commands(commands)
     add_column_commands(commands)
+    add_droplet_commands(commands)
     add_shear_commands(commands)
     for name, command in commands.choices.items():
         lines = [f"  porousmold {name} {arguments}".rstrip() for arguments in EXAMPLES[name]]

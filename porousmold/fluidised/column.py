@@ -71,7 +71,7 @@ class Column:
         while self.time < end_time - 0.5 * self.given.time_step:
             self.step()
             if progress is not None:
-                progress(self.time, end_time, f"{self.rows[-1]['bead_temperature'] - 273.15:.1f} °C")
+                progress(self.time, end_time, f"beads {self.rows[-1]['bead_temperature'] - 273.15:.1f} °C")
 
     def step(self) -> None:
         """One step. Raises `SolveError` where the gas finds no solution, or a bead leaves the column."""

@@ -12,7 +12,7 @@ from ..laws.fluidisation import GRAVITY
 from ..packing import dynamics
 from ..packing.container import Slab
 from ..packing.generator import MEAN_OVERLAP, Mixture, pack
-from .column_input import ColumnInput
+from .column_input import BedInput
 
 CHUNKS = 5
 """Parts of a step of the gas, after each of which the beads feel it anew."""
@@ -23,7 +23,11 @@ RESTITUTION = 0.9
 class ColumnBeads:
     """The beads, at given `positions` (n, 3; m) or packed; `temperature` (n) is theirs, K."""
 
-    def __init__(self, given: ColumnInput, positions: NDArray[Any] | None = None) -> None:
+    restitution = RESTITUTION
+    bonds: NDArray[Any] | None = None
+    """By name, in weights of a bead: the smaller one of two beads in contact pulls them together."""
+
+    def __init__(self, given: BedInput, positions: NDArray[Any] | None = None) -> None:
         self.given, d = given, given.bead_diameter
         slab = Slab(given.width, given.depth)
         if positions is None:
@@ -40,16 +44,21 @@ class ColumnBeads:
         self._wall_spring = np.zeros((count, len(planes) + 1, 3))
         self._pairs = dynamics.no_pairs(count)
         self._slack = 0.0
-        deep = count * math.pi / 6.0 * d / given.width * d / given.depth / 0.6  # in bead diameters
-        stiffness = max(3.0 * deep / (5.5 * 2.0 * MEAN_OVERLAP), 1e4)
-        self._material = dynamics.material_of(stiffness, RESTITUTION, given.friction)
-        contact = dynamics.contact_time(stiffness, RESTITUTION)
+        stiffness = self._stiffness(count)
+        self._material = dynamics.material_of(stiffness, self.restitution, given.friction)
+        contact = dynamics.contact_time(stiffness, self.restitution)
         chunk = given.relative_step / CHUNKS
         self._contact_steps = math.ceil(chunk / (contact / STEPS_PER_CONTACT))
         self._contact_step = chunk / self._contact_steps
         self.gravity = -GRAVITY * (1.0 - given.density / given.bead_density)
         self._unit = math.sqrt(GRAVITY * d)
         self._pushed = np.zeros((count, 2))  # by name: a bed at rest stays at rest
+
+    def _stiffness(self, count: int) -> float:
+        """Of a contact, in weights of a bead per diameter: a bed of so many beads is hardly compressed by its weight."""
+        given, d = self.given, self.given.bead_diameter
+        deep = count * math.pi / 6.0 * d / given.width * d / given.depth / 0.6  # in bead diameters
+        return max(3.0 * deep / (5.5 * 2.0 * MEAN_OVERLAP), 1e4)
 
     def __len__(self) -> int:
         return len(self._body)
@@ -90,9 +99,10 @@ class ColumnBeads:
                 if self._slack <= 0.0:
                     self._renew_pairs()
                 before = self._body[:, [5, 3]]
+                bonds = None if self.bonds is None else self.bonds[self._name]
                 done, self._slack = dynamics.advance(
                     self._body, self._load, self._size, self._pairs, self._walls, self._wall_spring, self._material,
-                    weight, self._contact_step, left, self._slack)  # fmt: skip
+                    weight, self._contact_step, left, self._slack, None, bonds)  # fmt: skip
                 self._pushed[self._name] += self._unit / self.given.time_step * (self._body[:, [5, 3]] - before)
                 left -= done
             self._feel(by_name, 0.5 * span)

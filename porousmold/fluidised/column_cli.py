@@ -1,25 +1,15 @@
 """The command `porousmold fluidise`."""
 
 import argparse
-import math
 from pathlib import Path
-from time import monotonic
 from typing import Any
-from zipfile import BadZipFile
 
-import numpy as np
-
-from ..errors import InputError, SolveError
+from ..errors import InputError
 from ..files.atomic_files import output_folder
-from ..files.stop_signals import StopSignals
 from ..files.units import to_si, whole_number
-from ..output.console import SECONDS_AND_PARTS, Bar
-from ..scene.identity import COMPUTING, code_digest
 from .cli import write_tables
+from .column_run import checkpoint_in, run_column, simulated_time
 
-FRAMES = 80
-INTERVAL = 20.0
-"""Seconds between checkpoints."""
 LENGTHS = ("width", "depth", "height", "bed-height", "bead-diameter")
 UNITS = {"time": "s", "pressure_drop": "Pa", "force_on_beads": "Pa", "bed_height": "m", "highest_bead": "m"}
 UNITS |= {"fastest_bead": "m/s", "bead_temperature": "K", "outlet_temperature": "K", "heat_imbalance": "1"}
@@ -64,82 +54,15 @@ def add_commands(commands: Any) -> None:
 def _fluidise(options: argparse.Namespace) -> str:
     from .column import Column
 
-    given, end, out = _input(options), to_si("--time", options.time, "s"), Path(options.out)
-    if not 0.0 < end < 1e4:
-        raise InputError("--time", options.time, "must be > 0 and < 10000 s")
+    given, end, out = _input(options), simulated_time(options.time), Path(options.out)
     output_folder(out)
-    signals, bar = StopSignals(), Bar(quiet=options.quiet)
-    bar.phase("beads come to rest")
-    path, identity = out / "checkpoint.npz", f"{given} {code_digest((*COMPUTING, 'packing', 'fluidised'))}"
-    saved = _checkpoint(path, identity, end, given.time_step) if path.is_file() else None
-    column = Column(given) if saved is None else Column.restored(given, saved)
-    kept = _Kept(column, path, identity, end / FRAMES if options.animate else math.inf, saved)
-
-    def progress(time: float, total: float, text: str) -> None:
-        bar.show(round(time, 4), total, f"beads {text}", SECONDS_AND_PARTS)
-        kept.look(time)
-        if signals:
-            kept.save()
-            raise KeyboardInterrupt(f"stopped at t = {time:.4g} s; the same command goes on from there")
-
-    problem = None
-    try:
-        column.march(end, progress)
-    except SolveError as error:
-        if not column.rows:
-            raise
-        problem = error
-    finally:
-        bar.close()
-    text = _write(column, out, kept.pictures)
-    kept.path.unlink(missing_ok=True)
+    column, pictures, problem = run_column(Column, given, out, end, animate=options.animate, quiet=options.quiet)
+    text = _write(column, out, pictures)
+    checkpoint_in(out).unlink(missing_ok=True)
     column.free()
     if problem is not None:
         raise problem
     return "" if options.quiet else text
-
-
-def _checkpoint(path: Path, identity: str, end: float, time_step: float) -> dict[str, Any]:
-    """What is saved there. Raises `InputError` for a file that is damaged, of another column, or after the `end` (s). Steps of
-    `time_step` (s) do not meet the end: the last one may pass it by half a step."""
-    try:
-        with np.load(path) as file:
-            saved = {name: file[name] for name in file.files}
-        is_another, time = str(saved["identity"]) != identity, float(saved["time"])
-    except (OSError, ValueError, LookupError, BadZipFile) as error:
-        raise InputError("--out", str(path), f"is damaged; delete it to start anew: {error}") from error
-    if is_another:
-        allowed = "is a checkpoint of another column, or of other program code; delete it to start anew"
-        raise InputError("--out", str(path), allowed)
-    if time >= end + 0.5 * time_step:
-        raise InputError("--time", end, f"must be >= {time:.6g} s, the time of the checkpoint", str(path))
-    return saved
-
-
-class _Kept:
-    """A checkpoint on the way, every `INTERVAL`, and pictures of an animation `every` so many simulated seconds."""
-
-    def __init__(self, column: Any, path: Path, identity: str, every: float, saved: dict[str, Any] | None) -> None:
-        self._column, self.path, self._identity, self._every = column, path, identity, every
-        names = [f"pictured_{name}" for name in ("times", "places", "temperatures")]
-        self.pictures = list(zip(*(saved[name] for name in names), strict=True)) if saved is not None else []
-        self._last = monotonic()
-
-    def look(self, time: float) -> None:
-        """Keep what is due."""
-        if math.isfinite(self._every) and (not self.pictures or time >= self.pictures[-1][0] + self._every):
-            beads = self._column.beads
-            self.pictures.append((time, beads.places, beads.temperature - 273.15))
-        if monotonic() > self._last + INTERVAL:
-            self.save()
-
-    def save(self) -> None:
-        """Write the checkpoint."""
-        times, places, warm = zip(*self.pictures, strict=True) if self.pictures else ((), (), ())
-        pictures = {"pictured_times": times, "pictured_places": places, "pictured_temperatures": warm}
-        more = {name: np.array(values) for name, values in pictures.items()}
-        self._column.save(self.path, more | {"identity": np.array(self._identity)})
-        self._last = monotonic()
 
 
 def _input(options: argparse.Namespace) -> Any:

@@ -5,7 +5,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from .column_input import ColumnInput
+from .column_input import BedInput
 
 Weights: TypeAlias = tuple[NDArray[Any], ...]
 """Of each bead: its cell along and across, and its place therein."""
@@ -14,7 +14,7 @@ Weights: TypeAlias = tuple[NDArray[Any], ...]
 class ColumnGrid:
     """The nodes, (along, across); `volumes` are the nodes' shares of the column, `parts` those of its height and of its width."""
 
-    def __init__(self, given: ColumnInput) -> None:
+    def __init__(self, given: BedInput) -> None:
         size = given.cell_size * given.bead_diameter
         self.cells = (max(4, round(given.height / size)), max(3, round(given.width / size)))
         self.lengths = (given.height, given.width)
@@ -60,3 +60,8 @@ class ColumnGrid:
         along = (1.0 - b) * (field[i + 1, j] - field[i, j]) + b * (field[i + 1, j + 1] - field[i, j + 1])
         across = (1.0 - a) * (field[i, j + 1] - field[i, j]) + a * (field[i + 1, j + 1] - field[i + 1, j])
         return [along / self._sizes[0], across / self._sizes[1]]
+
+
+def both_sides(values: NDArray[Any], axis: int) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Views of the nodes on both sides of the faces across an axis (0 along, 1 across)."""
+    return (values[:-1], values[1:]) if axis == 0 else (values[:, :-1], values[:, 1:])

@@ -8,21 +8,20 @@ from ..laws.fluidisation import GRAVITY, SUSPENSION_DRAGS, archimedes_number
 from ..laws.nusselt import NUSSELT_CORRELATIONS
 
 
-@dataclass(frozen=True)
-class ColumnInput:
-    """SI. The bed at rest is `bed_height` high in a slab of `width` and `depth`, in a column of `height`. The gas enters with the
-    superficial `velocity` and `inlet_temperature`, but for the `blocked_width` in the middle. `density`, `viscosity`,
-    `heat_capacity` and `conductivity` are the gas's, `relative_step` its step in sqrt(d/g); `drag` and `nusselt` are
-    names of `laws.fluidisation.SUSPENSION_DRAGS` and of `laws.nusselt.NUSSELT_CORRELATIONS`.
+@dataclass(frozen=True, kw_only=True)
+class BedInput:
+    """A bed of beads one by one, and the gas between them, SI. The bed at rest is `bed_height` high in a slab of `width` and
+    `depth`, in a column of `height`. `density`, `viscosity`, `heat_capacity` and `conductivity` are the gas's, `relative_step`
+    its step in sqrt(d/g), `cell_size` its cells in bead diameters; `drag` and `nusselt` are names of
+    `laws.fluidisation.SUSPENSION_DRAGS` and of `laws.nusselt.NUSSELT_CORRELATIONS`.
 
-    Raises `InputError` for lengths that do not fit each other."""
+    Raises `InputError` for names that are unknown, and beads that float."""
 
     width: float
     depth: float
     height: float
     bed_height: float
     bead_diameter: float
-    velocity: float
     density: float
     viscosity: float
     heat_capacity: float
@@ -30,14 +29,40 @@ class ColumnInput:
     bead_density: float
     bead_heat_capacity: float
     initial_temperature: float = 293.15
-    inlet_temperature: float = 353.15
-    blocked_width: float = 0.0
     friction: float = 0.3
     cell_size: float = 3.5
     seed: int = 1
     relative_step: float = 0.05
     drag: str = "gidaspow"
     nusselt: str = "wakao"
+
+    def __post_init__(self) -> None:
+        for key, known in (("drag", SUSPENSION_DRAGS), ("nusselt", NUSSELT_CORRELATIONS)):
+            if (name := getattr(self, key)) not in known:
+                raise InputError(f"--{key}", name, f"must be one of {', '.join(known)}")
+        archimedes_number(self.bead_diameter, self.density, self.bead_density, self.viscosity)
+
+    @property
+    def bead_mass(self) -> float:
+        """Of a bead, kg."""
+        return self.bead_density * math.pi / 6.0 * self.bead_diameter**3
+
+    @property
+    def time_step(self) -> float:
+        """Of the gas, s."""
+        return self.relative_step * math.sqrt(self.bead_diameter / GRAVITY)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ColumnInput(BedInput):
+    """A bed that gas enters from below with the superficial `velocity` (m/s) and `inlet_temperature` (K), but for the
+    `blocked_width` (m) in the middle.
+
+    Raises `InputError` for lengths that do not fit each other."""
+
+    velocity: float
+    inlet_temperature: float = 353.15
+    blocked_width: float = 0.0
 
     def __post_init__(self) -> None:
         d = self.bead_diameter
@@ -50,17 +75,4 @@ class ColumnInput:
             raise InputError("--blocked-width", self.blocked_width, f"must be >= 0 and < {0.9 * self.width:g} m")
         if not self.velocity >= 0.0:
             raise InputError("--velocity", self.velocity, "must be >= 0 m/s")
-        for key, known in (("drag", SUSPENSION_DRAGS), ("nusselt", NUSSELT_CORRELATIONS)):
-            if (name := getattr(self, key)) not in known:
-                raise InputError(f"--{key}", name, f"must be one of {', '.join(known)}")
-        archimedes_number(d, self.density, self.bead_density, self.viscosity)
-
-    @property
-    def bead_mass(self) -> float:
-        """Of a bead, kg."""
-        return self.bead_density * math.pi / 6.0 * self.bead_diameter**3
-
-    @property
-    def time_step(self) -> float:
-        """Of the gas, s."""
-        return self.relative_step * math.sqrt(self.bead_diameter / GRAVITY)
+        super().__post_init__()

@@ -1,5 +1,6 @@
 """Pictures of a column of beads: pressure drop and temperatures over time, the beads at the end, and an animation."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -31,12 +32,12 @@ def draw_column(path: Path, column: Any) -> Path:
         middle.plot(time, of("outlet_temperature") - 273.15, label="gas at the outlet")
         middle.set(xlabel="time in s", ylabel="temperature in °C")
         middle.legend(fontsize=9)
-        drawn = _beads(right, column, column.beads.places, column.beads.temperature - 273.15)
+        drawn = draw_beads(right, column, column.beads.places, column.beads.temperature - 273.15)
         figure.colorbar(drawn, ax=right, label="bead temperature in °C")
         return save(figure, path)
 
 
-def _beads(axes: Any, column: Any, places: Any, temperatures: Any) -> Any:
+def draw_beads(axes: Any, column: Any, places: Any, temperatures: Any) -> Any:
     """The beads as dots, in mm."""
     axes.set(
         xlim=(-500.0 * column.given.width, 500.0 * column.given.width),
@@ -48,19 +49,25 @@ def _beads(axes: Any, column: Any, places: Any, temperatures: Any) -> Any:
     return axes.scatter(1e3 * places[:, 0], 1e3 * places[:, 1], s=6.0, c=temperatures, cmap="inferno", linewidths=0.0)
 
 
-def draw_motion(path: Path, column: Any, pictures: list[Any]) -> Path:
-    """An animation (GIF) of (time, places, temperatures in °C); gives the path."""
+def draw_motion(
+    path: Path, column: Any, pictures: list[Any], extra: Callable[[Any], Callable[[float], None]] | None = None
+) -> Path:
+    """An animation (GIF) of (time, places, temperatures in °C); gives the path. `extra(axes)` draws something besides, and gives
+    what moves it to a time (s)."""
     with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(figsize=(3.4, 6.0), layout="constrained")
+        figure, axes = plt.subplots(figsize=(4.4, 6.0), layout="constrained")
         low, high = (float(edge([edge(warm) for _, _, warm in pictures])) for edge in (np.min, np.max))
-        drawn = _beads(axes, column, *pictures[0][1:])
+        drawn = draw_beads(axes, column, *pictures[0][1:])
         drawn.set_clim(low, max(high, low + 1e-3))
         figure.colorbar(drawn, ax=axes, label="bead temperature in °C")
+        move = extra(axes) if extra is not None else None
 
         def show(frame: int) -> None:
             time, places, warm = pictures[frame]
             drawn.set_offsets(1e3 * places)
             drawn.set_array(warm)
+            if move is not None:
+                move(time)
             axes.set_title(f"t = {time:.2f} s", fontsize=10)
 
         movie = FuncAnimation(figure, show, frames=len(pictures))

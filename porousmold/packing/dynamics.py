@@ -305,6 +305,7 @@ def advance(
     steps: int,
     slack: float,
     contacts: Any = None,
+    bonds: Any = None,
 ) -> Any:  # pragma: no cover
     """Up to `steps` steps, fewer if the Verlet list may have become too short; gives the number of steps done and the slack left.
 
@@ -312,7 +313,8 @@ def advance(
     walls (w + 1, 3), with wall_spring (n, w + 1, 3); material: stiffness, dashpot_rate = 2 zeta sqrt(stiffness), friction
     coefficient, spin_decay, tangential over normal stiffness; gravity (3); slack: way that a bead may go with this list, half of
     its skin at first. contacts: None, or sums over the steps that are added to: radii of the contacts of pairs (pairs), with
-    planes (n, w), and `STRESSES`.
+    planes (n, w), and `STRESSES`. bonds: None, or forces (n) of which the smaller one of two beads in contact pulls them
+    together.
     """
     planes, cylinder_radius, period, wall_velocity = walls
     start, partner, dashpots, spring = pairs
@@ -356,6 +358,8 @@ def advance(
                 tx, ty, tz = _friction(spring, at, nx, ny, nz, vx - vn * nx, vy - vn * ny, vz - vn * nz,
                                        normal, tangential, ratio * dashpots[at], friction, dt)  # fmt: skip
                 cx, cy, cz = ny * tz - nz * ty, nz * tx - nx * tz, nx * ty - ny * tx
+                if bonds is not None:
+                    normal -= min(bonds[i], bonds[j])
                 tx, ty, tz = tx + normal * nx, ty + normal * ny, tz + normal * nz
                 if contacts is not None and (size[i, 1] < FIXED or size[j, 1] < FIXED):
                     # the circle of the lens that the two spheres share

@@ -1,0 +1,107 @@
+"""Runs of a column of beads: progress, checkpoints on the way, and the pictures of an animation."""
+
+import math
+from pathlib import Path
+from time import monotonic
+from typing import Any
+from zipfile import BadZipFile
+
+import numpy as np
+
+from ..errors import InputError, SolveError
+from ..files.stop_signals import StopSignals
+from ..files.units import to_si
+from ..output.console import SECONDS_AND_PARTS, Bar
+from ..scene.identity import COMPUTING, code_digest
+
+INTERVAL = 20.0
+"""Seconds between checkpoints."""
+FRAMES = 80
+"""Of an animation."""
+
+
+def run_column(
+    kind: Any, given: Any, out: Path, end: float, *, animate: bool, quiet: bool
+) -> tuple[Any, list[Any], SolveError | None]:
+    """March a column of a `kind` (a class), or go on from the checkpoint in the folder `out`; gives it, the pictures of its
+    animation, and what ended it before its `end` (s). The caller deletes the checkpoint at the end. Raises `SolveError` where
+    not a step was taken, `InputError` for a checkpoint of something else, KeyboardInterrupt when it is stopped."""
+    signals, bar = StopSignals(), Bar(quiet=quiet)
+    bar.phase("beads come to rest")
+    path, identity = checkpoint_in(out), f"{given} {code_digest((*COMPUTING, 'packing', 'fluidised'))}"
+    saved = read_checkpoint(path, identity, end, given.time_step) if path.is_file() else None
+    column = kind(given) if saved is None else kind.restored(given, saved)
+    kept = Kept(column, path, identity, end / FRAMES if animate else math.inf, saved)
+
+    def progress(time: float, total: float, text: str) -> None:
+        bar.show(round(time, 4), total, text, SECONDS_AND_PARTS)
+        kept.look(time)
+        if signals:
+            kept.save()
+            raise KeyboardInterrupt(f"stopped at t = {time:.4g} s; the same command goes on from there")
+
+    try:
+        column.march(end, progress)
+    except SolveError as error:
+        if not column.rows:
+            raise
+        return column, kept.pictures, error
+    finally:
+        bar.close()
+    return column, kept.pictures, None
+
+
+def simulated_time(text: str) -> float:
+    """--time in s. Raises `InputError` for one that is not above 0."""
+    end = to_si("--time", text, "s")
+    if not 0.0 < end < 1e4:
+        raise InputError("--time", text, "must be > 0 and < 10000 s")
+    return end
+
+
+def checkpoint_in(out: Path) -> Path:
+    """Its file in a folder."""
+    return out / "checkpoint.npz"
+
+
+def read_checkpoint(path: Path, identity: str, end: float, time_step: float) -> dict[str, Any]:
+    """What is saved there. Raises `InputError` for a file that is damaged, of another column, or after the `end` (s). Steps of
+    `time_step` (s) do not meet the end: the last one may pass it by half a step."""
+    try:
+        with np.load(path) as file:
+            saved = {name: file[name] for name in file.files}
+        is_another, time = str(saved["identity"]) != identity, float(saved["time"])
+    except (OSError, ValueError, LookupError, BadZipFile) as error:
+        raise InputError("--out", str(path), f"is damaged; delete it to start anew: {error}") from error
+    if is_another:
+        allowed = "is a checkpoint of another column, or of other program code; delete it to start anew"
+        raise InputError("--out", str(path), allowed)
+    if time >= end + 0.5 * time_step:
+        raise InputError("--time", end, f"must be >= {time:.6g} s, the time of the checkpoint", str(path))
+    return saved
+
+
+class Kept:
+    """A checkpoint on the way, every `INTERVAL`, and pictures of an animation `every` so many simulated seconds."""
+
+    def __init__(self, column: Any, path: Path, identity: str, every: float, saved: dict[str, Any] | None) -> None:
+        self._column, self.path, self._identity, self._every = column, path, identity, every
+        names = [f"pictured_{name}" for name in ("times", "places", "temperatures")]
+        self.pictures = list(zip(*(saved[name] for name in names), strict=True)) if saved is not None else []
+        self._last = monotonic()
+
+    def look(self, time: float) -> None:
+        """Keep what is due."""
+        if math.isfinite(self._every) and (not self.pictures or time >= self.pictures[-1][0] + self._every):
+            beads = self._column.beads
+            self.pictures.append((time, beads.places, beads.temperature - 273.15))
+        if monotonic() > self._last + INTERVAL:
+            self.save()
+
+    def save(self) -> None:
+        """Write the checkpoint."""
+        times, places, warm = zip(*self.pictures, strict=True) if self.pictures else ((), (), ())
+        pictures = {"pictured_times": times, "pictured_places": places, "pictured_temperatures": warm}
+        more = {name: np.array(values) for name, values in pictures.items()}
+        self._column.save(self.path, more | {"identity": np.array(self._identity)})
+        self._last = monotonic()
