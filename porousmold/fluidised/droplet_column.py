@@ -47,8 +47,6 @@ BLOCKING, FULL = 1e8, 0.95
 less, the thrust of its vapour is 5 to 10 % too large on these cells."""
 DRY = 0.9
 """Share of vapour from which grains do not stick together (the paper's psi_0)."""
-WATER_POROSITY = 0.4
-"""Least share of water among the grains within the circle."""
 HOTTEST_WET = 473.15
 """Temperature (K) from which, with `contact` 'film', vapour keeps grains out: the Leidenfrost point of water lies about there."""
 EVENING = 4.0
@@ -250,26 +248,23 @@ class DropletColumn:
         beads.repelled = beads.by_name(
             (beads.temperature > HOTTEST_WET) & ~inside if given.contact == "film" else np.zeros(len(beads), bool)
         )
-        beads.in_water = beads.by_name(self._rate_in_water(inside) * inside)
+        beads.in_water = beads.by_name(self._rate_in_water(placed))
         beads.pressure_force = force
         beads.move_with(droplet, velocity, push, rate)
         return force, on_beads
 
-    def _rate_in_water(self, inside: NDArray[Any]) -> float:
-        """Rate (1/s) of the water's drag on grains inside, whose share is that of all of them."""
-        given, droplet, beads = self.given, self.droplet, self.beads
-        count = int(inside.sum())
-        if not count:
-            return 0.0
-        water = droplet.mass / droplet.water.density
-        porosity = max(water / (water + count * beads.volume), WATER_POROSITY)
+    def _rate_in_water(self, placed: Placed) -> NDArray[Any]:
+        """Rate (1/s) of the water's drag on beads inside, by the share of grains around each; 0 for the others."""
+        given, grid, droplet, beads = self.given, self.grid, self.droplet, self.beads
+        weights, inside = placed[:2]
+        everywhere = grid.spread(weights, np.full(len(beads), beads.volume)) / grid.volumes
+        share = np.clip(grid.at(weights, everywhere), 1e-6, LARGEST_SHARE)
         relative = (
-            values[inside] - of_droplet
-            for values, of_droplet in zip(beads.velocity, droplet.velocity[::-1], strict=True)
+            values - of_droplet for values, of_droplet in zip(beads.velocity, droplet.velocity[::-1], strict=True)
         )
-        slip = float(np.mean(np.hypot(*relative)))
         law, properties = SUSPENSION_DRAGS[given.drag], (droplet.water.density, droplet.water.viscosity)
-        return float(law(porosity, given.grain_diameter, *properties, slip)) / (1.0 - porosity) / given.bead_density
+        drag = law(1.0 - share, given.grain_diameter, *properties, np.hypot(*relative))
+        return np.asarray(inside * drag / share / given.bead_density)
 
     def _record(self, by_gas: float, by_beads: float, force: NDArray[Any], on_beads: float, inside: int) -> None:
         given, droplet, beads, books = self.given, self.droplet, self.beads, self._books

@@ -70,7 +70,7 @@ KEYS: dict[str, dict[str, Key]] = {
                          "wall"),
         "diameter": _length("inner diameter of a pipe"),
         "sensors": Key("file", "CSV file `name, x [mm], y [mm]` of points where the temperature is recorded: x along the flow, y "
-                               "from the middle"),
+                               "from the middle; `0:300:11` for a coordinate gives 11 sensors on a line"),
         "mesh": Key("file", "gmsh file (.geo, .msh) with named physical groups, for kind 'mesh'; a .geo that runs commands "
                            "or opens other files than CAD drawings only with --allow-extensions"),
         "symmetry": _choice("symmetry of a mesh: planar (2D), axisymmetric about x[1] = 0, or none (3D)",

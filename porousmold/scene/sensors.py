@@ -13,14 +13,41 @@ from ..files.units import to_si
 KEY = "geometry.sensors"
 
 
+MOST_ON_A_LINE = 1000
+"""Sensors of one row."""
+
+
 def sensor_names(path: Path | None) -> list[str]:
-    """The first cells of the rows; nothing for no path."""
-    return [] if path is None else [row[0].strip() for row in read_rows(KEY, path)[1:]]
+    """The names that the rows give; nothing for no path."""
+    if path is None:
+        return []
+    return [name for row in read_rows(KEY, path)[1:] for name in _names(row[0].strip(), _count(row[1:], str(path)))]
+
+
+def _count(cells: list[str], where: str) -> int | None:
+    """How many sensors a row has on a line: the last part of `start:end:count`; None for one sensor. Raises `InputError`."""
+    counts = {(cell.split(":") + [""])[2].strip() for cell in cells if ":" in cell}
+    if not counts:
+        return None
+    count = counts.pop()
+    if (
+        counts
+        or max(cell.count(":") for cell in cells) > 2
+        or not count.isdecimal()
+        or not 2 <= int(count) <= MOST_ON_A_LINE
+    ):
+        allowed = f"must end with the same whole number from 2 to {MOST_ON_A_LINE} wherever a row has 'start:end:count'"
+        raise InputError(KEY, ", ".join(cells), allowed, where)
+    return int(count)
+
+
+def _names(name: str, count: int | None) -> list[str]:
+    return [name] if count is None else [f"{name} {number}" for number in range(1, count + 1)]
 
 
 def read_sensors(path: Path | None, dimension: int) -> tuple[Any, ...]:
     """(names, places) of a CSV file with the head `name, x [unit], y [unit]` (and z in three dimensions); places in m, a row
-    each. Nothing for no path.
+    each. Nothing for no path. A row with `start:end:count` for a coordinate has so many sensors on a line, `name 1` and so on.
 
     In the bed a sensor has the fluid's temperature, in the wall the wall's. Raises `InputError` naming the row.
     """
@@ -35,13 +62,20 @@ def read_sensors(path: Path | None, dimension: int) -> tuple[Any, ...]:
     names, places = [], []
     for number, row in enumerate(rows, start=2):
         name = row[0].strip()
-        if len(row) != len(head) or not name or name in names or set(name) & set('[],"\n'):
+        if len(row) != len(head) or not name or set(name) & set('[],"\n'):
             raise InputError(
                 KEY, str(path), f"row {number} must have a name of its own, without brackets, and {dimension} numbers"
             )
-        names.append(name)
-        places.append([to_si(KEY, f"{cell.strip()} {unit}", "m", f"{path}, row {number}")
-                       for cell, unit in zip(row[1:], units, strict=True)])  # fmt: skip
+        where = f"{path}, row {number}"
+        count = _count(row[1:], where)
+        names += _names(name, count)
+        ends = [
+            [to_si(KEY, f"{text.strip()} {unit}", "m", where) for text in (cell.split(":")[:2] if count else [cell])]
+            for cell, unit in zip(row[1:], units, strict=True)
+        ]
+        places += np.column_stack([np.linspace(one[0], one[-1], count or 1) for one in ends]).tolist()
+        if len(set(names)) < len(names):
+            raise InputError(KEY, str(path), f"row {number} must have a name of its own: {name} is taken")
     if not names:
         raise InputError(KEY, str(path), "must have a row for every sensor")
     return names, np.array(places)
