@@ -62,6 +62,9 @@ lattices: .venv/installed  ## conductivity of packings beside resolved lattices:
 bubbling-bed: .venv/installed  ## 80 000 beads in a bubbling bed: docs/bubbling-bed.png
 	$(PYTHON) -m studies.bubbling_bed
 
+droplet: .venv/installed  ## a droplet on hot grains at six temperatures, seeds, variants (40 minutes): docs/droplet.md
+	$(PYTHON) -m studies.droplet
+
 sheared-bed: .venv/installed  ## sheared beds beside what Forgber and Radl state: docs/sheared-bed.md
 	$(PYTHON) -m studies.sheared_bed
 

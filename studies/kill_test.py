@@ -129,6 +129,7 @@ COMMANDS = {
     "optimum": Command(["optimum", "FILE", "--out", "OUT"], optimum_answer, file=OPTIMUM),
     "pack": Command([*PACKING.split("|"), "--out", "OUT"], packing_answer, "out.h5"),
     "fluidise": Command([*COLUMN.split("|"), "--out", "OUT"], table_answer("out/history.csv")),
+    "droplet": Command(["droplet", "--time", "0.1 s", "--out", "OUT"], table_answer("out/history.csv")),
     "shear": Command([*SHEAR.split("|"), "--out", "OUT"], table_answer("out.csv"), "out.csv"),
 }
 
