@@ -130,7 +130,7 @@ def test_a_repeated_step_begins_where_the_first_attempt_did():
         for function, array in zip(heat.memory, marks, strict=True):
             function.x.array[:] = array
         before = heat.repetitions
-        errors.append(heat.step(simulation.time, 40.0, bounds=bounds))
+        errors.append(heat.step(simulation.time, 40.0, bounds=lambda bounds=bounds: bounds))
         ends.append([function.x.array.copy() for function in heat.functions])
         assert (heat.repetitions > before + 1) == (bounds[0] > 0.0)
     assert errors[:2] == errors[2:]

@@ -160,9 +160,8 @@ class EnergyEquations:
         for w, (f, v) in streamline.changes_across(bead_temperature, bead_test):
             bead += w * lumped(capacity * f, capacity * ufl.grad(f), v)
         if self.moving_beads is not None:
-            bead += volumetric_heat(beads, bead_temperature) * self.moving_beads.upwinding(
-                transport.exchange, bead_test
-            )
+            upwinding = self.moving_beads.upwinding(transport.exchange, bead_test, streamline)
+            bead += volumetric_heat(beads, bead_temperature) * upwinding
         bead *= 1.0 - self.bed.porosity
         form += weight * bead * self.dx_bed
         return form + self.wall.stored_heat(temperature, test, streamline.monotone)
@@ -246,7 +245,9 @@ class EnergyEquations:
             form += self.interface.integral(transport.touching, crossing)
         if self.moving_beads is not None:
             excess = self.transfer.excess(temperature, bead_temperature)
-            form += self.moving_beads.outflow_of_heat(bead_temperature, bead_test, transport.exchange, excess)
+            form += self.moving_beads.outflow_of_heat(
+                bead_temperature, bead_test, transport.exchange, excess, streamline
+            )
         form -= weight * self.enthalpy_entering(temperature) * test * self.inlet
         entering = self._laws.heat_capacity(temperature) * self.inward_mass_flux
         form += weight * streamline.entered(entering, temperature, test) * self.inlet

@@ -11,7 +11,8 @@ so that the discrete heat balance closes. The test functions are upwinded along 
 
     v + chi D v,    chi = c/sqrt(c^2 + r^2),    c = (1-phi) rho_s C_s |v_s|/(h/2),    r = a_v h_sf,
 
-in storage, advection and exchange alike, D v the change of v over half a cell along the motion. Drag, heat exchange, dispersion
+in storage, advection and exchange alike, D v the change of v over half a cell along the motion. In monotone cells
+(`stabilisation.Streamline`) chi is 1 in the advection and 0 in what is stored and exchanged, which is lumped there. Drag, heat exchange, dispersion
 and the beads' sources of turbulence follow u - v_s. The porosity is that of the bed at rest.
 """
 
@@ -23,7 +24,7 @@ import ufl
 from ..laws.functions import Value
 from .coordinates import Coordinates
 from .medium import Bed
-from .stabilisation import metric
+from .stabilisation import Streamline, metric
 from .wall import volumetric_heat
 
 
@@ -53,30 +54,41 @@ class MovingBeads:
         weight = self.coordinates.weight * self._solid_part
         return weight * abs(self.velocity) * volumetric_heat(self.bed.beads, temperature)
 
-    def upwinding(self, exchange: Value, test: Value) -> Value:
+    def _change(self, test: Value) -> Value:
+        """D v, downstream of the beads."""
+        return self.sign / ufl.sqrt(metric(self.coordinates.mesh)[0, 0]) * test.dx(0)
+
+    def upwinding(self, exchange: Value, test: Value, streamline: Streamline) -> Value:
         """chi D v: what the test function gains along the motion; `exchange` is a_v h_sf (W/m3/K)."""
         half_cell = 1.0 / ufl.sqrt(metric(self.coordinates.mesh)[0, 0])
         carried = self._solid_part * self._capacity(self.inlet_temperature) * abs(self.velocity) / half_cell
-        return carried / ufl.sqrt(carried**2 + exchange**2) * self.sign * half_cell * test.dx(0)
+        return (1.0 - streamline.monotone) * carried / ufl.sqrt(carried**2 + exchange**2) * self._change(test)
 
-    def outflow_of_heat(self, temperature: Value, test: Value, exchange: Value, excess: Value) -> Value:
+    def outflow_of_heat(
+        self, temperature: Value, test: Value, exchange: Value, excess: Value, streamline: Streamline
+    ) -> Value:
         """Form of the heat that the motion carries away, and of the `exchange` (W/m3/K), driven by `excess` (K), along it."""
-        upwinding = self.upwinding(exchange, test)
-        along = self._capacity(temperature) * temperature.dx(0) * upwinding
+        upwinding, capacity = self.upwinding(exchange, test, streamline), self._capacity(temperature)
+        fully = streamline.monotone * self._change(test)
+        along = capacity * temperature.dx(0) * (upwinding + fully)
         along -= volumetric_heat(self.bed.beads, temperature) * test.dx(0)
+        across = streamline.changes_across(temperature, test)
+        for w, (f, v) in across:
+            along += w * capacity * (f.dx(0) * self._change(v) - f * v.dx(0))
         form = (
             self.coordinates.weight
             * (self._solid_part * self.velocity * along - exchange * excess * upwinding)
             * self.dx
         )
+        passing = self.coordinates.weight * self._solid_part * abs(self.velocity)
         form += self._carried(temperature) * test * self.leaving
+        form += passing * sum(w * capacity * f * v for w, (f, v) in across) * self.leaving
         return form - self._carried(self.inlet_temperature) * test * self.entering
 
     def carried_at_the_nodes(self, properties: Value, temperature: Value, test: Value) -> Value:
         """Heat that the motion carries from node to node, fully upwinded, with properties at a temperature (K), W/m3."""
-        half_cell = self.sign / ufl.sqrt(metric(self.coordinates.mesh)[0, 0])
         carried = self._solid_part * self._capacity(properties) * self.velocity
-        return carried * temperature.dx(0) * (test + half_cell * test.dx(0))
+        return carried * temperature.dx(0) * (test + self._change(test))
 
     def heat_brought(self, temperature: Value) -> Value:
         """Form (scalar, W) of the heat that the beads bring beyond what they take away."""

@@ -213,7 +213,7 @@ class Simulation:
                     problem.find_flow(lambda: problem.flow.renew(self.time, tolerance), self.time + 0.5 * step)
             with problem.stopwatch("energy"):
                 jump = control.after_jump(self.time)
-                error = problem.heat.step(self.time, step, after_jump=jump, bounds=self._bounds_now())
+                error = problem.heat.step(self.time, step, after_jump=jump, bounds=self._bounds_now)
             self._check_direction()
         except KeyboardInterrupt:
             self._put_back(before, balance)
@@ -298,9 +298,9 @@ class Simulation:
         return LARGEST_PART * gone_after / self.specs.time.refinement
 
     def _bounds_now(self) -> Bounds:
-        """Bounds of the temperatures (K) in the next step: a heater cannot cool air that comes back too warm, which then enters
+        """Bounds of the temperatures (K) of the present step: a heater cannot cool air that comes back too warm, which then enters
         as warm as it did, but for what changes within a step. Where the wall has sources, cures or takes up a given flux it has
-        no bound on that side, and the bed is bounded by the wall."""
+        no bound on that side, and the bed is bounded by the wall as it was and is (collective)."""
         low, high = self._given
         air_loop = self.problem.air_loop
         if air_loop is not None and air_loop.is_too_warm:
@@ -311,11 +311,11 @@ class Simulation:
         if not (colder or hotter):
             return low, high
         of_wall = (-math.inf if colder else low), (math.inf if hotter else high)
-        lows, highs = (self.recorder.history[f"{end}_wall"][-2:] for end in ("lowest", "highest"))
-        if colder and lows[-1] < low:
-            low = lows[-1] - INLET_CHANGE - 2.0 * max(lows[0] - lows[-1], 0.0)
-        if hotter and highs[-1] > high:
-            high = highs[-1] + INLET_CHANGE + 2.0 * max(highs[-1] - highs[0], 0.0)
+        coldest, hottest = self.problem.extremes("wall")
+        if colder:
+            low = min(low, coldest, self.recorder.history["lowest_wall"][-1])
+        if hotter:
+            high = max(high, hottest, self.recorder.history["highest_wall"][-1])
         return low, high, *of_wall
 
     def _heated_for_good(self) -> bool:

@@ -24,7 +24,7 @@ from ..mesh.domain import BED, Domain
 from .flow import FullFlow, constrained_unknowns, unknowns_outside
 from .heating import BACKWARD_EULER, GAMMA, MOST_REPETITIONS, STAGES, Stages, TransientHeat
 from .newton import NewtonSystem, modified_newton
-from .protocols import ArrayOf, Bounds, HeatBalance, Observer, Saved, silent
+from .protocols import ArrayOf, Bounds, HeatBalance, Observer, Saved, silent, unbounded
 from .step_error import StepError
 
 CONVERGED_UPDATE, MOST_ITERATIONS = 1e-8, 25
@@ -156,7 +156,7 @@ class CoupledTransient:
             function.x.scatter_forward()
 
     def step(
-        self, time: float, step: float, *, after_jump: bool = False, bounds: Bounds = (-np.inf, np.inf)
+        self, time: float, step: float, *, after_jump: bool = False, bounds: Callable[[], Bounds] = unbounded
     ) -> StepError:
         """One step of `step` seconds from `time`; gives its estimated error, keeps `bounds` like `TransientHeat.step`.
 
@@ -166,7 +166,7 @@ class CoupledTransient:
         start = self._state()
         for left in reversed(range(MOST_REPETITIONS)):
             error, balance = self._take_all(time, step, after_jump=after_jump)
-            out, new = self.heat.mark_cells(bounds)
+            out, new = self.heat.mark_cells(bounds())
             if not (out and new and left):
                 break
             self.heat.repetitions += 1

@@ -39,6 +39,7 @@ from .protocols import (
     restore_functions,
     saved_functions,
     silent,
+    unbounded,
 )
 from .stages import ITERATED_STAGE_ERROR, STAGE_ERROR, StageSolver
 from .step_error import RegionNorm, StepError
@@ -182,12 +183,12 @@ class TransientHeat:
         return [self.unknown, *modes, *(part.degree for part in self.curing)]
 
     def step(
-        self, time: float, step: float, *, after_jump: bool = False, bounds: Bounds = (-np.inf, np.inf)
+        self, time: float, step: float, *, after_jump: bool = False, bounds: Callable[[], Bounds] = unbounded
     ) -> StepError:
         """One step of `step` seconds from `time`; gives its estimated error. The heat balance is brought forward.
 
         `after_jump` takes the backward Euler method, which damps what a jump of the inlet excites and other methods let
-        swing. Where a temperature leaves `bounds` (K), the cells around it become monotone and the step is repeated, in the
+        swing. Where a temperature leaves `bounds()` (K), the cells around it become monotone and the step is repeated, in the
         end by the backward Euler method.
         Raises `SolveError` if a stage does not converge: the balance is then as before, `functions` and `memory` are
         the caller's to put back.
@@ -201,7 +202,7 @@ class TransientHeat:
         way, starts = 0, [function.x.array.copy() for function in self.functions]
         for left in reversed(range(MOST_REPETITIONS)):
             flows, stored, error = self._take_all(time, ways[way])
-            out, new = self.mark_cells(bounds)
+            out, new = self.mark_cells(bounds())
             way += not new
             if not out or way == len(ways) or not left:
                 break

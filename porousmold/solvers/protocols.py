@@ -25,6 +25,11 @@ def silent(text: str) -> None:
     """Observe nothing."""
 
 
+def unbounded() -> Bounds:
+    """Bounds of temperatures that may be any."""
+    return -np.inf, np.inf
+
+
 class Drive(NamedTuple):
     """What drives a flow at present: `kind` is pressure_drop (`value` in Pa), mass_flow (kg/s) or inlet_velocity (m/s,
     superficial) of fluid that comes at `temperature` (K)."""
@@ -222,9 +227,10 @@ class Heat(Stateful, Protocol):
         """What else the next step depends on."""
 
     def step(
-        self, time: float, step: float, *, after_jump: bool = False, bounds: Bounds = (-np.inf, np.inf)
+        self, time: float, step: float, *, after_jump: bool = False, bounds: Callable[[], Bounds] = unbounded
     ) -> StepError:
-        """One step of `step` seconds from `time`; gives its estimated error. Raises `SolveError`."""
+        """One step of `step` seconds from `time`; gives its estimated error. `bounds()` gives those of its temperatures, once they are
+        found. Raises `SolveError`."""
 
     def largest_bead_difference(self) -> float | None:
         """Largest distance (K) of a bead's surface from its mean; None where beads are isothermal (collective)."""
