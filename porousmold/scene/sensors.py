@@ -26,7 +26,7 @@ def sensor_names(path: Path | None) -> list[str]:
 
 def _count(cells: list[str], where: str) -> int | None:
     """How many sensors a row has on a line: the last part of `start:end:count`; None for one sensor. Raises `InputError`."""
-    counts = {(cell.split(":") + [""])[2].strip() for cell in cells if ":" in cell}
+    counts = {[*cell.split(":"), ""][2].strip() for cell in cells if ":" in cell}
     if not counts:
         return None
     count = counts.pop()

@@ -298,9 +298,9 @@ class Simulation:
         return LARGEST_PART * gone_after / self.specs.time.refinement
 
     def _bounds_now(self) -> Bounds:
-        """Bounds of the temperatures (K) of the present step: a heater cannot cool air that comes back too warm, which then enters
-        as warm as it did, but for what changes within a step. Where the wall has sources, cures or takes up a given flux it has
-        no bound on that side, and the bed is bounded by the wall as it was and is (collective)."""
+        """Bounds of the temperatures (K) of the present step: a heater cannot cool air that comes back too warm, which then
+        enters as warm as it did, but for what changes within a step. Where the wall has sources, cures or takes up a given flux
+        it has no bound on that side, and the bed is bounded by the wall as it was and is (collective)."""
         low, high = self._given
         air_loop = self.problem.air_loop
         if air_loop is not None and air_loop.is_too_warm:

@@ -229,8 +229,8 @@ class Heat(Stateful, Protocol):
     def step(
         self, time: float, step: float, *, after_jump: bool = False, bounds: Callable[[], Bounds] = unbounded
     ) -> StepError:
-        """One step of `step` seconds from `time`; gives its estimated error. `bounds()` gives those of its temperatures, once they are
-        found. Raises `SolveError`."""
+        """One step of `step` seconds from `time`; gives its estimated error. `bounds()` gives those of its temperatures, once
+        they are found. Raises `SolveError`."""
 
     def largest_bead_difference(self) -> float | None:
         """Largest distance (K) of a bead's surface from its mean; None where beads are isothermal (collective)."""
