@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Floats
 from ..errors import InputError
 from ..files.tables import column_name, read_columns
 from ..output.stored import read_table
@@ -27,11 +27,11 @@ class Deviation:
     """
 
     name: str
-    time: NDArray[Any]
-    measured: NDArray[Any]
-    simulated: NDArray[Any]
-    uncertainty: NDArray[Any]
-    whole: tuple[NDArray[Any], NDArray[Any]]
+    time: Floats
+    measured: Floats
+    simulated: Floats
+    uncertainty: Floats
+    whole: tuple[Floats, Floats]
 
     @property
     def average(self) -> float:
@@ -113,7 +113,7 @@ def compare(
     return Comparison(deviations, read.others, int(np.isnan(read.values[shared]).sum()))
 
 
-def _deviation(name: str, times: NDArray[Any], measured: NDArray[Any], run: Any, others: Any) -> Deviation:
+def _deviation(name: str, times: Floats, measured: Floats, run: Any, others: Any) -> Deviation:
     """Of a sensor at the times (s) of its measured values (K); `run` and `others` are (history, sensors)."""
     history, sensors = run
     simulated = np.interp(times, history["time"], sensors[name])

@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
 from ..output.figures import STYLE, plt, save
 from .comparison import SENSOR_ERROR, Deviation
 
@@ -23,7 +25,11 @@ def draw_comparison(path: Path, deviations: Sequence[Deviation]) -> Path:
             times, values = each.whole
             axes.plot(times / 60.0, values - 273.15, "-", color=colour, linewidth=1.4,
                       label=f"{each.name}: {each.average:.2f} K apart")  # fmt: skip
-            for middle, error, alpha in ((each.simulated, each.uncertainty, 0.35), (each.measured, SENSOR_ERROR, 0.15)):
+            measured_error = np.full_like(each.measured, SENSOR_ERROR)
+            for middle, error, alpha in (
+                (each.simulated, each.uncertainty, 0.35),
+                (each.measured, measured_error, 0.15),
+            ):
                 axes.fill_between(minutes, middle - error - 273.15, middle + error - 273.15, color=colour, alpha=alpha,
                                   linewidth=0.0)  # fmt: skip
             points = {"color": colour, "markersize": 4.5, "markerfacecolor": "white", "markevery": few}

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Floats
 from ..errors import InputError
 from ..files.tables import read_columns
 
@@ -74,7 +74,7 @@ def read_log(path: Path) -> tuple[Any, ...]:
     return times, values
 
 
-def averaged(time: NDArray[Any], values: NDArray[Any], interval: float) -> tuple[NDArray[Any], NDArray[Any]]:
+def averaged(time: Floats, values: Floats, interval: float) -> tuple[Floats, Floats]:
     """(time, values) as means over intervals of `interval` seconds, at the mean times of their readings; both ends stay.
 
     A series of an inlet has a breakpoint at every point, across which no time step goes: fewer points are faster.

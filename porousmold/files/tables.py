@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Floats
 from ..errors import InputError
 from .units import to_si
 
@@ -148,7 +148,7 @@ class Columns:
     path: str
     names: list[str]
     units: list[str]
-    values: NDArray[Any]
+    values: Floats
     lines: list[int]
     gaps: int = 0
     others: tuple[str, ...] = ()
@@ -290,9 +290,7 @@ def _clock(key: str, path: Path, cells: list[str], lines: list[int]) -> list[flo
     return since
 
 
-def _numbers(
-    key: str, path: Path, rows: list[list[str]], lines: list[int], *, keep_gaps: bool
-) -> tuple[NDArray[Any], int]:
+def _numbers(key: str, path: Path, rows: list[list[str]], lines: list[int], *, keep_gaps: bool) -> tuple[Floats, int]:
     """The cells as numbers, short gaps interpolated unless they are kept, and how many were missing."""
     with suppress(ValueError):  # most tables, in a tenth of the time
         whole = np.array(rows, dtype=float)
@@ -313,7 +311,7 @@ def _numbers(
     return values, gaps
 
 
-def _fill(key: str, path: Path, values: NDArray[Any], column: int, lines: list[int]) -> None:
+def _fill(key: str, path: Path, values: Floats, column: int, lines: list[int]) -> None:
     """Interpolate a column's gaps along the first column. Raises `InputError` for long ones, and for those at the ends."""
     gap = np.isnan(values[:, column])
     if not gap.any():

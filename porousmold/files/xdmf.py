@@ -11,7 +11,8 @@ from typing import Any
 
 import h5py
 import numpy as np
-from numpy.typing import NDArray
+
+from ..arrays import Floats
 
 
 def one_grid_a_time(path: Path) -> None:
@@ -48,7 +49,7 @@ def read_fields(path: Path) -> tuple[Any, ...]:
 
         nodes = data(next(root.iter("Geometry")))
         cells = data(next(root.iter("Topology")))
-        steps: dict[float, dict[str, NDArray[Any]]] = {}
+        steps: dict[float, dict[str, Floats]] = {}
         for grid in root.iter("Grid"):
             time = grid.find("Time")
             if time is not None:

@@ -18,11 +18,10 @@ et al., eq. A.20), and so knows what holds a bed at rest.
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Floats
 from ..errors import SolveError
 from ..files.atomic_files import output_file
 from ..laws.fluidisation import SUSPENSION_DRAGS
@@ -39,7 +38,7 @@ LARGEST_SHARE = 0.72
 class Column:
     """The state of a `ColumnInput`; `step()` advances it by its `time_step` (s), `rows` has what is recorded of every step."""
 
-    def __init__(self, given: ColumnInput, positions: NDArray[Any] | None = None) -> None:
+    def __init__(self, given: ColumnInput, positions: Floats | None = None) -> None:
         self.given, self.time = given, 0.0
         self.rows: list[dict[str, float]] = []
         self.beads, self.grid = ColumnBeads(given, positions), ColumnGrid(given)
@@ -49,7 +48,7 @@ class Column:
         self._heat_at_first = self._stored_heat()
 
     @classmethod
-    def restored(cls, given: ColumnInput, saved: Mapping[str, NDArray[Any]]) -> "Column":
+    def restored(cls, given: ColumnInput, saved: Mapping[str, Floats]) -> "Column":
         """The column that `save` wrote a checkpoint of."""
         column = cls(given, given.bead_diameter * saved["body"][:, :3])
         column.time = float(saved["time"])
@@ -106,7 +105,7 @@ class Column:
         if self.rows[-1]["highest_bead"] > given.height:
             raise SolveError("fluidise", self.time, "a bead leaves the column", "a higher one (--height), or less gas")
 
-    def _deposit(self) -> tuple[Weights, NDArray[Any], NDArray[Any], NDArray[Any]]:
+    def _deposit(self) -> tuple[Weights, Floats, Floats, Floats]:
         """Put the beads into the gas; gives their weights, and share, relative speed and drag at the nodes."""
         given, d, grid = self.given, self.given.bead_diameter, self.grid
         weights, volume = grid.weights(self.beads.places), np.pi / 6.0 * d**3
@@ -124,7 +123,7 @@ class Column:
         self.gas.surround(share, beads, drag, drag / resistance, np.where(share > 0.0, share**2 / resistance, 0.0))
         return weights, share, slip, drag
 
-    def _heat_up(self, weights: Weights, slip: NDArray[Any]) -> None:
+    def _heat_up(self, weights: Weights, slip: Floats) -> None:
         """Temperatures of gas and beads over a step."""
         given, d, grid = self.given, self.given.bead_diameter, self.grid
         porosity, step = self.gas.porosity, self.given.time_step
@@ -149,7 +148,7 @@ class Column:
         in_gas = given.density * given.heat_capacity * (self.grid.volumes * gas).sum()
         return float(in_gas + given.bead_mass * given.bead_heat_capacity * (self.beads.temperature - start).sum())
 
-    def save(self, path: Path, more: Mapping[str, NDArray[Any]]) -> None:
+    def save(self, path: Path, more: Mapping[str, Floats]) -> None:
         """Write a checkpoint, with `more` arrays, from which a column of the same input goes on to the same numbers."""
         heats = [self._heat_at_first, self.heat_given, self.heat_carried_off]
         rows = np.array([list(row.values()) for row in self.rows])

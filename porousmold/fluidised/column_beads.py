@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Floats
 from ..laws.fluidisation import GRAVITY
 from ..packing import dynamics
 from ..packing.container import Slab
@@ -24,10 +24,10 @@ class ColumnBeads:
     """The beads, at given `positions` (n, 3; m) or packed; `temperature` (n) is theirs, K."""
 
     restitution = RESTITUTION
-    bonds: NDArray[Any] | None = None
+    bonds: Floats | None = None
     """By name, in weights of a bead: the smaller one of two beads in contact pulls them together."""
 
-    def __init__(self, given: BedInput, positions: NDArray[Any] | None = None) -> None:
+    def __init__(self, given: BedInput, positions: Floats | None = None) -> None:
         self.given, d = given, given.bead_diameter
         slab = Slab(given.width, given.depth)
         if positions is None:
@@ -64,17 +64,17 @@ class ColumnBeads:
         return len(self._body)
 
     @property
-    def places(self) -> NDArray[Any]:
+    def places(self) -> Floats:
         """From the middle between the walls, and up (n, 2), m."""
         return self.given.bead_diameter * self._body[:, [0, 2]]
 
     @property
-    def velocity(self) -> list[NDArray[Any]]:
+    def velocity(self) -> list[Floats]:
         """Upwards and across, m/s."""
         return [self._unit * self._body[:, 3 + axis] for axis in (2, 0)]
 
     @property
-    def acceleration(self) -> list[NDArray[Any]]:
+    def acceleration(self) -> list[Floats]:
         """By weight less buoyancy and by contacts in the last step, upwards and across, m/s2; 0 before the first one."""
         return [self._pushed[self._name, axis] for axis in (0, 1)]
 
@@ -83,7 +83,7 @@ class ColumnBeads:
         """The largest speed, m/s."""
         return float(self._unit * np.sqrt((self._body[:, 3:6] ** 2).sum(axis=1).max()))
 
-    def move(self, gas: list[NDArray[Any]], push: list[NDArray[Any]], rate: NDArray[Any]) -> None:
+    def move(self, gas: list[Floats], push: list[Floats], rate: Floats) -> None:
         """Over a step of the gas, with its velocity at the beads (m/s), what else accelerates these (m/s2), both up and across,
         and the `rate` (1/s) at which its drag does."""
         names = self._name.copy()
@@ -107,7 +107,7 @@ class ColumnBeads:
                 left -= done
             self._feel(by_name, 0.5 * span)
 
-    def _feel(self, of_gas: NDArray[Any], span: float) -> None:
+    def _feel(self, of_gas: Floats, span: float) -> None:
         """The gas over a span (s), implicit in its drag; `of_gas` is by name: its velocity, other acceleration, rate of drag."""
         along, across, push_along, push_across, drag = of_gas[self._name].T
         for axis, velocity, acceleration in ((5, along, push_along), (3, across, push_across), (4, 0.0, 0.0)):
@@ -137,4 +137,5 @@ class ColumnBeads:
         self._body, self._name, self._load = saved["body"], saved["name"], saved["load"]
         self._wall_spring, self._pushed = saved["wall_spring"], saved["pushed"]
         self.temperature, self._slack = saved["bead_temperature"], float(saved["slack"])
-        self._pairs = tuple(saved[f"pairs_{number}"] for number in range(len(self._pairs)))
+        start, partner, dashpot, spring = (saved[f"pairs_{number}"] for number in range(len(self._pairs)))
+        self._pairs = start, partner, dashpot, spring

@@ -8,8 +8,8 @@ from typing import Any, cast
 import numpy as np
 import ufl
 from dolfinx import fem
-from numpy.typing import NDArray
 
+from ..arrays import Floats
 from ..equations.coordinates import Coordinates
 from ..equations.flow import FlowEquations, FlowScales, FlowState
 from ..equations.medium import Bed, FluidState
@@ -131,23 +131,23 @@ class ColumnGas:
         _assembled(self._nodal_mass, fenicsx.compiled_form(test * nodes))
 
     @property
-    def porosity(self) -> NDArray[Any]:
+    def porosity(self) -> Floats:
         """At the nodes, as all that follows."""
         return np.asarray(self._porosity.x.array[self._nodes])
 
     @property
-    def temperature(self) -> NDArray[Any]:
+    def temperature(self) -> Floats:
         """K."""
         return np.asarray(self._temperature.x.array[self._nodes])
 
     @property
-    def velocity(self) -> list[NDArray[Any]]:
+    def velocity(self) -> list[Floats]:
         """Upwards and across, m/s."""
         values = self._unknown.x.array[self._velocity_dofs].reshape(-1, 2) * float(self._scales.speed.value)
         return [values[self._velocity_nodes, axis] for axis in (0, 1)]
 
     @property
-    def pressure(self) -> NDArray[Any]:
+    def pressure(self) -> Floats:
         """Above that of the outlet, Pa."""
         return np.asarray(
             self._unknown.x.array[self._pressure_dofs][self._pressure_nodes] * float(self._scales.pressure.value)
@@ -161,11 +161,11 @@ class ColumnGas:
 
     def surround(
         self,
-        share: NDArray[Any],
-        bead_velocity: list[NDArray[Any]],
-        drag: NDArray[Any],
-        theta: NDArray[Any],
-        yielding: NDArray[Any],
+        share: Floats,
+        bead_velocity: list[Floats],
+        drag: Floats,
+        theta: Floats,
+        yielding: Floats,
     ) -> None:
         """Set what the beads are at the nodes, as `equations.suspended_beads` names it."""
         for function, values in (
@@ -189,7 +189,7 @@ class ColumnGas:
         if not np.isfinite(update):
             raise SolveError("fluidise", time, "the gas among the beads", "larger cells (--cell-size)")
 
-    def heat_up(self, exchange: NDArray[Any], heating: NDArray[Any]) -> float:
+    def heat_up(self, exchange: Floats, heating: Floats) -> float:
         """Temperature at the end of the step, with sum K per volume (W/m3/K) and sum K T_i (W/m3) at the nodes; gives the heat
         (W) that leaves through the outlet."""
         self._exchange.x.array[self._nodes], self._heating.x.array[self._nodes] = exchange, heating
@@ -200,7 +200,7 @@ class ColumnGas:
         self._heat.iterate()
         return float(fem.assemble_scalar(self._carried_off)) * self.given.depth
 
-    def save(self) -> dict[str, NDArray[Any]]:
+    def save(self) -> dict[str, Floats]:
         """Everything that the next step goes on from."""
         return {name: function.x.array for name, function in self._kept().items()}
 

@@ -1,13 +1,14 @@
 """Nodes of a rectangular column: what beads give to them, and take from them, by hat functions."""
 
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Floats, Scalar
 from .column_input import BedInput
 
-Weights: TypeAlias = tuple[NDArray[Any], ...]
+Weights: TypeAlias = tuple[Floats, ...]
 """Of each bead: its cell along and across, and its place therein."""
 
 
@@ -24,21 +25,21 @@ class ColumnGrid:
             part[[0, -1]] *= 0.5
         self.volumes = np.outer(*self.parts) * given.depth
 
-    def nodes_of(self, places: NDArray[Any]) -> NDArray[Any]:
+    def nodes_of(self, places: Floats) -> Floats:
         """Number of the node at each place of the grid, of nodes at `places` (n, 2), m."""
         i, j = (np.rint(places[:, a] / self.lengths[a] * self.cells[a]).astype(int) for a in (0, 1))
         grid = np.empty((self.cells[0] + 1, self.cells[1] + 1), int)
         grid[i, j] = np.arange(len(places))
         return grid
 
-    def weights(self, places: NDArray[Any]) -> Weights:
+    def weights(self, places: Floats) -> Weights:
         """Of beads at `places` (n, 2): from the middle between the walls, and up, m."""
         along, across = places[:, 1] / self.lengths[0], places[:, 0] / self.lengths[1] + 0.5
         a, b = (np.clip(x * n, 0.0, n - 1e-9) for x, n in zip((along, across), self.cells, strict=True))
         i, j = a.astype(int), b.astype(int)
         return i, j, a - i, b - j
 
-    def spread(self, weights: Weights, values: NDArray[Any]) -> NDArray[Any]:
+    def spread(self, weights: Weights, values: Floats) -> Floats:
         """Sums of what beads have, at the nodes."""
         i, j, a, b = weights
         row, size = self.cells[1] + 1, (self.cells[0] + 1) * (self.cells[1] + 1)
@@ -48,13 +49,13 @@ class ColumnGrid:
                 found += np.bincount((i + di) * row + j + dj, wa * wb * values, size)
         return found.reshape(-1, row)
 
-    def at(self, weights: Weights, field: NDArray[Any]) -> NDArray[Any]:
+    def at(self, weights: Weights, field: Floats) -> Floats:
         """A field of the nodes at the beads."""
         i, j, a, b = weights
         low = (1.0 - b) * field[i, j] + b * field[i, j + 1]
         return np.asarray((1.0 - a) * low + a * ((1.0 - b) * field[i + 1, j] + b * field[i + 1, j + 1]))
 
-    def gradient(self, weights: Weights, field: NDArray[Any]) -> list[NDArray[Any]]:
+    def gradient(self, weights: Weights, field: Floats) -> list[Floats]:
         """Of a field, along and across, at the beads."""
         i, j, a, b = weights
         along = (1.0 - b) * (field[i + 1, j] - field[i, j]) + b * (field[i + 1, j + 1] - field[i, j + 1])
@@ -62,6 +63,6 @@ class ColumnGrid:
         return [along / self._sizes[0], across / self._sizes[1]]
 
 
-def both_sides(values: NDArray[Any], axis: int) -> tuple[NDArray[Any], NDArray[Any]]:
+def both_sides(values: NDArray[Scalar], axis: int) -> tuple[NDArray[Scalar], NDArray[Scalar]]:
     """Views of the nodes on both sides of the faces across an axis (0 along, 1 across)."""
     return (values[:-1], values[1:]) if axis == 0 else (values[:, :-1], values[:, 1:])

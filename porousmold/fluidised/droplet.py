@@ -13,8 +13,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Booleans, Floats
 from ..laws.evaporation import BOILING_TEMPERATURE
 from ..laws.fluidisation import GRAVITY
 from ..laws.material_library import FLUIDS
@@ -61,11 +61,11 @@ class Droplet:
         self._up = np.linspace(0.0, given.height, grid.cells[0] + 1)
         self._across = np.linspace(-0.5 * given.width, 0.5 * given.width, grid.cells[1] + 1)
 
-    def is_inside(self, places: NDArray[np.float64]) -> NDArray[np.bool_]:
+    def is_inside(self, places: Floats) -> Booleans:
         """Whether the centres of beads at `places` (n, 2; m) are within the circle."""
         return np.asarray(((places - self.place) ** 2).sum(axis=1) < self.radius**2)
 
-    def share(self) -> NDArray[np.float64]:
+    def share(self) -> Floats:
         """Part of each node's cell that is within the circle."""
         offsets = self._cell * ((np.arange(SAMPLES) + 0.5) / SAMPLES - 0.5)
         up = (self._up[:, None] + offsets - self.place[1]) ** 2
@@ -73,13 +73,13 @@ class Droplet:
         within = up[:, None, :, None] + across[None, :, None, :] < self.radius**2
         return np.asarray(within.mean(axis=(2, 3)))
 
-    def ring(self, gap: float) -> NDArray[np.float64]:
+    def ring(self, gap: float) -> Floats:
         """Points (n, 2; m) on the circle that is `gap` (m) outside, within the column."""
         angle = 2.0 * np.pi * (np.arange(RING) + 0.5) / RING
         points = self.place + (self.radius + gap) * np.column_stack((np.sin(angle), np.cos(angle)))
         return np.clip(points, (self._across[0], 0.0), (self._across[-1], self.given.height))
 
-    def source(self, rate: float, share: NDArray[np.float64]) -> NDArray[np.float64]:
+    def source(self, rate: float, share: Floats) -> Floats:
         """Vapour (kg/m3/s) at the nodes where a `rate` (kg/s) leaves the circle evenly: each part of it into the nodes around
         that are free of the circle, as what is made within it would press on it."""
         weights = self._grid.weights(self.ring(0.5 * self._cell))
@@ -87,19 +87,19 @@ class Droplet:
         from_each = rate / RING / self._grid.at(weights, free)
         return np.asarray(free * self._grid.spread(weights, from_each) / self._grid.volumes)
 
-    def pressure_force(self, pressure: NDArray[np.float64]) -> NDArray[np.float64]:
+    def pressure_force(self, pressure: Floats) -> Floats:
         """F_f across and up (N), of the pressure (Pa) one cell outside, where the nodes are free of the circle."""
         ring = self.ring(self._cell)
         outwards = (ring - self.place) / np.hypot(*(ring - self.place).T)[:, None]
         around = 2.0 * np.pi * self.radius / RING * self.given.depth
         return np.asarray(-around * self._grid.at(self._grid.weights(ring), pressure) @ outwards)
 
-    def is_free(self) -> NDArray[np.bool_]:
+    def is_free(self) -> Booleans:
         """Whether nodes are outside the circle."""
         up, across = self._up[:, None] - self.place[1], self._across - self.place[0]
         return np.asarray(up**2 + across**2 > self.radius**2)
 
-    def between(self, values: NDArray[np.float64], free: NDArray[np.bool_]) -> list[NDArray[np.float64]]:
+    def between(self, values: Floats, free: Booleans) -> list[Floats]:
         """Conductivities at the faces across each axis of those of nodes: harmonic means; where the circle cuts the way between
         two nodes, that of the outer one over the part of the way outside, as the circle has the droplet's temperature (Shortley,
         Weller 1938)."""
@@ -116,15 +116,15 @@ class Droplet:
             found.append(np.where(is_outer == is_other_outer, 2.0 / (1.0 / first + 1.0 / second), outer))
         return found
 
-    def _chord(self, off: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _chord(self, off: Floats) -> Floats:
         """Half of the circle's chord at a distance (m) off its centre."""
         return np.sqrt(np.maximum(self.radius**2 - off**2, 0.0))
 
-    def held(self, free: NDArray[np.bool_], conductivity: float) -> NDArray[np.float64]:
+    def held(self, free: Booleans, conductivity: float) -> Floats:
         """Conductance (W/m3/K) that holds nodes within the circle at its temperature."""
         return np.where(free, 0.0, HELD * conductivity / self._cell**2)
 
-    def move(self, force: NDArray[np.float64], span: float) -> None:
+    def move(self, force: Floats, span: float) -> None:
         """Over a span (s) under a force (N; across, up) and its weight; floor and sides stop it."""
         self.velocity += span * (force / self.mass - (0.0, GRAVITY))
         self.place += span * self.velocity

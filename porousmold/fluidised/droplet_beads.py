@@ -2,11 +2,11 @@
 feels theirs; those in its vapour stick together (bonds); where its vapour keeps hot ones out, they are pushed off its edge."""
 
 import math
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Floats, Scalar
 from ..errors import InputError
 from ..laws.fluidisation import GRAVITY
 from .column_beads import ColumnBeads
@@ -31,7 +31,7 @@ class DropletBeads(ColumnBeads):
 
     restitution = 0.5
 
-    def __init__(self, given: DropletInput, positions: NDArray[Any], fill: float = 1.0) -> None:
+    def __init__(self, given: DropletInput, positions: Floats, fill: float = 1.0) -> None:
         super().__init__(given, positions)
         self.fill = fill
         self.bonds = np.zeros(len(self))
@@ -74,7 +74,7 @@ class DropletBeads(ColumnBeads):
         """Of the grains of a parcel, m3."""
         return self.fill * math.pi / 6.0 * self.given.bead_diameter**3
 
-    def by_name(self, values: NDArray[Any]) -> NDArray[Any]:
+    def by_name(self, values: NDArray[Scalar]) -> NDArray[Scalar]:
         """Values of the beads in the order of their names, which does not change while they move."""
         named = np.empty_like(values)
         named[self._name] = values
@@ -83,9 +83,9 @@ class DropletBeads(ColumnBeads):
     def move_with(
         self,
         droplet: Droplet,
-        gas: list[NDArray[Any]],
-        push: list[NDArray[Any]],
-        rate: NDArray[Any],
+        gas: list[Floats],
+        push: list[Floats],
+        rate: Floats,
     ) -> None:
         """`move` beads and droplet together: before, `in_water` (by name) has the rate (1/s) of the water's drag on those inside,
         `repelled` those that the vapour pushes off, `bonds` the bonds, `pressure_force` what the gas does to the droplet (N)."""
@@ -94,7 +94,7 @@ class DropletBeads(ColumnBeads):
         self.move(gas, push, rate)
         self.on_water /= self.given.time_step
 
-    def _feel(self, of_gas: NDArray[Any], span: float) -> None:
+    def _feel(self, of_gas: Floats, span: float) -> None:
         super()._feel(of_gas, span)
         droplet = self.droplet
         if droplet is None:
@@ -146,7 +146,7 @@ class DropletBeads(ColumnBeads):
             droplet.velocity[slot] += change / droplet.mass
 
 
-def lattice(given: DropletInput) -> NDArray[Any]:
+def lattice(given: DropletInput) -> Floats:
     """Places (n, 3; m) of one layer of parcels, disturbed by chance, from which they fall; the same seed gives the same ones."""
     rng, d = np.random.default_rng(given.seed), given.bead_diameter
     columns = int(given.width / (LATTICE * d))

@@ -20,11 +20,11 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Booleans, Floats
 from ..errors import SolveError
 from ..files.atomic_files import output_file
 from ..laws.conductivity import LocalBed, stagnant_conductivity
@@ -61,11 +61,11 @@ class Placed(NamedTuple):
     share of the beads outside, their speed relative to the gas (m/s), their drag (kg/m3/s), and the share of the circle."""
 
     weights: Weights
-    inside: NDArray[np.bool_]
-    share: NDArray[Any]
-    slip: NDArray[Any]
-    drag: NDArray[Any]
-    circle: NDArray[Any]
+    inside: Booleans
+    share: Floats
+    slip: Floats
+    drag: Floats
+    circle: Floats
 
 
 class DropletColumn:
@@ -91,7 +91,7 @@ class DropletColumn:
         self._books |= dict.fromkeys(("to_droplet", "carried_off", "by_vapour", "by_walls", "made", "left"), 0.0)
 
     @classmethod
-    def restored(cls, given: DropletInput, saved: Mapping[str, NDArray[Any]]) -> "DropletColumn":
+    def restored(cls, given: DropletInput, saved: Mapping[str, Floats]) -> "DropletColumn":
         """The column that `save` wrote a checkpoint of."""
         beads = DropletBeads(given, given.bead_diameter * saved["body"][:, :3], float(saved["fill"]))
         column = cls(given, beads)
@@ -174,7 +174,7 @@ class DropletColumn:
         ))  # fmt: skip
         return Placed(weights, inside, share, slip, drag, circle)
 
-    def _exchange_heat(self, placed: Placed, vapour: NDArray[Any]) -> tuple[float, float]:
+    def _exchange_heat(self, placed: Placed, vapour: Floats) -> tuple[float, float]:
         """Temperatures over a step, and the share of vapour; gives the heat to the droplet by the gas and by the grains
         inside, W."""
         weights, inside, share, slip = placed[:4]
@@ -224,7 +224,7 @@ class DropletColumn:
         books["left"] += given.density * gas.volume_flow * step
         return by_gas, by_beads
 
-    def conductivity(self, share: NDArray[Any]) -> NDArray[Any]:
+    def conductivity(self, share: Floats) -> Floats:
         """lambda_0 (W/m/K) of the bed at rest where grains fill a share, or what its gas conducts alone."""
         given = self.given
         porosity = np.clip(1.0 - share, 1.0 - LARGEST_SHARE, 1.0)
@@ -233,7 +233,7 @@ class DropletColumn:
         bed = replace(EMPTY, fluid_conductivity=given.conductivity, bead_conductivity=given.bead_conductivity)
         return np.asarray(stagnant_conductivity(bed, porosity))
 
-    def _move(self, placed: Placed) -> tuple[NDArray[Any], float]:
+    def _move(self, placed: Placed) -> tuple[Floats, float]:
         """Beads and droplet over a step; gives F_f (N; across, up) and the gas's force on the beads (N, up)."""
         weights, inside, share, _, drag, _ = placed
         given, grid, beads, droplet, gas = self.given, self.grid, self.beads, self.droplet, self.gas
@@ -253,7 +253,7 @@ class DropletColumn:
         beads.move_with(droplet, velocity, push, rate)
         return force, on_beads
 
-    def _rate_in_water(self, placed: Placed) -> NDArray[Any]:
+    def _rate_in_water(self, placed: Placed) -> Floats:
         """Rate (1/s) of the water's drag on beads inside, by the share of grains around each; 0 for the others."""
         given, grid, droplet, beads = self.given, self.grid, self.droplet, self.beads
         weights, inside = placed[:2]
@@ -266,7 +266,7 @@ class DropletColumn:
         drag = law(1.0 - share, given.grain_diameter, *properties, np.hypot(*relative))
         return np.asarray(inside * drag / share / given.bead_density)
 
-    def _record(self, by_gas: float, by_beads: float, force: NDArray[Any], on_beads: float, inside: int) -> None:
+    def _record(self, by_gas: float, by_beads: float, force: Floats, on_beads: float, inside: int) -> None:
         given, droplet, beads, books = self.given, self.droplet, self.beads, self._books
         gained = self._heat() - books["heat_at_first"]
         moved = books["by_vapour"] + books["by_walls"] - books["carried_off"] - books["to_droplet"]
@@ -304,7 +304,7 @@ class DropletColumn:
     def _gas_volume(self) -> float:
         return float((self.grid.volumes * self.gas.porosity).sum())
 
-    def save(self, path: Path, more: Mapping[str, NDArray[Any]]) -> None:
+    def save(self, path: Path, more: Mapping[str, Floats]) -> None:
         """Write a checkpoint, with `more` arrays, from which a column of the same input goes on to the same numbers."""
         droplet = self.droplet
         state = {

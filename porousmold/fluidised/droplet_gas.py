@@ -19,13 +19,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import solve_banded, solveh_banded
 
+from ..arrays import Floats
 from .column_grid import ColumnGrid, both_sides
 from .droplet_input import DropletInput
 
-Field = NDArray[Any]
+Field = Floats
 STATE = ("pressure", "temperature", "vapour", "porosity", "up", "across")
 """Names of the arrays that the gas goes on from."""
 
@@ -187,7 +187,8 @@ class DropletGas:
         for axis, (flux, conductance) in enumerate(zip(fluxes, conducting, strict=True)):
             ahead, back = np.maximum(flux, 0.0) + conductance, -np.minimum(flux, 0.0) + conductance
             upper, lower = np.zeros_like(diagonal), np.zeros_like(diagonal)
-            for values, first, second in ((diagonal, ahead, back), (lower, -ahead, 0.0), (upper, 0.0, -back)):
+            nothing = np.zeros_like(ahead)
+            for values, first, second in ((diagonal, ahead, back), (lower, -ahead, nothing), (upper, nothing, -back)):
                 one, other = both_sides(values, axis)
                 one += first
                 other += second

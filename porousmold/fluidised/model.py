@@ -21,9 +21,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import quad, solve_ivp
 
+from ..arrays import Floats
 from ..errors import InputError
 from ..laws import fluidisation
 from ..laws.materials import IdealGasDensity
@@ -197,7 +197,7 @@ class FluidisedBed:
             inner += thickness
         return volumes
 
-    def _rates(self, time: float, temperatures: NDArray[Any], height: float) -> tuple[NDArray[Any], float, float]:
+    def _rates(self, time: float, temperatures: Floats, height: float) -> tuple[Floats, float, float]:
         """dT/dt of beads and wall (K/s), heat from the gas and from outside (W); the wall is that of `height`."""
         bead, wall = temperatures
         operation, laws, state = self.scene.operation, self._laws, self.state(time, bead)
@@ -216,7 +216,7 @@ class FluidisedBed:
         rates = np.array([(from_gas - to_wall) / of_bed, (to_wall + outside) / of_wall])
         return rates, from_gas, outside
 
-    def march(self) -> tuple[dict[str, Any], Mapping[str, NDArray[Any]]]:
+    def march(self) -> tuple[dict[str, Any], Mapping[str, Floats]]:
         """Summary, and history (SI arrays by name) until the wall is within operation.heating_margin of the inlet's
         temperature, or operation.end_time."""
         operation = self.scene.operation
@@ -224,11 +224,11 @@ class FluidisedBed:
         warm = self.state(0.0, operation.inlet_temperature.values[-1])
         height = warm.height
 
-        def rates(time: float, unknowns: NDArray[Any]) -> list[float]:
+        def rates(time: float, unknowns: Floats) -> list[float]:
             change, from_gas, outside = self._rates(time, unknowns[:2], height)
             return [*change, from_gas / scale, outside / scale]
 
-        def deficit(time: float, unknowns: NDArray[Any]) -> float:
+        def deficit(time: float, unknowns: Floats) -> float:
             return float(abs(operation.inlet_temperature(time) - unknowns[1]) - operation.heating_margin)
 
         deficit.terminal = True  # type: ignore[attr-defined]

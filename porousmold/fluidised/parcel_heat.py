@@ -3,8 +3,8 @@
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Booleans, Floats
 from .column_grid import ColumnGrid
 
 
@@ -16,26 +16,24 @@ class ParcelHeat:
     that take on the mean of their cell again and again would conduct by themselves, h^2/3 per relaxation time: 8 times the
     bed."""
 
-    def __init__(self, grid: ColumnGrid, weights: Any, free: NDArray[np.bool_], heat_capacity: NDArray[Any]) -> None:
+    def __init__(self, grid: ColumnGrid, weights: Any, free: Booleans, heat_capacity: Floats) -> None:
         self._grid, self._weights, self._free, self._each = grid, weights, free, heat_capacity
         self._sum = np.maximum(grid.at(weights, 1.0 * free), 1e-12)
         self.capacity = self._spread(np.ones(len(heat_capacity)))
 
-    def _spread(self, values: NDArray[Any]) -> NDArray[Any]:
+    def _spread(self, values: Floats) -> Floats:
         """Sums of values times heat capacity at the nodes, J/K times theirs."""
         return np.asarray(self._free * self._grid.spread(self._weights, self._each * values / self._sum))
 
-    def mean(self, values: NDArray[Any]) -> NDArray[Any]:
+    def mean(self, values: Floats) -> Floats:
         """Of the parcels, at the nodes; 0 where there are none."""
         return np.asarray(self._spread(values) / np.maximum(self.capacity, 1e-30))
 
-    def at(self, field: NDArray[Any]) -> NDArray[Any]:
+    def at(self, field: Floats) -> Floats:
         """A field at the parcels."""
         return self._grid.at(self._weights, self._free * field) / self._sum
 
-    def add(
-        self, temperature: NDArray[Any], mean: NDArray[Any], change: NDArray[Any], bounds: tuple[float, float]
-    ) -> None:
+    def add(self, temperature: Floats, mean: Floats, change: Floats, bounds: tuple[float, float]) -> None:
         """Change temperatures so that the nodes' means change so far (K): those of colder parcels less where they cool down, as
         their distance from the lower bound (K), and of hotter ones less where they warm up."""
         before = temperature.copy()
@@ -44,7 +42,7 @@ class ParcelHeat:
             factor = np.divide(part, off, out=np.zeros_like(part), where=np.abs(off) > 1e-12)
             temperature += (self._each > 0.0) * self.at(factor) * (before - bound)
 
-    def relax(self, temperature: NDArray[Any], part: float) -> None:
+    def relax(self, temperature: Floats, part: float) -> None:
         """Take a part of what a parcel's temperature is off those around. A smooth profile, of which means are off by its
         curvature, stays: the operator is applied twice. None goes beyond those around, and what some give, the others get."""
         off = (self._each > 0.0) * (temperature - self.at(self.mean(temperature)))

@@ -6,10 +6,10 @@ r"""Cure of a thermosetting resin, an exothermic reaction of its degree of cure 
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+
+from ..arrays import Floats
 
 GAS_CONSTANT = 8.31446261815324
 """J/(mol K)."""
@@ -32,7 +32,7 @@ class Cure:
     heat: float
     initial: float
 
-    def constants(self, temperature: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+    def constants(self, temperature: Floats) -> tuple[Floats, Floats]:
         """k_1 and k_2 (1/s) at temperatures (K)."""
         kelvins = GAS_CONSTANT * temperature
         return (
@@ -40,14 +40,12 @@ class Cure:
             self.rate_2 * np.exp(-self.activation_energy_2 / kelvins),
         )
 
-    def rate(self, degree: NDArray[Any], temperature: NDArray[Any]) -> NDArray[Any]:
+    def rate(self, degree: Floats, temperature: Floats) -> Floats:
         """d alpha/dt (1/s) at degrees of cure and temperatures (K)."""
         first, second = self.constants(temperature)
         return (first + second * degree**self.order_m) * (1.0 - degree) ** self.order_n
 
-    def after(
-        self, known: NDArray[Any], theta: float, temperature: NDArray[Any], guess: NDArray[Any] | None = None
-    ) -> NDArray[Any]:
+    def after(self, known: Floats, theta: float, temperature: Floats, guess: Floats | None = None) -> Floats:
         """The alpha from `known` to 1 of (alpha - known)/theta = rate(alpha, T): a stage of a time scheme, theta in s.
 
         By Newton's method from a guess, with bisection where that leaves what encloses the root. What a stage's weights bring

@@ -10,8 +10,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 import ufl
-from numpy.typing import NDArray
 
+from ..arrays import Floats
 from ..errors import InputError, first_line
 from .conductivity import BEAD_CONDUCTION_LAWS, DISPERSION_LAWS, Anisotropic, BeadConduction, Dispersion, LocalBed
 from .drag import DRAG_LAWS, DragLaw
@@ -171,7 +171,7 @@ def _check(law: str, values: Any, count: int) -> None:
         raise InputError(f"{law} law", None, "gives numbers that are not finite")
 
 
-def _try(law: str, function: Function, *samples: Any) -> NDArray[Any]:
+def _try(law: str, function: Function, *samples: Any) -> Floats:
     """Call a law with arrays and with UFL numbers; its values for the arrays."""
     count = next(len(sample) for sample in samples if np.ndim(sample))
     with np.errstate(all="ignore"):

@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Floats, Integers
 from ..errors import InputError
 from ..files.tables import existing_file, read_columns
 from ..files.units import to_si
@@ -206,7 +206,7 @@ def _pint(unit: str) -> str:
     return unit.replace(" ", "*")
 
 
-def thinned(places: NDArray[Any], values: NDArray[Any]) -> tuple[NDArray[Any], float]:
+def thinned(places: Floats, values: Floats) -> tuple[Integers, float]:
     """Numbers of the points that straight lines need to follow (places, values) to `CLOSENESS`, at most `MOST_POINTS` of them,
     each the worst missed so far; and the part of the largest value that is missed."""
     kept = [0, len(values) - 1]

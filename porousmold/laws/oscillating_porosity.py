@@ -9,15 +9,13 @@ quoted as the literature on packed beds repeats it; the paper itself was not at 
 phi_b = 0.36.
 """
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Floats
 from .functions import Value
 
 
-def de_klerk(position: Value, bulk_porosity: Value) -> NDArray[Any]:
+def de_klerk(position: Value, bulk_porosity: Value) -> Floats:
     """Void fraction at wall distances `position` >= 0 (in bead diameters; array), far from the wall bulk_porosity."""
     z = np.asarray(position, float)
     inner = 2.14 * z**2 - 2.53 * z + 1.0

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Floats
 from ..errors import InputError
 from ..files.atomic_files import output_file
 from ..files.tables import read_rows
@@ -26,9 +26,9 @@ class PorosityProfile:
     everywhere, and no overshoot above 1 or below 0 between measured points.
     """
 
-    positions: NDArray[Any]
-    volume_porosity: NDArray[Any]
-    area_porosity: NDArray[Any]
+    positions: Floats
+    volume_porosity: Floats
+    area_porosity: Floats
     source: str
 
     @classmethod
@@ -67,7 +67,7 @@ class PorosityProfile:
         """phi_A (array) at wall distances (m)."""
         return self._interpolated(self.area_porosity, wall_distance, bead_diameter)
 
-    def _interpolated(self, values: NDArray[Any], wall_distance: Value, bead_diameter: float) -> Value:
+    def _interpolated(self, values: Floats, wall_distance: Value, bead_diameter: float) -> Value:
         place = np.clip(np.asarray(wall_distance) / bead_diameter, 0.0, self.positions[-1])
         from scipy.interpolate import PchipInterpolator  # a tenth of a second, which laws do without
 

@@ -12,11 +12,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Floats
 from ..errors import InputError
 from .functions import Value
 from .materials import UNITS, Fluid, IdealGasDensity, PiecewiseLinear
@@ -48,7 +47,7 @@ class RealGasDensity(IdealGasDensity):
 
 
 @cache
-def _states() -> dict[str, tuple[NDArray[Any], NDArray[Any]]]:
+def _states() -> dict[str, tuple[Floats, Floats]]:
     """By gas: pressures (n), and temperature, factor, heat capacity, viscosity and conductivity (n, 5, states) of the table."""
     with TABLE.open(newline="", encoding="utf-8") as file:
         rows = list(csv.reader(line for line in file if not line.startswith("#")))[1:]
@@ -78,7 +77,7 @@ def real_gas(fluid: Fluid, pressure: float, where: str | None = None) -> Fluid:
     constant = fluid.density.gas_constant
     span = float(temperatures[0]), float(temperatures[-1])
 
-    def law(values: NDArray[Any], unit: str) -> PiecewiseLinear:
+    def law(values: Floats, unit: str) -> PiecewiseLinear:
         return PiecewiseLinear(tuple(np.column_stack([temperatures, values]).ravel().tolist()), unit, SOURCE, span)
 
     covolume = law((factors - 1.0) * constant * temperatures / pressure, "m^3/kg")

@@ -18,16 +18,16 @@ from typing import Any, TypeAlias
 import numpy as np
 import ufl
 from dolfinx import fem, mesh
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from ..arrays import Booleans, Floats, Integers
 from . import fenicsx, ranks
 from .aliases import Communicator, Constant
 
 BED, WALL = 1, 2
 INLET, OUTLET, INTERFACE, OUTER, SYMMETRY, SIDE = 1, 2, 3, 4, 5, 6
 
-Marked: TypeAlias = Sequence[tuple[int, Callable[[NDArray[Any]], NDArray[Any]]]]
+Marked: TypeAlias = Sequence[tuple[int, Callable[[Floats], Booleans]]]
 """Tags, each with a function that tells which of the points (coordinates, points) it belongs to."""
 
 FACETS = {
@@ -54,7 +54,7 @@ class Domain:
     stations: Callable[[float], dict[str, tuple[float, ...]]]
     straight: bool = False
     layers: int = 1
-    columns: tuple[NDArray[Any], NDArray[Any]] | None = None
+    columns: tuple[Floats, Floats] | None = None
 
     @property
     def communicator(self) -> Any:
@@ -149,7 +149,7 @@ class Domain:
 
 def graded_coordinates(
     width: float, first_cell: float, growth: float, layer: float = 0.0, widest: float = math.inf
-) -> NDArray[Any]:
+) -> Floats:
     """Nodes from 0 (the wall) to `width`: cells from `first_cell` grow by at most `growth`, by its root up to the depth `layer`.
 
     The number of cells is the smallest with that growth; the first cell is met exactly unless it is wider than a uniform
@@ -158,7 +158,7 @@ def graded_coordinates(
     if first_cell >= width:
         return np.array([0.0, width])
 
-    def nodes(exponent: float, count: int | None = None) -> NDArray[Any]:
+    def nodes(exponent: float, count: int | None = None) -> Floats:
         size, depths = first_cell, [0.0]
         while depths[-1] < width if count is None else len(depths) <= count:
             depths.append(depths[-1] + size)
@@ -180,14 +180,14 @@ class Across:
     symmetry. A wall opposite, whose layers have `opposite_cells` outwards, comes before the bed, which is whole then, with its
     middle at 0."""
 
-    nodes: NDArray[Any]
+    nodes: Floats
     bed_cells: int
     walled: bool = True
     layer_cells: tuple[int, ...] = ()
     opposite_cells: tuple[int, ...] = ()
 
     @classmethod
-    def to_wall(cls, bed_nodes: NDArray[Any], layers: Sequence[NDArray[Any]] = ()) -> Any:
+    def to_wall(cls, bed_nodes: Floats, layers: Sequence[Floats] = ()) -> Any:
         """`bed_nodes` are distances from the wall, 0 to the bed's width; `layers` depths into each of the wall's, from 0."""
         places = [bed_nodes[-1] - bed_nodes[::-1]]
         for depths in layers:
@@ -195,9 +195,7 @@ class Across:
         return cls(np.concatenate(places), len(bed_nodes) - 1, True, tuple(len(depths) - 1 for depths in layers))
 
     @classmethod
-    def between_walls(
-        cls, bed_nodes: NDArray[Any], layers: Sequence[NDArray[Any]], opposite: Sequence[NDArray[Any]]
-    ) -> Any:
+    def between_walls(cls, bed_nodes: Floats, layers: Sequence[Floats], opposite: Sequence[Floats]) -> Any:
         """`bed_nodes` are distances from either wall, 0 to half of the bed's width; `layers` and those of the wall `opposite` are
         depths into each layer, from 0."""
         whole = np.concatenate([bed_nodes, 2.0 * bed_nodes[-1] - bed_nodes[-2::-1]])
@@ -206,7 +204,7 @@ class Across:
         nodes = np.concatenate([-outside[::-1], one.nodes - bed_nodes[-1]])
         return cls(nodes, one.bed_cells, True, one.layer_cells, other.layer_cells)
 
-    def layer_of(self, cells: NDArray[Any]) -> NDArray[Any]:
+    def layer_of(self, cells: Integers) -> Integers:
         """Number of the layer that each of the cells, counted from the first node, is in; 0 in the bed, 1, 2, ... outwards, those
         of the wall opposite after the others."""
         found = np.zeros(len(cells), int)
@@ -239,7 +237,7 @@ class Across:
 
 
 def straight_bed(
-    communicator: Communicator, axial_nodes: NDArray[Any], across: Sequence[Across], *, axisymmetric: bool = False
+    communicator: Communicator, axial_nodes: Floats, across: Sequence[Across], *, axisymmetric: bool = False
 ) -> Any:
     """Mesh of a straight bed along x[0] (`axial_nodes` from 0, m) with a wall outside it.
 
@@ -266,7 +264,7 @@ def straight_bed(
 def _boundary_markers(across: Sequence[Across]) -> tuple[list[tuple[int, Any]], list[tuple[int, Any]]]:
     """Tags with what marks their facets, on the unit square or cube: of the boundary, and inside."""
 
-    def in_bed(x: NDArray[Any], besides: int | None = None) -> Any:
+    def in_bed(x: Floats, besides: int | None = None) -> Any:
         return np.all(
             [
                 (x[axis] > (direction.bed_begin - 0.25) / direction.cells)

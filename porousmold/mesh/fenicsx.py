@@ -26,9 +26,9 @@ import numpy as np
 import ufl
 from dolfinx import fem, mesh
 from dolfinx.fem import petsc as fem_petsc
-from numpy.typing import NDArray
 from petsc4py import PETSc
 
+from ..arrays import Floats, Integers
 from ..errors import InputError
 from ..files.cache_folder import replacing_cache
 from ..files.subprocesses import forked
@@ -201,7 +201,7 @@ def flow_axis(domain: Any) -> Any:
     return next(axis for axis in domain.comm.allgather(mine) if axis is not None)
 
 
-def evaluate(expression: Expression, domain: Any, points: NDArray[Any]) -> Any:
+def evaluate(expression: Expression, domain: Any, points: Floats) -> Any:
     """Function that gives an expression's present values in all local cells at reference points: (cells, points x size)."""
     compiled = _expression_at(expression, domain, np.asarray(points))
     cells_map = domain.topology.index_map(domain.topology.dim)
@@ -240,7 +240,7 @@ class PointValues:
     def __init__(self, domain: Any, quadrature_degree: int | None = None) -> None:
         self._domain, self._degree = domain, quadrature_degree
         self._entries: list[Any] = []
-        self._parts: list[tuple[fem.Function, slice, NDArray[Any]]] = []
+        self._parts: list[tuple[fem.Function, slice, Floats]] = []
 
     def add(self, expression: Expression) -> Any:
         """A function (of a tensor the tensor of its entries) that has the expression's values once they are renewed."""
@@ -350,7 +350,7 @@ def compiled_expression(expression: Expression, space: Any) -> Any:
     return _expression_at(expression, space.mesh, points() if callable(points) else points)
 
 
-def _expression_at(expression: Expression, domain: Any, points: NDArray[Any]) -> Any:
+def _expression_at(expression: Expression, domain: Any, points: Floats) -> Any:
     if expression.ufl_domain() is None:  # a number: dolfinx wants to know where it lives
         zeros = [fem.Constant(domain, 0.0)] * max(int(np.prod(expression.ufl_shape)), 1)
         expression += ufl.as_vector(zeros) if expression.ufl_shape else zeros[0]
@@ -386,14 +386,14 @@ def array_length(space: Any) -> int:
     return int((space.dofmap.index_map.size_local + space.dofmap.index_map.num_ghosts) * space.dofmap.index_map_bs)
 
 
-def leaves(space: Any) -> list[tuple[Any, NDArray[Any]]]:
+def leaves(space: Any) -> list[tuple[Any, Integers]]:
     """(space, numbers in the whole) of every scalar or vector part of a space."""
     if space.num_sub_spaces == 0 or space.dofmap.index_map_bs > 1:
         return [(space, np.arange(array_length(space)))]
     return [collapse(space, part) for part in range(space.num_sub_spaces)]
 
 
-def collapse(space: Any, index: int) -> tuple[Any, NDArray[Any]]:
+def collapse(space: Any, index: int) -> tuple[Any, Integers]:
     """Collapsed subspace and the map from its unknowns to those of the mixed space (a collective call)."""
     subspace, numbers = space.sub(index).collapse()
     return subspace, np.asarray(numbers, dtype=np.int64).ravel()  # dolfinx 0.11 gives a list of such maps

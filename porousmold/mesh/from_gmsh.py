@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 from dolfinx import fem
-from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from ..arrays import Floats
 from ..errors import InputError
 from ..files.units import FARTHEST
 from . import fenicsx, gmsh_model
@@ -27,7 +27,7 @@ REQUIRED = ("inlet", "outlet", "interface")
 PLAIN_WALL = ("wall",)
 """Group of a wall without layers, which a mesh may lack."""
 
-Facets = Mapping[int, NDArray[Any]]
+Facets = Mapping[int, Floats]
 """Corners (facets, corners, coordinates) of the boundary's parts, by tag, in m."""
 
 
@@ -38,7 +38,7 @@ def from_file(
     *,
     dimension: int = 2,
     axisymmetric: bool = False,
-    cells_at_wall: Callable[[float], NDArray[Any]] | None = None,
+    cells_at_wall: Callable[[float], Floats] | None = None,
     trusted: bool = False,
     conventions: gmsh_model.Conventions | None = None,
 ) -> Any:
@@ -94,7 +94,7 @@ def _prepared(
     model: Any,
     dimension: int,
     regions: Mapping[str, int],
-    cells_at_wall: Callable[[float], NDArray[Any]] | None,
+    cells_at_wall: Callable[[float], Floats] | None,
     conventions: gmsh_model.Conventions,
     *,
     axisymmetric: bool,
@@ -219,7 +219,7 @@ def _along_surface(facets: Facets) -> tuple[float, Any]:
     return float(high[0] - low[0]), stations
 
 
-def _beside(facets: Facets, bed_side: NDArray[Any]) -> dict[str, tuple[float, ...]]:
+def _beside(facets: Facets, bed_side: Floats) -> dict[str, tuple[float, ...]]:
     named = {"bed_side": tuple(bed_side)}
     for name, tag in (("outer", OUTER), ("centre", SYMMETRY)):
         if tag in facets:
@@ -228,7 +228,7 @@ def _beside(facets: Facets, bed_side: NDArray[Any]) -> dict[str, tuple[float, ..
     return named
 
 
-def distance_to_facets(points: NDArray[Any], facets: NDArray[Any]) -> Any:
+def distance_to_facets(points: Floats, facets: Floats) -> Any:
     """Distance (m) of points (n, coordinates) to the nearest of the facets (m, corners, coordinates): segments in a plane,
     triangles or quadrilaterals in space, each of these taken as two triangles."""
     if facets.shape[1] == 4:
@@ -245,7 +245,7 @@ def distance_to_facets(points: NDArray[Any], facets: NDArray[Any]) -> Any:
     return result
 
 
-def _distances(points: NDArray[Any], facets: NDArray[Any]) -> Any:
+def _distances(points: Floats, facets: Floats) -> Any:
     """Distance of every point (n, coordinates) to each of its facets (n, facets, corners, coordinates)."""
     corners = np.moveaxis(facets, 2, 0)
     place = points[:, None]
@@ -263,7 +263,7 @@ def _distances(points: NDArray[Any], facets: NDArray[Any]) -> Any:
     return result
 
 
-def _to_segment(place: NDArray[Any], first: NDArray[Any], last: NDArray[Any]) -> Any:
+def _to_segment(place: Floats, first: Floats, last: Floats) -> Any:
     along, offset = last - first, place - first
     fraction = np.clip(np.sum(offset * along, axis=-1) / np.sum(along**2, axis=-1), 0.0, 1.0)
     return np.linalg.norm(offset - fraction[..., None] * along, axis=-1)

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Floats, Integers
 from ..files.gmsh_files import is_mesh, without_companions
 from ..mpi import LAUNCHERS
 
@@ -57,9 +57,9 @@ class Conventions:
 class PlainMesh:
     """Points (n, 3) in m; the nodes of the cells of every region and of the facets of every boundary, a row each, by tag."""
 
-    points: NDArray[Any]
-    cells: dict[int, NDArray[Any]]
-    facets: dict[int, NDArray[Any]]
+    points: Floats
+    cells: dict[int, Integers]
+    facets: dict[int, Integers]
 
 
 def open_model(
@@ -145,7 +145,7 @@ def read_model(model: Any, dimension: int, regions: Mapping[str, int], boundarie
     (those that a spline was drawn through) are left out. Raises `ValueError` for other than first-order elements."""
     tags, coordinates, _ = model.mesh.getNodes()
     numbers = {dimension: regions, dimension - 1: boundaries}
-    found: dict[int, dict[int, NDArray[Any]]] = {dimension: {}, dimension - 1: {}}
+    found: dict[int, dict[int, Floats]] = {dimension: {}, dimension - 1: {}}
     for group, tag in model.getPhysicalGroups():
         name = _group_name(model, group, tag)
         if name in numbers.get(group, {}):
@@ -166,7 +166,7 @@ def read_model(model: Any, dimension: int, regions: Mapping[str, int], boundarie
     return PlainMesh(points, cells, facets)
 
 
-def _elements(model: Any, dimension: int, tag: int) -> NDArray[Any]:
+def _elements(model: Any, dimension: int, tag: int) -> Integers:
     """gmsh's numbers of the nodes of a physical group's elements, a row each."""
     parts = []
     for entity in model.getEntitiesForPhysicalGroup(dimension, tag):

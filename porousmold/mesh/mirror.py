@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 from dolfinx import fem
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from ..arrays import Floats, Integers
 from . import fenicsx
 from .aliases import Communicator
 from .domain import Domain
@@ -50,12 +50,12 @@ class Mirror:
 class _Part:
     """The scalar or vector part of a space with some `numbers` in the whole."""
 
-    def __init__(self, space: Any, numbers: NDArray[Any], length: float) -> None:
+    def __init__(self, space: Any, numbers: Integers, length: float) -> None:
         self._communicator: Communicator = space.mesh.comm
         size, owned = space.dofmap.index_map_bs, space.dofmap.index_map.size_local
         self._numbers = numbers[: owned * size].reshape(owned, size)
         places = self._communicator.gather(space.tabulate_dof_coordinates()[:owned])
-        self._image: NDArray[Any] | None = None
+        self._image: Integers | None = None
         self._counts: list[int] = []
         if places is not None:
             self._counts = [len(part) for part in places]
@@ -64,7 +64,7 @@ class _Part:
             distances, self._image = cKDTree(everywhere).query(mirrored)
             assert distances.max(initial=0.0) < SAME_PLACE * length, "the ends of the mesh are not alike"
 
-    def mirror(self, array: NDArray[Any]) -> None:
+    def mirror(self, array: Floats) -> None:
         pieces = self._communicator.gather(array[self._numbers])
         if pieces is not None:
             whole = np.concatenate(pieces)[self._image]

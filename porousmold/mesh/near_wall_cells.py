@@ -8,11 +8,10 @@ meshes of triangles and tetrahedra each prism is divided into simplices, along d
 
 import functools
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Booleans, Floats, Integers
 from .gmsh_model import PlainMesh
 
 SHARE = 0.7
@@ -21,7 +20,7 @@ SHARPEST_EDGE = 0.5
 """Least cosine between the wall's normals at a node and their mean: of an edge of 120 degrees between two planes."""
 
 
-def gaps(mesh: PlainMesh, bed: int, interface: int) -> NDArray[Any]:
+def gaps(mesh: PlainMesh, bed: int, interface: int) -> Floats:
     """Width (m) of the gap that can be opened at each node of the interface (sorted): a share of the height of the bed's first
     cells over any of the wall's facets there, the least of those cells, and nowhere more than its median."""
     nodes, facets = np.unique(mesh.facets[interface]), mesh.facets[interface]
@@ -39,16 +38,14 @@ def gaps(mesh: PlainMesh, bed: int, interface: int) -> NDArray[Any]:
     return SHARE * np.minimum(heights[nodes], np.median(heights[nodes]))
 
 
-def _rows_at(rows: NDArray[Any], count: int) -> list[NDArray[Any]]:
+def _rows_at(rows: Integers, count: int) -> list[Integers]:
     """For every node the numbers of the rows that hold it."""
     order = np.argsort(rows, axis=None, kind="stable")
     ends = np.cumsum(np.bincount(rows.ravel(), minlength=count))
     return np.split(order // rows.shape[1], ends[:-1])
 
 
-def with_cells_at_wall(
-    mesh: PlainMesh, bed: int, interface: int, widths: NDArray[Any], fractions: NDArray[Any]
-) -> PlainMesh:
+def with_cells_at_wall(mesh: PlainMesh, bed: int, interface: int, widths: Floats, fractions: Floats) -> PlainMesh:
     """The mesh with cells between wall and bed, their nodes at these fractions (from 0 to 1) of the gap of `widths`, as `gaps`
     gives them.
 
@@ -68,7 +65,7 @@ def with_cells_at_wall(
     for number in range(1, levels):
         level[number, nodes] = count + (number - 1) * len(nodes) + np.arange(len(nodes))
 
-    def filled(bases: NDArray[Any]) -> NDArray[Any]:
+    def filled(bases: Integers) -> Integers:
         is_simplex = mesh.cells[bed].shape[1] == mesh.facets[interface].shape[1] + 1
         if is_simplex:
             bases = np.sort(bases, axis=1)
@@ -85,7 +82,7 @@ def with_cells_at_wall(
     return PlainMesh(points, cells, facets)
 
 
-def _prisms(low: NDArray[Any], high: NDArray[Any], *, cut: bool) -> NDArray[Any]:
+def _prisms(low: Integers, high: Integers, *, cut: bool) -> Integers:
     """Cells between two copies of facets: (facets, corners) each. Cut, simplices that follow the order of the corners."""
     corners = low.shape[1]
     if cut:
@@ -93,12 +90,12 @@ def _prisms(low: NDArray[Any], high: NDArray[Any], *, cut: bool) -> NDArray[Any]
     return np.hstack([low, high[:, ::-1] if corners == 2 else high])
 
 
-def _of_bed(mesh: PlainMesh, bed: int, facets: NDArray[Any]) -> NDArray[Any]:
+def _of_bed(mesh: PlainMesh, bed: int, facets: Integers) -> Booleans:
     """Which of the boundary's facets belong to the bed's cells."""
     return np.isin(facets, np.unique(mesh.cells[bed])).all(axis=1)
 
 
-def _sides(facets: NDArray[Any]) -> NDArray[Any]:
+def _sides(facets: Integers) -> Integers:
     """What bounds facets, a row each: points of segments, edges of triangles and quadrilaterals."""
     corners = facets.shape[1]
     if corners == 2:
@@ -107,13 +104,13 @@ def _sides(facets: NDArray[Any]) -> NDArray[Any]:
     return np.stack([facets, following], axis=2).reshape(-1, 2)
 
 
-def _rims(facets: NDArray[Any], interface: NDArray[Any]) -> NDArray[Any]:
+def _rims(facets: Integers, interface: Integers) -> Integers:
     """Points or edges that facets of the boundary share with those of the interface."""
     of_wall = {tuple(sorted(side)) for side in _sides(interface).tolist()}
     return np.array([side for side in _sides(facets).tolist() if tuple(sorted(side)) in of_wall], dtype=np.int64)
 
 
-def _unit_normals(corners: NDArray[Any]) -> NDArray[Any]:
+def _unit_normals(corners: Floats) -> Floats:
     """Of facets with these corners (facets, corners, 3)."""
     if corners.shape[1] == 2:
         along = corners[:, 1] - corners[:, 0]
@@ -124,7 +121,7 @@ def _unit_normals(corners: NDArray[Any]) -> NDArray[Any]:
     return normals / np.linalg.norm(normals, axis=1, keepdims=True)
 
 
-def _facet_normals(mesh: PlainMesh, bed: int, interface: int) -> NDArray[Any]:
+def _facet_normals(mesh: PlainMesh, bed: int, interface: int) -> Floats:
     """Unit normals of the interface's facets, into the bed. Raises `ValueError` for a facet that no cell of the bed has."""
     facets, cells = mesh.facets[interface], mesh.cells[bed]
     cells_at = _rows_at(cells, len(mesh.points))
@@ -137,7 +134,7 @@ def _facet_normals(mesh: PlainMesh, bed: int, interface: int) -> NDArray[Any]:
     return normals * np.sign(np.einsum("nk,nk->n", normals, inwards))[:, None]
 
 
-def _normals(mesh: PlainMesh, bed: int, interface: int) -> tuple[NDArray[Any], float]:
+def _normals(mesh: PlainMesh, bed: int, interface: int) -> tuple[Floats, float]:
     """At every node of the interface the vector into the bed along which a step of 1 draws back from all its facets by 1 at
     least; and the least cosine between a facet's normal and the mean at its nodes."""
     facets, normals = mesh.facets[interface], _facet_normals(mesh, bed, interface)
@@ -151,9 +148,7 @@ def _normals(mesh: PlainMesh, bed: int, interface: int) -> tuple[NDArray[Any], f
     return at_nodes / np.maximum(least, SHARPEST_EDGE)[:, None], float(cosines.min())
 
 
-def _along_boundary(
-    mesh: PlainMesh, bed: int, interface: int, nodes: NDArray[Any], moved: NDArray[Any]
-) -> NDArray[Any]:
+def _along_boundary(mesh: PlainMesh, bed: int, interface: int, nodes: Integers, moved: Floats) -> Floats:
     """The displacements of the nodes, without their parts across the boundary's other facets of the bed: those stay in
     their planes."""
     result = np.zeros_like(mesh.points)

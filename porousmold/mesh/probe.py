@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 from dolfinx import fem
-from numpy.typing import NDArray
 
+from ..arrays import Floats
 from . import fenicsx, ranks
 
 TOLERANCE = 1e-6
@@ -20,7 +20,7 @@ class PointProbe:
     Raises `ValueError` naming a point that lies in no cell.
     """
 
-    def __init__(self, domain: Any, points: NDArray[Any]) -> None:
+    def __init__(self, domain: Any, points: Floats) -> None:
         self._communicator = domain.communicator
         points = np.asarray(points, dtype=float)
         corners = domain.mesh.geometry.x[fenicsx.cell_vertices(domain.mesh)][:, :, : domain.mesh.geometry.dim]
@@ -61,13 +61,13 @@ class PointProbe:
         return ranks.maximum(self._communicator, result)
 
 
-def _gradients(point: NDArray[Any], corners: NDArray[Any]) -> Any:
+def _gradients(point: Floats, corners: Floats) -> Any:
     """Gradients of the cell's shape functions at the point: (functions, coordinates)."""
     slopes = _slopes(_reference_coordinates(point, corners), len(corners))
     return slopes @ np.linalg.inv(corners.T @ slopes)
 
 
-def _locate(point: NDArray[Any], corners: NDArray[Any]) -> Any:
+def _locate(point: Floats, corners: Floats) -> Any:
     """The cells that hold the point, each with the weights of its corners."""
     low, high = corners.min(axis=1), corners.max(axis=1)
     room = TOLERANCE * (high - low)
@@ -81,12 +81,12 @@ def _locate(point: NDArray[Any], corners: NDArray[Any]) -> Any:
     return found
 
 
-def _factors(place: NDArray[Any]) -> list[Any]:
+def _factors(place: Floats) -> list[Any]:
     """1 - s and s of every coordinate: what the functions of a quadrilateral or hexahedron are products of."""
     return [np.array([1.0 - s, s]) for s in place]
 
 
-def _product(factors: Sequence[NDArray[Any]]) -> Any:
+def _product(factors: Sequence[Floats]) -> Any:
     """Products of one entry of each factor, the first one's varying fastest."""
     result = np.ones(1)
     for factor in factors:
@@ -94,13 +94,13 @@ def _product(factors: Sequence[NDArray[Any]]) -> Any:
     return result
 
 
-def _shape_functions(place: NDArray[Any], count: int | None) -> Any:
+def _shape_functions(place: Floats, count: int | None) -> Any:
     if count == len(place) + 1:  # a triangle
         return np.array([1.0 - sum(place), *place])
     return _product(_factors(place))
 
 
-def _slopes(place: NDArray[Any], count: int | None) -> NDArray[Any]:
+def _slopes(place: Floats, count: int | None) -> Floats:
     """Derivatives of the shape functions: (functions, coordinates)."""
     dimension = len(place)
     if count == dimension + 1:
@@ -113,7 +113,7 @@ def _slopes(place: NDArray[Any], count: int | None) -> NDArray[Any]:
     return np.column_stack(columns)
 
 
-def _reference_coordinates(point: NDArray[Any], corners: NDArray[Any]) -> Any:
+def _reference_coordinates(point: Floats, corners: Floats) -> Any:
     """Newton's method on the cell's (multi)linear map; one iteration is exact for simplices and parallelepipeds."""
     count, dimension = corners.shape
     place = np.full(dimension, 1.0 / (dimension + 1) if count == dimension + 1 else 0.5)

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 from dolfinx import fem
 from mpi4py import MPI
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Floats
 from .aliases import Communicator
 
 
@@ -28,14 +29,14 @@ def anywhere(communicator: Communicator, flag: bool) -> bool:
     return bool(_reduced(communicator, flag, MPI.MAX))
 
 
-def extremes(communicator: Communicator, values: NDArray[Any]) -> tuple[float, float]:
+def extremes(communicator: Communicator, values: Floats) -> tuple[float, float]:
     """Smallest and largest of all elements on all ranks; (inf, -inf) where there are none."""
     ends = [-np.min(values, initial=np.inf), np.max(values, initial=-np.inf)]
     low, high = _reduced(communicator, ends, MPI.MAX)
     return -float(low), float(high)
 
 
-def largest_magnitude(communicator: Communicator, values: NDArray[Any]) -> float:
+def largest_magnitude(communicator: Communicator, values: Floats) -> float:
     """Largest magnitude of all elements on all ranks; 0 where there are none."""
     return float(_reduced(communicator, np.max(np.abs(values), initial=0.0), MPI.MAX))
 

@@ -16,8 +16,8 @@ from typing import Any
 import h5py
 import numpy as np
 from dolfinx import fem
-from numpy.typing import NDArray
 
+from ..arrays import Floats
 from ..errors import InputError
 from ..mesh import fenicsx
 from ..mesh.aliases import Communicator
@@ -44,7 +44,7 @@ class NodeOrder:
                 order = np.lexsort(np.round(everywhere / extent, 10).T[::-1])
             self._parts.append((numbers[: owned * size].reshape(owned, size), order))
 
-    def gather(self, array: NDArray[Any]) -> NDArray[Any] | None:
+    def gather(self, array: Floats) -> Floats | None:
         """The whole array on rank 0, None on the others."""
         wholes = []
         for numbers, order in self._parts:
@@ -53,7 +53,7 @@ class NodeOrder:
                 wholes.append(np.concatenate(pieces)[order].ravel())
         return np.concatenate(wholes) if wholes else None
 
-    def scatter(self, whole: NDArray[Any]) -> NDArray[Any]:
+    def scatter(self, whole: Floats) -> Floats:
         """The local array, ghosts included, from rank 0's whole one."""
         function = fem.Function(self._function_space)
         start = 0
@@ -93,7 +93,7 @@ class Checkpoint:
     identity: str
     outcomes: list[Any]
     numbers: dict[str, Any]
-    arrays: dict[str, NDArray[Any]]
+    arrays: dict[str, Floats]
 
     def restore(self, part: Stateful) -> None:
         """Bring a newly made simulation of the same scene to the saved state (collective)."""
@@ -133,7 +133,7 @@ def read(path: Path, communicator: Communicator) -> Checkpoint | None:
         try:
             with h5py.File(io.BytesIO(_sound(path.read_bytes()))) as file:
                 content = json.loads(file["numbers"][()].tobytes())
-                arrays: dict[str, NDArray[Any]] = {}
+                arrays: dict[str, Floats] = {}
 
                 def keep(name: str, item: Any) -> None:
                     if isinstance(item, h5py.Dataset):

@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.animation import FuncAnimation, PillowWriter
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 from scipy import sparse
 
+from ..arrays import Floats, Integers
 from ..errors import InputError
 from ..files.xdmf import read_fields
 from .figures import STYLE, plt, save
@@ -110,7 +110,7 @@ def _temperatures(folder: Path, history: Columns, marks: Mapping[str, float]) ->
     return save(figure, folder / "temperatures.png")
 
 
-def _time_axis(history: Any) -> tuple[NDArray[Any], str, float]:
+def _time_axis(history: Any) -> tuple[Floats, str, float]:
     """Times as they are drawn, their unit, and the factor on seconds."""
     sign, size = time_unit(history["time"][-1])
     return np.array(history["time"]) / size, sign, 1.0 / size
@@ -310,12 +310,12 @@ class _Section(NamedTuple):
     title: str
     field: str
     along: str
-    x: NDArray[Any]
-    y: NDArray[Any]
-    triangles: NDArray[Any]
+    x: Floats
+    y: Floats
+    triangles: Floats
     weights: Any
 
-    def draw(self, axes: Any, fields: Mapping[str, NDArray[Any]], levels: NDArray[Any]) -> Any:
+    def draw(self, axes: Any, fields: Mapping[str, Floats], levels: Floats) -> Any:
         """Draw the field of a time as filled contours, with the interface of bed and wall."""
         bed, values = self.weights @ fields["in_bed"] > 0.99, self.weights @ fields[self.field] - 273.15
         in_bed = np.all(bed[self.triangles], axis=1)
@@ -328,7 +328,7 @@ class _Section(NamedTuple):
         return drawn
 
 
-def _sections(nodes: NDArray[Any], cells: NDArray[Any]) -> list[_Section]:
+def _sections(nodes: Floats, cells: Integers) -> list[_Section]:
     """Of a flat mesh fluid and beads; of another one the plane of symmetry and a section across the flow."""
     if nodes.shape[1] == 2:
         everything = nodes[:, 0], 1e3 * nodes[:, 1], triangles_of(cells), sparse.identity(len(nodes), format="csr")
@@ -348,7 +348,7 @@ def _sections(nodes: NDArray[Any], cells: NDArray[Any]) -> list[_Section]:
     return sections
 
 
-def _levels(steps: Mapping[float, Mapping[str, NDArray[Any]]]) -> tuple[NDArray[Any], list[float]]:
+def _levels(steps: Mapping[float, Mapping[str, Floats]]) -> tuple[Floats, list[float]]:
     """Contours (°C) over all times, and ticks among them."""
     shown = ("temperature", "bead_temperature")
     reached = np.concatenate([fields[name] for fields in steps.values() for name in shown if name in fields]) - 273.15

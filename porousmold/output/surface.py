@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib import cm, colors
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
-from numpy.typing import NDArray
 
+from ..arrays import Booleans, Integers
 from ..files.xdmf import read_fields
 from .figures import plt, save
 
@@ -29,7 +29,7 @@ def in_three_dimensions(folder: Path) -> bool:
         return any("Hexahedron" in line or "Tetrahedron" in line for line in itertools.islice(file, 10))
 
 
-def outer_faces(cells: NDArray[Any], in_bed: NDArray[Any]) -> NDArray[Any]:
+def outer_faces(cells: Integers, in_bed: Booleans) -> Integers:
     """Corners of the faces that belong to one cell alone and touch no bed, a row each; `in_bed` tells it of every node."""
     faces = np.concatenate([cells[:, list(corners)] for corners in FACES[cells.shape[1]]])
     _, first, counts = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)

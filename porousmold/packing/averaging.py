@@ -22,9 +22,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from ..arrays import Floats
 from ..errors import InputError
 from .packing import Packing
 
@@ -36,11 +36,11 @@ SAMPLES = 1000
 LARGEST_GRID = 5_000_000
 
 
-def _broadcast(rev_radius: float, bead_radius: float, distance: NDArray[Any]) -> Any:
+def _broadcast(rev_radius: float, bead_radius: float, distance: Floats) -> Any:
     return np.broadcast_arrays(*(np.asarray(value, float) for value in (rev_radius, bead_radius, distance)))
 
 
-def lens_volume(rev_radius: float, bead_radius: float, distance: NDArray[Any]) -> NDArray[Any]:
+def lens_volume(rev_radius: float, bead_radius: float, distance: Floats) -> Floats:
     """Volume (m³) that a bead takes from an REV, eq. 5.59 with the nested cases; arrays in m that broadcast, R and r > 0."""
     rev, bead, s = _broadcast(rev_radius, bead_radius, distance)
     nested = s <= np.abs(rev - bead)
@@ -51,7 +51,7 @@ def lens_volume(rev_radius: float, bead_radius: float, distance: NDArray[Any]) -
     return np.where(nested, whole, np.where(s >= rev + bead, 0.0, lens))
 
 
-def lens_area(rev_radius: float, bead_radius: float, distance: NDArray[Any]) -> NDArray[Any]:
+def lens_area(rev_radius: float, bead_radius: float, distance: Floats) -> Floats:
     """Surface (m²) of an REV that lies within a bead, eq. 5.60 with the nested cases; as `lens_volume`."""
     rev, bead, s = _broadcast(rev_radius, bead_radius, distance)
     nested = s <= np.abs(rev - bead)
@@ -92,12 +92,12 @@ class MeasuredProfile:
     phi_v and phi_a are the porosities of the averaging spheres; the first row is the wall itself, where both are 1.
     """
 
-    position: NDArray[Any]
-    phi_v: NDArray[Any]
-    phi_a: NDArray[Any]
-    phi_v_error: NDArray[Any]
-    phi_a_error: NDArray[Any]
-    samples: NDArray[Any]
+    position: Floats
+    phi_v: Floats
+    phi_a: Floats
+    phi_v_error: Floats
+    phi_a_error: Floats
+    samples: Floats
 
     @property
     def has_bulk(self) -> bool:
@@ -131,7 +131,7 @@ def _limits(packing: Packing, bed_height: float | None) -> tuple[Any, ...]:
     return 0.5 * largest, high - 0.5 * largest
 
 
-def _profile(packing: Packing, points: NDArray[Any], distance: NDArray[Any], group: Any, groups: Any) -> Any:
+def _profile(packing: Packing, points: Floats, distance: Floats, group: Any, groups: Any) -> Any:
     """A `MeasuredProfile` of REVs at points, whose wall distances are in the groups given."""
     diameter = packing.bead_diameter
     radii = np.minimum(distance, 0.5 * MAXIMUM_DIAMETER_RATIO * diameter)
@@ -148,7 +148,7 @@ def _profile(packing: Packing, points: NDArray[Any], distance: NDArray[Any], gro
     return MeasuredProfile(*(np.concatenate((start, column)) for start, column in zip(first, columns, strict=True)))
 
 
-def _block_error(values: NDArray[Any], height: Any, group: Any, groups: Any) -> NDArray[Any]:
+def _block_error(values: Floats, height: Any, group: Any, groups: Any) -> Floats:
     """Standard errors (groups) of group means from the scatter of blocks of the bed along z; nan from a single block."""
     low, high = height.min(), height.max()
     block = np.minimum((BLOCKS * (height - low) / max(high - low, 1e-300)).astype(int), BLOCKS - 1)
@@ -196,7 +196,7 @@ def stratified_profile(
 
 
 def stratified_points(
-    packing: Packing, low: Any, high: Any, samples: NDArray[Any], strata: Any, seed: int
+    packing: Packing, low: Any, high: Any, samples: Floats, strata: Any, seed: int
 ) -> tuple[Any, ...]:
     """Points (m, 3) between heights low and high (m), `samples` (one number each) in the strata of y/d, with the numbers
     of their strata; and the edges of the strata that the container reaches by at least half their width."""

@@ -27,15 +27,14 @@ Radiation and rarefied gas in the gaps are left out.
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_matrix, diags
 from scipy.sparse.linalg import spsolve
 from scipy.spatial import Voronoi
 from scipy.special import roots_legendre
 
+from ..arrays import Booleans, Floats, Integers
 from ..errors import InputError
 from ..laws.conductivity import LocalBed, stagnant_conductivity
 from .container import Slab
@@ -55,23 +54,23 @@ CORE = 3.0
 
 def line_conductance(
     radius: float,
-    half_gap: NDArray[Any],
-    face_radius: NDArray[Any],
+    half_gap: Floats,
+    face_radius: Floats,
     bead_conductivity: float,
     fluid_conductivity: float,
-) -> NDArray[Any]:
+) -> Floats:
     """h_lines (W/K) of pairs of beads, by half of their gap and the radius of their face (m)."""
     return _in_parallel(_lines(radius, half_gap, face_radius), bead_conductivity, fluid_conductivity)
 
 
 def pair_conductance(
     radius: float,
-    half_gap: NDArray[Any],
-    face_radius: NDArray[Any],
+    half_gap: Floats,
+    face_radius: Floats,
     bead_conductivity: float,
     fluid_conductivity: float,
-    contact_radius: NDArray[Any] | float = 0.0,
-) -> NDArray[Any]:
+    contact_radius: Floats | float = 0.0,
+) -> Floats:
     """h (W/K) of pairs of beads, their inside included; `contact_radius` (m) of each, 0 where they do not touch."""
     reach, contrast = radius + half_gap, bead_conductivity - fluid_conductivity
     area, solid, fluid = lines = _lines(radius, half_gap, face_radius)
@@ -87,7 +86,7 @@ def pair_conductance(
     return np.where(of_lines > whole, within, outside + (whole - of_lines) * other)
 
 
-def _lines(radius: float, half_gap: NDArray[Any], face_radius: NDArray[Any]) -> tuple[NDArray[Any], ...]:
+def _lines(radius: float, half_gap: Floats, face_radius: Floats) -> tuple[Floats, ...]:
     """Of each line (nodes, pairs): its section (m2), and its length in the beads and in the fluid (m)."""
     reach, rim, s = radius + half_gap, np.minimum(radius, face_radius), _NODES[:, None]
     r, dr = rim * s**2, 2.0 * rim * s  # steep at the axis where beads touch
@@ -96,7 +95,7 @@ def _lines(radius: float, half_gap: NDArray[Any], face_radius: NDArray[Any]) -> 
     return area, 2.0 * np.maximum(height - r * reach / face_radius, 0.0), 2.0 * (reach - height)
 
 
-def _in_parallel(lines: tuple[NDArray[Any], ...], bead_conductivity: float, fluid_conductivity: float) -> NDArray[Any]:
+def _in_parallel(lines: tuple[Floats, ...], bead_conductivity: float, fluid_conductivity: float) -> Floats:
     area, solid, fluid = lines
     return np.asarray((area / (solid / bead_conductivity + fluid / fluid_conductivity)).sum(axis=0))
 
@@ -111,10 +110,10 @@ class Conduction:
     core: float
     overall: float
     wall_coefficient: float
-    wall_distance: NDArray[Any]
-    temperature: NDArray[Any]
-    conductivity_places: NDArray[Any]
-    conductivity: NDArray[Any]
+    wall_distance: Floats
+    temperature: Floats
+    conductivity_places: Floats
+    conductivity: Floats
     core_porosity: float
 
 
@@ -188,8 +187,8 @@ def zehner_bauer_schluender(
 
 
 def _faces(
-    beads: NDArray[Any], container: Slab, diameter: float, low: float, high: float
-) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any], NDArray[Any], NDArray[Any]]:
+    beads: Floats, container: Slab, diameter: float, low: float, high: float
+) -> tuple[Integers, Integers, Floats, Floats, Booleans]:
     """Faces of the Voronoi cells: the two beads, the area (m2), the distance of the centres (m), and whether it lies in a wall.
 
     Each pair stands once."""
@@ -217,8 +216,8 @@ def _faces(
 
 
 def _with_mirrors(
-    points: NDArray[Any], owners: NDArray[Any], axis: int, planes: tuple[float, float], reach: float
-) -> tuple[NDArray[Any], NDArray[Any]]:
+    points: Floats, owners: Integers, axis: int, planes: tuple[float, float], reach: float
+) -> tuple[Floats, Integers]:
     """Points with their mirror images beyond two planes across an axis, within the reach, and the beads that they belong to."""
     images, of = [points], [owners]
     for plane in planes:
@@ -230,20 +229,20 @@ def _with_mirrors(
     return np.concatenate(images), np.concatenate(of)
 
 
-def _area(corners: NDArray[Any]) -> float:
+def _area(corners: Floats) -> float:
     from_middle = corners - corners.mean(axis=0)
     return float(0.5 * np.linalg.norm(np.cross(from_middle, np.roll(from_middle, -1, axis=0)).sum(axis=0)))
 
 
 def _solved(
-    beads: NDArray[Any],
+    beads: Floats,
     container: Slab,
     diameter: float,
     height: float,
-    first: NDArray[Any],
-    second: NDArray[Any],
-    pairs: NDArray[Any],
-    is_wall: NDArray[Any],
+    first: Integers,
+    second: Integers,
+    pairs: Floats,
+    is_wall: Booleans,
 ) -> Conduction:
     """Temperatures of the beads between walls at -0.5 and 0.5, and what follows."""
     count, across = len(beads), beads[:, 0]
@@ -275,9 +274,7 @@ def _solved(
     )
 
 
-def _profile(
-    distance: NDArray[Any], temperature: NDArray[Any], half: float, diameter: float
-) -> tuple[NDArray[Any], NDArray[Any]]:
+def _profile(distance: Floats, temperature: Floats, half: float, diameter: float) -> tuple[Floats, Floats]:
     """Mean wall distance and temperature of the beads' layers, a bead diameter thick each."""
     edges = np.arange(0.0, half + 0.5 * diameter, diameter)
     layer = np.digitize(distance, edges)

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Floats
 from ..errors import InputError
 
 _FLOOR = (0.0, 0.0, 1.0, 0.0)
@@ -23,7 +23,7 @@ class Cylinder:
     diameter: float
 
     @property
-    def half_widths(self) -> NDArray[Any]:
+    def half_widths(self) -> Floats:
         """Half extents in x and y (m)."""
         return np.array([0.5 * self.diameter, 0.5 * self.diameter])
 
@@ -45,7 +45,7 @@ class Cylinder:
         """Of the cylindrical wall (m)."""
         return 0.5 * self.diameter
 
-    def wall_distance(self, points: NDArray[Any]) -> Any:
+    def wall_distance(self, points: Floats) -> Any:
         """Distance (n) to the wall (not the floor) of points (n, 3), negative outside, in m."""
         return self.radius - np.hypot(points[:, 0], points[:, 1])
 
@@ -60,7 +60,7 @@ class Box:
     radius = 0.0
 
     @property
-    def half_widths(self) -> NDArray[Any]:
+    def half_widths(self) -> Floats:
         """Half extents in x and y (m)."""
         return np.array([0.5 * self.width, 0.5 * self.depth])
 
@@ -80,7 +80,7 @@ class Box:
         x, y = self.half_widths
         return (_FLOOR, (1.0, 0.0, 0.0, x), (-1.0, 0.0, 0.0, x), (0.0, 1.0, 0.0, y), (0.0, -1.0, 0.0, y))
 
-    def wall_distance(self, points: NDArray[Any]) -> Any:
+    def wall_distance(self, points: Floats) -> Any:
         """Distance (n) to the nearest wall (not the floor) of points (n, 3), negative outside, in m."""
         return (self.half_widths - np.abs(points[:, :2])).min(axis=1)
 
@@ -94,7 +94,7 @@ class Slab:
     radius = 0.0
 
     @property
-    def half_widths(self) -> NDArray[Any]:
+    def half_widths(self) -> Floats:
         """Half extents in x and y (m)."""
         return np.array([0.5 * self.gap, 0.5 * self.width])
 
@@ -118,7 +118,7 @@ class Slab:
         """Inward unit normals and offsets of floor and walls."""
         return (_FLOOR, (1.0, 0.0, 0.0, 0.5 * self.gap), (-1.0, 0.0, 0.0, 0.5 * self.gap))
 
-    def wall_distance(self, points: NDArray[Any]) -> Any:
+    def wall_distance(self, points: Floats) -> Any:
         """Distance (n) to the nearer wall (not the floor) of points (n, 3), negative outside, in m."""
         return 0.5 * self.gap - np.abs(points[:, 0])
 

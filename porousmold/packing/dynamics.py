@@ -26,7 +26,8 @@ from typing import Any
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
+
+from ..arrays import Floats, Integers
 
 SPRING_RATIO = 2.0 / 7.0
 FIXED = 1e30
@@ -47,7 +48,7 @@ def contact_time(stiffness: float, restitution: float, mass: float = 1.0) -> flo
     return math.pi * math.sqrt(0.5 * mass / (stiffness * (1.0 - _damping(restitution) ** 2)))
 
 
-def no_pairs(count: int) -> tuple[NDArray[Any], ...]:
+def no_pairs(count: int) -> tuple[Integers, Integers, Floats, Floats]:
     """The Verlet list of so many beads before the first one is made."""
     return np.zeros(count + 1, np.int64), np.zeros(0, np.int64), np.zeros(0), np.zeros((0, 3))
 
@@ -60,7 +61,7 @@ def _damping(restitution: float) -> float:
 @njit(cache=True, error_model="numpy", fastmath=True)
 def place(
     rng: np.random.Generator,
-    position: NDArray[Any],
+    position: Floats,
     radius: Any,
     low: Any,
     high: Any,
@@ -111,7 +112,7 @@ def place(
 
 
 @njit(cache=True)
-def _grid(span: Any, size: NDArray[Any], period: Any, count: int) -> Any:  # pragma: no cover
+def _grid(span: Any, size: Floats, period: Any, count: int) -> Any:  # pragma: no cover
     """Cells of at least `size` along each side, some ten per bead at most; a periodic side has one cell or at least three,
     so that none is met twice."""
     cells = np.empty(3, np.int64)
@@ -147,7 +148,7 @@ def _around(cell: Any, cells: Any, period: Any, found: Any) -> Any:  # pragma: n
 
 @njit(cache=True, error_model="numpy", fastmath=True)
 def _pairs(
-    place: NDArray[Any], cell: Any, first: Any, cells: Any, skin: float, period: Any, start: Any, partner: Any
+    place: Floats, cell: Any, first: Any, cells: Any, skin: float, period: Any, start: Any, partner: Any
 ) -> Any:  # pragma: no cover
     """Fills start and partner of a Verlet list; gives the number of pairs, of which those that fit are in `partner`."""
     total = 0
@@ -186,8 +187,8 @@ def _pairs(
 @njit(cache=True, error_model="numpy", fastmath=True)
 def renew_pairs(
     body: Any,
-    size: NDArray[Any],
-    name: NDArray[Any],
+    size: Floats,
+    name: Floats,
     wall_spring: Any,
     pairs: Any,
     skin: float,
@@ -295,7 +296,7 @@ def _friction(
 def advance(
     body: Any,
     load: Any,
-    size: NDArray[Any],
+    size: Floats,
     pairs: Any,
     walls: Any,
     wall_spring: Any,

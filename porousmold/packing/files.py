@@ -34,8 +34,8 @@ from typing import Any, NamedTuple
 
 import h5py
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Floats
 from ..errors import InputError
 from ..files.atomic_files import output_file
 from ..files.tables import LARGEST_TEXT, SEPARATORS, refuse_odd, text_of
@@ -53,7 +53,7 @@ class Placement(NamedTuple):
     floor: float = 0.0
     centre: tuple[float, float] = (0.0, 0.0)
 
-    def upright(self, positions: NDArray[Any]) -> NDArray[Any]:
+    def upright(self, positions: Floats) -> Floats:
         """Positions (n, 3) with the container's axis as z, its floor at 0 and its centre at the origin."""
         upright = "xyz".index(self.axis)
         turned = positions[:, [(upright + 1) % 3, (upright + 2) % 3, upright]]
@@ -117,7 +117,7 @@ def _read_compressed(path: Path, box: Any, bead_diameter: Any, placement: Placem
             raise InputError(error.key, str(path), error.allowed, error.where) from error
 
 
-def _packing(path: str | Path, positions: Any, diameters: NDArray[Any], box: Any, made: Any) -> Any:
+def _packing(path: str | Path, positions: Any, diameters: Floats, box: Any, made: Any) -> Any:
     try:
         return Packing(positions, diameters, box, made)
     except InputError as error:
@@ -265,7 +265,7 @@ def placed_bounds(path: str | Path, kind: str, axis: str) -> tuple[Any, Placemen
     return container(kind, sizes), Placement(axis, float(bounds[upright, 0]), (middle[0], middle[1]))
 
 
-def _unscaled(path: str | Path, lines: Any, end: Any, scaled: Any) -> list[NDArray[Any]]:
+def _unscaled(path: str | Path, lines: Any, end: Any, scaled: Any) -> list[Floats]:
     """Places from those in parts of the box; of a tilted box the dump has the limits of what bounds it (LAMMPS's manual on
     triclinic boxes)."""
     heads = [number for number, line in enumerate(lines[:end]) if line.startswith("ITEM: BOX BOUNDS")]
@@ -305,7 +305,7 @@ def _read_extxyz(path: str | Path, lines: Any) -> Any:
             raise InputError(KEY, str(path), f"has no column for {name} in its Properties")
         offset += spans[name][1]
     cells = [row.split() for row in rows]
-    columns: dict[str, NDArray[Any]] = {}
+    columns: dict[str, Floats] = {}
     for name in ("pos", "radius", "diameter"):
         if name in spans:
             first, width = spans[name]
@@ -323,7 +323,7 @@ def _places(path: str | Path, columns: Any) -> tuple[Any, ...]:
     return positions, columns.get("diameter")
 
 
-def _numbers(path: str | Path, rows: Any, width: float) -> NDArray[Any]:
+def _numbers(path: str | Path, rows: Any, width: float) -> Floats:
     if not rows:
         raise InputError(KEY, str(path), "holds no beads")
     if any(len(row) != width for row in rows):

@@ -8,13 +8,13 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares, minimize_scalar
 
+from ..arrays import Floats
 from ..laws.porosity import POROSITY_MODELS
 
 
-def r_squared(values: NDArray[Any], predicted: Any) -> float:
+def r_squared(values: Floats, predicted: Any) -> float:
     """Coefficient of determination of predictions for values (arrays of one shape)."""
     values = np.asarray(values, float)
     return float(1.0 - ((values - predicted) ** 2).sum() / ((values - values.mean()) ** 2).sum())
@@ -29,7 +29,7 @@ class Score:
     fitted: float
 
 
-def model_scores(position: NDArray[Any], porosity: NDArray[Any], bulk_porosity: float = 0.4) -> Any:
+def model_scores(position: Floats, porosity: Floats, bulk_porosity: float = 0.4) -> Any:
     """`Score` of every exponential law for porosities at wall distances `position` (in bead diameters)."""
     position = np.asarray(position, float)
     scores = {}
@@ -50,10 +50,10 @@ def model_scores(position: NDArray[Any], porosity: NDArray[Any], bulk_porosity: 
 class PiecewiseLinear:
     """Straight lines between knots (wall distance in bead diameters, porosity); constant beyond the last."""
 
-    knots: NDArray[Any]
-    values: NDArray[Any]
+    knots: Floats
+    values: Floats
 
-    def __call__(self, position: NDArray[Any]) -> Any:
+    def __call__(self, position: Floats) -> Any:
         """Porosity at wall distances in bead diameters."""
         return np.interp(position, self.knots, self.values)
 
@@ -63,7 +63,7 @@ def profile_fits(profile: Any) -> Any:
     return tuple(piecewise_linear(profile.position, values) for values in (profile.phi_v, profile.phi_a))
 
 
-def piecewise_linear(position: NDArray[Any], porosity: NDArray[Any], segments: int = 4) -> Any:
+def piecewise_linear(position: Floats, porosity: Floats, segments: int = 4) -> Any:
     """The continuous piecewise-linear least-squares fit with free knots that is 1 at the wall (thesis, figure 5.4).
 
     `segments` lines and a constant beyond the last knot. The values at given knots follow from linear least squares;
@@ -72,13 +72,13 @@ def piecewise_linear(position: NDArray[Any], porosity: NDArray[Any], segments: i
     """
     position, porosity = np.asarray(position, float), np.asarray(porosity, float)
 
-    def fitted(knots: NDArray[Any]) -> Any:
+    def fitted(knots: Floats) -> Any:
         knots = np.append(0.0, knots)
         hats = np.column_stack([np.interp(position, knots, row) for row in np.eye(knots.size)])
         values = np.linalg.lstsq(hats[:, 1:], porosity - hats[:, 0], rcond=None)[0]
         return PiecewiseLinear(knots, np.concatenate(([1.0], values)))
 
-    def residuals(knots: NDArray[Any]) -> Any:
+    def residuals(knots: Floats) -> Any:
         return fitted(knots)(position) - porosity
 
     places = np.linspace(0.35, np.sqrt(min(4.0, position.max())), 16) ** 2

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import root_scalar
 
+from ..arrays import Floats
 from ..errors import InputError, SolveError
 from . import dynamics
 from .packing import Packing
@@ -189,7 +189,7 @@ def _checked(
     return beads
 
 
-def _poured(container: Any, diameters: NDArray[Any], friction: float, settings: Any, progress: Any) -> Any:
+def _poured(container: Any, diameters: Floats, friction: float, settings: Any, progress: Any) -> Any:
     """One packing: placed, dropped, at rest."""
     unit = diameters.mean()
     count = diameters.size
@@ -240,7 +240,7 @@ def _poured(container: Any, diameters: NDArray[Any], friction: float, settings: 
     return Packing(body[back, :3] * unit, 2.0 * size[back, 0] * unit, container, made)
 
 
-def _placed(container: Any, size: NDArray[Any], solid_height: Any, seed: int, unit: float) -> tuple[Any, ...]:
+def _placed(container: Any, size: Floats, solid_height: Any, seed: int, unit: float) -> tuple[Any, ...]:
     """Bodies (n, 9) at rest without contact, and the height of their column."""
     body = np.zeros((len(size), 9))
     place, radius = np.empty((len(size), 3)), size[:, 0].copy()

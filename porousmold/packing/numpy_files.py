@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Floats
 from ..errors import InputError
 from ..files.tables import LARGEST_TEXT
 
@@ -25,7 +26,7 @@ PLACES = ("positions", "points", "centres", "centers", "coordinates", "xyz")
 SIZES = {**dict.fromkeys(("radius", "radii", "r"), 2.0), **dict.fromkeys(("diameter", "diameters", "d"), 1.0)}
 """Names of arrays of sizes, and the factor that makes diameters of them."""
 
-Beads = tuple[NDArray[np.float64], NDArray[np.float64] | None]
+Beads = tuple[Floats, Floats | None]
 """Positions (n, 3) and diameters (n,) in m, None where the file has none."""
 
 
@@ -81,13 +82,13 @@ def _loaded(path: Path) -> Any:
         raise InputError(KEY, str(path), f"is not a sound NPZ file: {error}") from error
 
 
-def _numbers(path: Path, name: str, array: NDArray[Any]) -> NDArray[np.float64]:
+def _numbers(path: Path, name: str, array: NDArray[np.generic]) -> Floats:
     if array.dtype.kind not in "fiu":
         raise InputError(KEY, str(path), f"must hold numbers in {name}, not {array.dtype}")
     return array.astype(float)
 
 
-def _of_one(path: Path, table: NDArray[Any]) -> Beads:
+def _of_one(path: Path, table: NDArray[np.generic]) -> Beads:
     if table.ndim != 2 or table.shape[1] not in (3, 4):
         raise InputError(KEY, str(path), f"must hold an array of shape (n, 3) or (n, 4), not {table.shape}")
     numbers = _numbers(path, "its array", table)

@@ -5,11 +5,11 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from ..arrays import Floats
 from ..errors import InputError
 from ..files.units import FARTHEST
 
@@ -32,8 +32,8 @@ class Packing:
     where more than `MOST_REACHING` of them reach into a wall or the floor by more than `REACH` of their diameter.
     """
 
-    positions: NDArray[Any]
-    diameters: NDArray[Any]
+    positions: Floats
+    diameters: Floats
     container: Any
     made: dict[str, Any] = field(default_factory=dict)
 
@@ -76,12 +76,12 @@ class Packing:
                 raise InputError("packing", f"{found.sum()} of {count} beads", what + first)
 
     @cached_property
-    def reaching(self) -> NDArray[Any]:
+    def reaching(self) -> Floats:
         """Which beads (n) reach into a wall or the floor by more than `REACH` of their diameter."""
         return np.asarray(self._gaps < (0.5 - REACH) * self.diameters)
 
     @cached_property
-    def _gaps(self) -> NDArray[Any]:
+    def _gaps(self) -> Floats:
         """Distance (n) of the centres to the nearest wall or the floor, negative outside, in m."""
         return np.asarray(np.min([self.container.wall_distance(self.positions), *self._plane_distances()], axis=0))
 
@@ -139,7 +139,7 @@ class Packing:
         """k-d tree of the centres in the coordinates of `wrapped`."""
         return cKDTree(self.wrapped(self.positions), boxsize=(*self.container.period, 0.0))
 
-    def wrapped(self, points: NDArray[Any]) -> Any:
+    def wrapped(self, points: Floats) -> Any:
         """Points in the coordinates of `tree`: periodic ones within [0, period)."""
         points = np.array(points, float)
         for axis, period in enumerate(self.container.period):
@@ -148,7 +148,7 @@ class Packing:
                 points[points[:, axis] >= period, axis] = 0.0  # np.mod rounds a tiny negative number to the period
         return points
 
-    def shortest(self, steps: NDArray[Any]) -> NDArray[Any]:
+    def shortest(self, steps: Floats) -> Floats:
         """Steps (n, 3) between points, each the shortest across periodic sides; changes and gives the array."""
         for axis, period in enumerate(self.container.period):
             if period > 0.0:

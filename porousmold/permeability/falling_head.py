@@ -31,8 +31,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import OptimizeWarning, curve_fit
+
+from ..arrays import Floats
 
 GRAVITY = 9.81
 """m/s2."""
@@ -94,12 +95,12 @@ class Setup:
 class Levels:
     """What a test gives, averaged: time (s) and level (m) at the ends of the intervals, flow_rate (m3/s) within them."""
 
-    time: NDArray[Any]
-    level: NDArray[Any]
-    flow_rate: NDArray[Any]
+    time: Floats
+    level: Floats
+    flow_rate: Floats
 
 
-def levels_of(setup: Any, time: Any, mass: NDArray[Any], interval: float = 2.0) -> Any:
+def levels_of(setup: Any, time: Any, mass: Floats, interval: float = 2.0) -> Any:
     """`Levels` from time (s) and mass (kg) on the scale (eq. 4.4-4.6), over intervals of at least `interval` seconds.
 
     The mass at the end of an interval is that of the parabola through the readings within half an interval of it, which
@@ -122,7 +123,7 @@ def levels_of(setup: Any, time: Any, mass: NDArray[Any], interval: float = 2.0) 
     return Levels(ends - ends[0], level, -np.diff(level) * setup.cross_section / np.diff(ends))
 
 
-def _mass_at(moment: Any, time: Any, mass: NDArray[Any], reach: Any) -> float:
+def _mass_at(moment: Any, time: Any, mass: Floats, reach: Any) -> float:
     first, last = np.searchsorted(time, [moment - reach - 1e-9, moment + reach + 1e-9])
     if last - first < 4:
         return float(np.interp(moment, time, mass))

@@ -4,11 +4,11 @@ import hashlib
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Floats
 from ..errors import InputError
 from ..files.tables import read_columns
 
@@ -60,7 +60,7 @@ class Profile:
         """Of its content."""
         return hashlib.sha256(repr((self.positions, self.values)).encode()).hexdigest()
 
-    def at(self, places: NDArray[Any], *, of_beads: bool) -> NDArray[np.float64]:
+    def at(self, places: Floats, *, of_beads: bool) -> Floats:
         """Temperatures (K) at places (n, 3) in m; those of fluid, beads and wall are the same."""
         return np.asarray(np.interp(places[:, 0], self.positions, self.values))
 
@@ -86,7 +86,7 @@ class LastState:
         return state
 
     @cached_property
-    def _last(self) -> tuple[NDArray[Any], dict[str, NDArray[Any]]]:
+    def _last(self) -> tuple[Floats, dict[str, Floats]]:
         from ..files.xdmf import read_fields  # h5py takes a tenth of a second, paid by those who start from a run
 
         nodes, _, steps = read_fields(self.folder / FIELDS)
@@ -119,7 +119,7 @@ class LastState:
         nodes, fields = self._last
         return hashlib.sha256(b"".join(array.tobytes() for array in (nodes, *fields.values()))).hexdigest()
 
-    def at(self, places: NDArray[Any], *, of_beads: bool) -> NDArray[np.float64]:
+    def at(self, places: Floats, *, of_beads: bool) -> Floats:
         """Temperatures (K) of fluid and wall, or of beads, at places (n, 3) in m: those of the nodes where there are nodes,
         linear between them elsewhere."""
         from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator

@@ -3,11 +3,10 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Booleans, Floats
 from .cell import ShearCell
 
 SKIPPED_BLOCKS = 2
@@ -38,20 +37,20 @@ class Sheared:
     core_shear_rate: float
     core_solid_fraction: float
     self_diffusion: tuple[float, float]
-    height: NDArray[Any]
-    solid_fraction: NDArray[Any]
-    velocity: NDArray[Any]
-    temperature: NDArray[Any]
-    conduction: NDArray[Any]
-    convection: NDArray[Any]
-    wall_flux: NDArray[Any]
-    steady: NDArray[Any]
-    stirring: NDArray[Any]
-    pictured: NDArray[Any]
+    height: Floats
+    solid_fraction: Floats
+    velocity: Floats
+    temperature: Floats
+    conduction: Floats
+    convection: Floats
+    wall_flux: Floats
+    steady: Booleans
+    stirring: Floats
+    pictured: Floats
 
 
 def evaluate(
-    cell: ShearCell, blocks: Sequence[Mapping[str, NDArray[Any]]], beads: int, steps: int, pictured: NDArray[Any]
+    cell: ShearCell, blocks: Sequence[Mapping[str, Floats]], beads: int, steps: int, pictured: Floats
 ) -> Sheared:
     """What the sums of `blocks`, per strain, say of a cell of so many free beads after so many time steps."""
     used, bins = blocks[SKIPPED_BLOCKS:], len(blocks[0]["profile"])
@@ -104,7 +103,7 @@ def evaluate(
     )
 
 
-def _steady(fluxes: NDArray[Any], stored: NDArray[Any]) -> NDArray[Any]:
+def _steady(fluxes: Floats, stored: Floats) -> Booleans:
     """Whether the fluxes of both halves of the blocks (blocks, m) agree, and what is stored is small, for each case."""
     half = len(fluxes) // 2
     early, late = fluxes[:half], fluxes[half:]

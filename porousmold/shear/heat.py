@@ -23,8 +23,8 @@ from typing import Any
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from ..arrays import Floats
 from ..laws.bead_interior import ALL_MODES, overall_coefficient
 from ..packing import dynamics
 
@@ -33,7 +33,7 @@ AREA_ROOT = math.sqrt(math.pi)
 FIXED = dynamics.FIXED
 
 
-def cases_of(peclet_numbers: tuple[float, ...], biot_numbers: tuple[float, ...]) -> NDArray[Any]:
+def cases_of(peclet_numbers: tuple[float, ...], biot_numbers: tuple[float, ...]) -> Floats:
     """Heat capacity of a bead 4 Pe pi/6 and film conductance pi Bi', in units of d lambda, of every pair of them (m, 2)."""
     inside = 0.5 * ALL_MODES  # R/(5 lambda) in units of d/lambda
     return np.array([
@@ -45,24 +45,24 @@ def cases_of(peclet_numbers: tuple[float, ...], biot_numbers: tuple[float, ...])
 
 @njit(cache=True, error_model="numpy", fastmath=True)
 def shear(
-    body: NDArray[Any],
-    load: NDArray[Any],
-    size: NDArray[Any],
-    name: NDArray[Any],
+    body: Floats,
+    load: Floats,
+    size: Floats,
+    name: Floats,
     pairs: Any,
     walls: Any,
-    wall_spring: NDArray[Any],
+    wall_spring: Floats,
     material: Any,
     dt: float,
     steps: int,
     slack: float,
     interval: int,
-    stress: NDArray[Any],
-    temperature: NDArray[Any],
-    cases: NDArray[Any],
+    stress: Floats,
+    temperature: Floats,
+    cases: Floats,
     height: float,
-    fluxes: NDArray[Any],
-    into_beads: NDArray[Any],
+    fluxes: Floats,
+    into_beads: Floats,
 ) -> Any:  # pragma: no cover
     """Up to `steps` steps of the motion with the exchange of heat after every `interval` of them; gives the steps done.
 
@@ -85,20 +85,20 @@ def shear(
 
 @njit(cache=True, error_model="numpy", fastmath=True)
 def exchange(
-    before: NDArray[Any],
-    after: NDArray[Any],
-    size: NDArray[Any],
-    name: NDArray[Any],
-    start: NDArray[Any],
-    partner: NDArray[Any],
-    in_pairs: NDArray[Any],
-    with_walls: NDArray[Any],
+    before: Floats,
+    after: Floats,
+    size: Floats,
+    name: Floats,
+    start: Floats,
+    partner: Floats,
+    in_pairs: Floats,
+    with_walls: Floats,
     span: float,
-    temperature: NDArray[Any],
-    cases: NDArray[Any],
+    temperature: Floats,
+    cases: Floats,
     height: float,
-    fluxes: NDArray[Any],
-    into_beads: NDArray[Any],
+    fluxes: Floats,
+    into_beads: Floats,
 ) -> None:  # pragma: no cover
     """Change the temperatures (n, m; of bead name[i] in row name[i]) over `span`, the positions z going from `before` to `after`.
 

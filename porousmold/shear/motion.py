@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Booleans, Floats, Integers
 from ..errors import InputError, SolveError
 from ..files.atomic_files import output_file
 from ..packing import dynamics
@@ -45,7 +46,7 @@ class Shearing:
         self._walls = (planes, 0.0, np.array([cell.width, cell.width]), velocity)
         self._blocks: list[dict[str, Any]] = []
         self._warm = False
-        self._verlet: tuple[NDArray[Any], ...]
+        self._verlet: tuple[Integers, Integers, Floats, Floats]
         self._pictured = np.zeros((0, 0, 3))
         if checkpoint is not None and checkpoint.is_file():
             self._read(checkpoint)
@@ -77,7 +78,7 @@ class Shearing:
     ) -> None:
         report(before + done, total, text)
 
-    def _planes(self) -> NDArray[Any]:
+    def _planes(self) -> Floats:
         """Of the walls; behind rough ones they only keep beads from coming through."""
         behind = 0.5 if self.cell.walls == ROUGH else 0.0
         return np.array([[0.0, 0.0, 1.0, behind], [0.0, 0.0, -1.0, self.cell.distance + behind]])
@@ -125,7 +126,7 @@ class Shearing:
             report(done)
         self._size[free, 0] = 0.5
 
-    def _first_temperatures(self) -> NDArray[Any]:
+    def _first_temperatures(self) -> Floats:
         """The straight line between the walls, by bead; walls have their own."""
         straight = np.empty(len(self._name))
         straight[self._name] = np.clip(self._body[:, 2] / self.cell.distance - 0.5, -0.5, 0.5)
@@ -192,7 +193,7 @@ class Shearing:
             "moment": (self._moment() - stored) / span,
         }
 
-    def _sample(self, profile: NDArray[Any], weight: int) -> None:
+    def _sample(self, profile: Floats, weight: int) -> None:
         free = self._size[:, 1] < dynamics.FIXED
         z = self._body[:, 2]
         place = np.clip((z / self.cell.distance * self._bins).astype(int), 0, self._bins - 1)[free]
@@ -201,24 +202,24 @@ class Shearing:
         for column, values in enumerate(columns, start=1):
             profile[:, column] += weight * np.bincount(place, values, minlength=self._bins)
 
-    def _heights(self) -> NDArray[Any]:
+    def _heights(self) -> Floats:
         """z by bead."""
         heights = np.empty(len(self._name))
         heights[self._name] = self._body[:, 2]
         return heights
 
-    def _free_by_name(self) -> NDArray[Any]:
+    def _free_by_name(self) -> Booleans:
         free = np.empty(len(self._name), bool)
         free[self._name] = self._size[:, 1] < dynamics.FIXED
         return free
 
-    def _moment(self) -> NDArray[Any]:
+    def _moment(self) -> Floats:
         """Stored heat times its distance from the middle, of every case."""
         free = self._free_by_name()
         lever = self._heights()[free] - 0.5 * self.cell.distance
         return np.asarray(self._cases[:, 0] * (lever @ self._temperature[free]))
 
-    def _picture(self) -> NDArray[Any]:
+    def _picture(self) -> NDArray[np.float32]:
         """x, z and the first temperature of the beads in front."""
         rows = np.zeros((len(self._name), 3), np.float32)
         front = self._body[:, 1] < -0.5 * self.cell.width + 1.0
@@ -241,6 +242,7 @@ class Shearing:
         with np.load(path) as state:
             for name in STATE:
                 setattr(self, f"_{name}", state[name])
-            self._verlet, self._warm = tuple(state[name] for name in VERLET), True
+            start, partner, dashpot, spring = (state[name] for name in VERLET)
+            self._verlet, self._warm = (start, partner, dashpot, spring), True
             keys = ("stress", "fluxes", "into_beads", "profile", "diffusion", "moment")
             self._blocks = [{key: state[f"{number}_{key}"] for key in keys} for number in range(int(state["blocks"]))]

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Floats
 from ..laws.materials import Fluid
 from ..output.quantities import Columns
 from .course import Course
@@ -30,8 +30,8 @@ class Profile:
 
     label: str
     time: float
-    fluid: NDArray[np.float64]
-    beads: NDArray[np.float64]
+    fluid: Floats
+    beads: Floats
     number: int | None = None
 
 
@@ -62,14 +62,14 @@ def cycles_of(
 
 
 def _flow(
-    part: Mapping[str, NDArray[Any]], begun: float, fluid: Fluid, given: Mapping[str, float]
+    part: Mapping[str, Floats], begun: float, fluid: Fluid, given: Mapping[str, float]
 ) -> dict[str, float | None]:
     """Exergy, work and outlet temperatures of a phase, from its rows of the history."""
     time = np.append(begun, part["time"])
     mass_flow, drop = np.abs(part["mass_flow"]), np.abs(part["pressure_drop"])
     entering, leaving = part["inlet_temperature"], part["outlet_temperature"]
 
-    def over_time(rate: NDArray[Any]) -> float:
+    def over_time(rate: Floats) -> float:
         from scipy.integrate import trapezoid  # takes a while to import, and most runs have no cycles
 
         return float(trapezoid(np.append(rate[:1], rate), time))
@@ -84,7 +84,7 @@ def _flow(
     }
 
 
-def _exergy(fluid: Fluid, low: NDArray[Any], high: NDArray[Any], surroundings: float) -> NDArray[Any]:
+def _exergy(fluid: Fluid, low: Floats, high: Floats, surroundings: float) -> Floats:
     """Exergy (J/kg) between two temperatures (K), by Gauss's rule over C_f (1 - T_0/T)."""
     middle, half = 0.5 * (high + low), 0.5 * (high - low)
     at = middle + np.multiply.outer(POINTS, half)
@@ -102,9 +102,7 @@ def _front(profile: Profile, low: float, high: float, length: float) -> dict[str
     return {"thermocline": thickness, "thermocline_place": float(finer[crossings[0]]) if len(crossings) else None}
 
 
-def _cycle(
-    number: int, phases: list[dict[str, Any]], columns: Mapping[str, NDArray[Any]], storable: float
-) -> dict[str, Any]:
+def _cycle(number: int, phases: list[dict[str, Any]], columns: Mapping[str, Floats], storable: float) -> dict[str, Any]:
     """Sums over the phases of a cycle. Heat in is that of phases that give, heat out that of phases that take."""
 
     def total(name: str, sign: int) -> float:

@@ -6,11 +6,10 @@ density: a real one needs more by its efficiency. Both up to the heating time, o
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Floats
 from ..laws.materials import Fluid
 from ..output.quantities import Columns
 
@@ -35,7 +34,7 @@ def energy_use(
     heat_rate = np.abs(mass_flow) * np.abs(enthalpy(inlet) - enthalpy(initial_temperature))
     end = time[-1] if heating_time is None else heating_time
 
-    def until_end(rate: NDArray[Any]) -> float:
+    def until_end(rate: Floats) -> float:
         # the trapezoidal rule by hand: every run would import scipy.integrate for it alone
         steps = np.diff(time, prepend=time[0])
         middles = 0.5 * (rate + np.append(rate[:1], rate[:-1]))

@@ -11,9 +11,9 @@ alone, which `estimates` go by, is up to 35 % too low.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import solve_banded
 
+from ..arrays import Floats
 from ..scene.geometries import BedSize
 from .estimates import Estimates, fluid_at
 from .specs import Specs
@@ -36,9 +36,7 @@ def expected_mass_flow(specs: Specs, size: BedSize, estimates: Estimates) -> flo
     return float(estimates.mass_flow * mean / (specs.porosity.bulk_porosity * estimates.speed))
 
 
-def _profile(
-    specs: Specs, depths: NDArray[np.float64], porosity: NDArray[np.float64], gradient: float
-) -> NDArray[np.float64]:
+def _profile(specs: Specs, depths: Floats, porosity: Floats, gradient: float) -> Floats:
     """Speed (m/s) between the beads at depths (m) from the wall, by repeated linear solves that are half taken over."""
     fluid, drag, diameter = (
         fluid_at(specs, specs.heat.inlet_temperature.values[-1]),
@@ -65,5 +63,5 @@ def _profile(
     return speed
 
 
-def _integral(values: NDArray[np.float64], places: NDArray[np.float64]) -> float:
+def _integral(values: Floats, places: Floats) -> float:
     return float(np.sum(0.5 * (values[1:] + values[:-1]) * np.diff(places)))

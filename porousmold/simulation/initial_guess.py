@@ -2,12 +2,11 @@
 
 import contextlib
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from dolfinx import fem
-from numpy.typing import NDArray
 
+from ..arrays import Floats
 from ..errors import SolveError
 from ..mesh import fenicsx
 from ..mesh.domain import Domain
@@ -87,7 +86,7 @@ class InitialGuess:
         temperature = medium.flow_temperature.x.array
         arrays = local_equilibrium(medium.equations, self._specs.laws.fluid, space, gradient, temperature, pressure)
 
-        def function_of(values: NDArray[Any]) -> fem.Function:
+        def function_of(values: Floats) -> fem.Function:
             function = fem.Function(space)
             function.x.array[:] = values
             return function

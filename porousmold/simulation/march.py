@@ -8,8 +8,8 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Floats
 from ..errors import SolveError
 from ..mesh import ranks
 from ..mesh.aliases import Communicator
@@ -73,7 +73,7 @@ class Simulation:
         self.time = 0.0
         self.regimes: list[str] = []
         self.is_also_laminar = False
-        self._previous: list[NDArray[Any]] = []
+        self._previous: list[Floats] = []
         self._steps: list[float] = []
         self._supply_before: dict[str, Any] | None = None
         # the published pressure term drives flow across the openings
@@ -349,7 +349,7 @@ class Simulation:
         finished = self._heated_for_good() or self.is_steady() or self.time >= self.specs.time.end_time
         self.recorder.keep_snapshot(self.time, finished=finished)
 
-    def _put_back(self, before: list[NDArray[Any]], balance: HeatBalance) -> None:
+    def _put_back(self, before: list[Floats], balance: HeatBalance) -> None:
         for function, array in zip(self.problem.memory, before, strict=True):
             function.x.array[:] = array
         self.problem.heat.balance = balance

@@ -3,11 +3,10 @@
 import math
 import os
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Floats
 from ..errors import InputError
 from ..mesh import domain
 from ..mesh.aliases import Communicator
@@ -44,7 +43,7 @@ def straight_domain(
     layers, opposite = layers[: len(spec.layers)], layers[len(spec.layers) :]
     conducts = estimates.conduction_time < estimates.flow_duration
 
-    def from_wall(width: float) -> NDArray[Any]:
+    def from_wall(width: float) -> Floats:
         first_cell = spec.first_cell or estimates.first_cell
         layer, widest = spec.bead_diameter, (WIDEST_OF_CONDUCTION if conducts else WIDEST_CELL) * width
         growth = spec.cell_growth ** (GROWTH_OF_CONDUCTION if conducts else 1.0)
@@ -75,7 +74,7 @@ def plane_of_stations(spec: MeshSpec, estimates: Estimates, communicator: Commun
     return domain.straight_bed(communicator, np.linspace(0.0, 1.0, stations), [across])
 
 
-def _through(cells: int, *, to_surfaces: bool) -> NDArray[Any]:
+def _through(cells: int, *, to_surfaces: bool) -> Floats:
     """Nodes through a layer of the thickness 1: even, or small at both surfaces where heat does not come through in time."""
     even = np.linspace(0.0, 1.0, cells + 1)
     return 0.5 * (1.0 - np.cos(np.pi * even)) if to_surfaces else even
@@ -98,12 +97,12 @@ def _announce(spec: MeshSpec, cells_along: int, across: list[domain.Across], obs
         )
 
 
-def cells_at_wall(spec: MeshSpec, estimates: Estimates, gap: float) -> NDArray[Any]:
+def cells_at_wall(spec: MeshSpec, estimates: Estimates, gap: float) -> Floats:
     """Depths (m) of the nodes that the wall of a mesh of one's own needs in a gap beside it."""
     return domain.graded_coordinates(gap, estimates.first_cell, spec.cell_growth, spec.bead_diameter)
 
 
-def axial_nodes(length: float, cells: int, last_cell: float) -> NDArray[Any]:
+def axial_nodes(length: float, cells: int, last_cell: float) -> Floats:
     """Nodes (m) along the flow from 0 to `length`: graded from the inlet, the last of the `cells` halved until it is at most
     `last_cell` (m) long, where the wall's end lets no heat out."""
     nodes = length * np.linspace(0.0, 1.0, cells + 1) ** AXIAL_GRADING
@@ -112,7 +111,7 @@ def axial_nodes(length: float, cells: int, last_cell: float) -> NDArray[Any]:
     return nodes
 
 
-def symmetric_nodes(length: float, cells: int, last_cell: float) -> NDArray[Any]:
+def symmetric_nodes(length: float, cells: int, last_cell: float) -> Floats:
     """Nodes (m) of a bed that the fluid enters from either end: graded from both, the cells at the ends as `axial_nodes` has the
     last one."""
     half = axial_nodes(0.5 * length, -(-cells // 2), math.inf)
@@ -123,7 +122,7 @@ def symmetric_nodes(length: float, cells: int, last_cell: float) -> NDArray[Any]
     return np.concatenate([half, length - half[-2::-1]])
 
 
-def refined(nodes: NDArray[Any], factor: float) -> NDArray[Any]:
+def refined(nodes: Floats, factor: float) -> Floats:
     """Nodes of `factor` times as many cells, two at least: where it is a whole number every cell is cut evenly."""
     cells = max(2, round((len(nodes) - 1) * factor))
     return np.interp(np.linspace(0, len(nodes) - 1, cells + 1), np.arange(len(nodes)), nodes)

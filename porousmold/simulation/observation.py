@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import ufl
 from dolfinx import fem
-from numpy.typing import NDArray
 
+from ..arrays import Floats
 from ..laws.turbulence_models import LocalFlow
 from ..mesh import domain as geometry
 from ..mesh import fenicsx
@@ -25,7 +25,7 @@ def profile_near_wall(problem: Problem, fraction: float = 0.5, points: int = 120
         return None
     wall, centre = np.array(stations["bed_side"]), np.array(stations["centre"])
     distance = np.linalg.norm(centre - wall) * np.concatenate([[0.0], np.geomspace(2e-4, 1.0, points - 1)])
-    line = wall + np.outer(distance / distance[-1], centre - wall)
+    line = np.asarray(wall + np.outer(distance / distance[-1], centre - wall), float)
     try:
         probe = PointProbe(problem.domain, line)
     except ValueError:  # the straight line leaves a mesh that is not convex; on every rank alike
@@ -52,12 +52,12 @@ def profile_near_wall(problem: Problem, fraction: float = 0.5, points: int = 120
 
 def _eddy_viscosity_ratio(
     problem: Problem,
-    distance: NDArray[Any],
-    speed: NDArray[Any],
-    pressure: NDArray[Any],
-    temperature: NDArray[Any],
-    unknowns: Sequence[NDArray[Any]],
-    shear_rate_squared: NDArray[Any],
+    distance: Floats,
+    speed: Floats,
+    pressure: Floats,
+    temperature: Floats,
+    unknowns: Sequence[Floats],
+    shear_rate_squared: Floats,
 ) -> Any:
     """mu_t/mu at points of the bed, from the turbulence's unknowns and the rest of the flow there (SI)."""
     specs, laws = problem.specs, problem.specs.laws
@@ -71,7 +71,7 @@ def _eddy_viscosity_ratio(
 
 
 def field_snapshots(
-    problem: Problem, snapshots: Sequence[tuple[float, list[NDArray[Any]]]], end_time: float
+    problem: Problem, snapshots: Sequence[tuple[float, list[Floats]]], end_time: float
 ) -> Iterator[tuple[float, list[fem.Function]]]:
     """(time, functions) at `output.times` and the end, or at `output.field_times` times evenly spread up to it, linear between
     the snapshots that were kept (collective)."""
@@ -98,8 +98,8 @@ def field_snapshots(
 
 
 def _between(
-    snapshots: Sequence[tuple[float, list[NDArray[Any]]]], times: NDArray[Any], time: float, course: Course | None
-) -> list[NDArray[Any]]:
+    snapshots: Sequence[tuple[float, list[Floats]]], times: Floats, time: float, course: Course | None
+) -> list[Floats]:
     """The state of a time (s) between two snapshots; the nearest one where the flow turns between them."""
     after = min(int(np.searchsorted(times, time * (1.0 - 1e-12))), len(times) - 1)
     before = max(after - 1, 0)

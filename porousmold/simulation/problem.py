@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import ufl
 from dolfinx import fem
-from numpy.typing import NDArray
 
+from ..arrays import Floats, Integers
 from ..equations.energy import EnergyEquations
 from ..equations.flow import FlowEquations
 from ..errors import InputError
@@ -169,7 +169,7 @@ class Problem:
         parts.append((high - low) * self.energy_equations.fluid_heat_capacity())
         return sum(ranks.integral(self.communicator, fenicsx.compiled_form(part)) for part in parts)
 
-    def _places_along_the_flow(self) -> NDArray[Any]:
+    def _places_along_the_flow(self) -> Floats:
         """x[0] (m) of every temperature of the heat's unknowns."""
         if not self.specs.heat.two_temperatures:
             return np.asarray(self.heat.space.tabulate_dof_coordinates()[:, 0])
@@ -178,7 +178,7 @@ class Problem:
         along[numbers] = subspace.tabulate_dof_coordinates()[:, 0]
         return along
 
-    def _numbers_of_places(self) -> Mapping[str, NDArray[Any]]:
+    def _numbers_of_places(self) -> Mapping[str, Integers]:
         space = self.heat.space.sub(0) if self.specs.heat.two_temperatures else self.heat.space
         dimension, domain = self.domain.mesh.topology.dim, self.domain
         interface = fem.locate_dofs_topological(space, dimension - 1, domain.facets(geometry.INTERFACE))
@@ -253,7 +253,7 @@ class Problem:
         return float(total / volume)
 
     @functools.cached_property
-    def _bed_weights(self) -> NDArray[Any]:
+    def _bed_weights(self) -> Floats:
         """Volumes (m3) of the bed that the mesh's owned nodes stand for."""
         space = self.medium.flow_temperature.function_space
         form = self.medium.equations.coordinates.weight * ufl.TestFunction(space)
@@ -298,11 +298,11 @@ class Problem:
         """Those that flow and heat take their coefficients at."""
         return [self.medium.flow_temperature, self.medium.property_temperature]
 
-    def state(self) -> list[NDArray[Any]]:
+    def state(self) -> list[Floats]:
         """Copies of the arrays of `functions`."""
         return [function.x.array.copy() for function in self.functions]
 
-    def set_state(self, arrays: Sequence[NDArray[Any]]) -> None:
+    def set_state(self, arrays: Sequence[Floats]) -> None:
         """Go back to what `state()` gave."""
         for function, array in zip(self.functions, arrays, strict=True):
             function.x.array[:] = array

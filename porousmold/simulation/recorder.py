@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Floats
 from ..output.quantities import Columns
 from ..solvers.protocols import ArrayOf, Saved
 from .accuracy import AT_END, PEAKS, Answer, Answers
@@ -42,7 +42,7 @@ class Recorder:
         self.heating_time_bed_side: float | None = None
         self.targets: dict[str, float | None] = {target.name: None for target in self._time.targets}
         self.first_met: dict[str, float | None] = dict(self.targets)
-        self.snapshots: list[tuple[float, list[NDArray[Any]]]] = []
+        self.snapshots: list[tuple[float, list[Floats]]] = []
         self.profiles: list[Profile] = []
         self._spacing = 0.0
         layers = self._heat.all_layers
@@ -252,7 +252,7 @@ class Recorder:
     def save(self) -> Saved:
         """Everything recorded."""
         spaces = [function.function_space for function in self._problem.functions]
-        arrays: dict[str, tuple[Any, NDArray[Any]]] = {}
+        arrays: dict[str, tuple[Any, Floats]] = {}
         for number, (_, state) in enumerate(self.snapshots):
             arrays |= {f"snapshot/{number}/{i}": pair for i, pair in enumerate(zip(spaces, state, strict=True))}
         numbers = {

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from dolfinx import fem
-from numpy.typing import NDArray
 
+from ..arrays import Floats
 from ..equations.energy import EnergyEquations
 from ..laws.bead_interior import remaining_resistance
 from ..mesh import fenicsx, ranks
@@ -38,8 +38,8 @@ class BeadModes:
                 interior.unit_resistance(property_temperature),
             )
         )
-        self._starts: list[NDArray[Any]] = []
-        self._rates: list[list[NDArray[Any]]] = []
+        self._starts: list[Floats] = []
+        self._rates: list[list[Floats]] = []
 
     def _values(self, function_and_expression: tuple[fem.Function, Any]) -> Any:
         """Present values at the bed's nodes."""

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import ufl
 from dolfinx import fem
-from numpy.typing import NDArray
 
+from ..arrays import Floats
 from ..equations.energy import EnergyEquations
 from ..equations.flow import FlowState
 from ..errors import SolveError
@@ -199,14 +199,14 @@ class CoupledTransient:
     def _functions(self) -> list[fem.Function]:
         return [self.heat.unknown, self.flow.unknown, self._flow_temperature]
 
-    def _state(self) -> list[NDArray[Any]]:
+    def _state(self) -> list[Floats]:
         return [function.x.array.copy() for function in self._functions]
 
-    def _put_back(self, state: list[NDArray[Any]]) -> None:
+    def _put_back(self, state: list[Floats]) -> None:
         for function, array in zip(self._functions, state, strict=True):
             function.x.array[:] = array
 
-    def _of_heat(self, values: NDArray[Any]) -> NDArray[Any]:
+    def _of_heat(self, values: Floats) -> Floats:
         """Those of the heat's unknowns among the coupled ones."""
         result = np.zeros(len(self.heat.unknown.x.array))
         for (space, numbers), target in zip(self._parts[self._flow_parts :], self._heat_parts, strict=True):
@@ -227,7 +227,7 @@ class CoupledTransient:
         two = self.heat.equations.two_temperatures
         return [fenicsx.collapse(self.heat.space, part) for part in range(2)] if two else [None]
 
-    def _take(self, time: float, step: float, stages: Stages) -> list[NDArray[Any]]:
+    def _take(self, time: float, step: float, stages: Stages) -> list[Floats]:
         """All stages of a step; gives their rates. The balance is brought forward."""
         gamma = stages[0][0]
         self._gather()
@@ -236,7 +236,7 @@ class CoupledTransient:
         capacity = ranks.integral(self.domain.communicator, self._fluid_capacity.form)
         start = self._coupled.x.array.copy()
         self._inverse_step.value = 1.0 / (gamma * step)
-        rates: list[NDArray[Any]] = []
+        rates: list[Floats] = []
         crossed = np.zeros(len(self.heat.scalars))
         for stage, row in enumerate(stages):
             self._set_time(time + sum(row) * step)

@@ -1,12 +1,11 @@
 """The degrees of cure of the wall's layers at the nodes, taken along through the stages of a time step."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from dolfinx import fem
-from numpy.typing import NDArray
 
+from ..arrays import Floats
 from ..laws.cure import Cure
 from ..laws.functions import Value
 from ..mesh import fenicsx, ranks
@@ -26,7 +25,7 @@ class Curing:
         self._temperature = fem.Function(space), fenicsx.compiled_expression(temperature, space)
         self._places = fem.locate_dofs_topological(space, dimension, domain.cells(tag))
         degree.x.array[self._places] = cure.initial
-        self._rates: list[NDArray[Any]] = []
+        self._rates: list[Floats] = []
 
     def begin_step(self, step: float, gamma: float) -> None:
         """Start a step (s) whose stages all have theta = `gamma` times it."""
@@ -44,26 +43,26 @@ class Curing:
         guess = self.degree.x.array[self._places]
         self.degree.x.array[self._places] = self.cure.after(self._known, self._theta, temperature, guess)
 
-    def _present_temperature(self) -> NDArray[Any]:
+    def _present_temperature(self) -> Floats:
         function, expression = self._temperature
         function.interpolate(expression)
-        values: NDArray[Any] = function.x.array[self._places]
+        values: Floats = function.x.array[self._places]
         return values
 
     def end_stage(self) -> None:
         """Keep the rate of the stage."""
         self._rates.append((self.degree.x.array[self._places] - self._known) / self._theta)
 
-    def change(self, weights: Sequence[float]) -> NDArray[Any]:
+    def change(self, weights: Sequence[float]) -> Floats:
         """Change of the degree over the last step by `weights` of its rates at the start and in its stages."""
         rates = [self.cure.rate(self._start, self._temperature_before), *self._rates]
         return np.asarray(self._step * sum(w * rate for w, rate in zip(weights, rates, strict=True)))
 
-    def add(self, change: NDArray[Any]) -> None:
+    def add(self, change: Floats) -> None:
         """Add a change to the degree."""
         self.degree.x.array[self._places] += change
 
-    def largest(self, change: NDArray[Any]) -> float:
+    def largest(self, change: Floats) -> float:
         """Largest magnitude over all ranks (collective)."""
         return ranks.largest_magnitude(self._communicator, change)
 

@@ -19,9 +19,9 @@ from typing import Any
 import numpy as np
 import ufl
 from dolfinx import fem
-from numpy.typing import NDArray
 from petsc4py import PETSc
 
+from ..arrays import Floats, Integers
 from ..equations.developed import developed_residual, developed_state
 from ..equations.flow import FlowEquations
 from ..laws.materials import Fluid
@@ -121,7 +121,7 @@ class DevelopedFlow(NonlinearFlow):
         self.streamfunction = self._streamfunction.function
         self._stations = self.columns.total(self._column[: self._owned], np.ones(self._owned))
 
-    def _constrained(self, turbulence: Sequence[TurbulentUnknown]) -> NDArray[Any]:
+    def _constrained(self, turbulence: Sequence[TurbulentUnknown]) -> Integers:
         domain, facets = self.domain, self.domain.facets(INTERFACE)
         if not turbulence:
             inside = fem.locate_dofs_topological(self.space, 2, domain.cells(BED))
@@ -164,12 +164,12 @@ class DevelopedFlow(NonlinearFlow):
         self.unknown.x.scatter_forward()
 
     @property
-    def _gradients(self) -> NDArray[Any]:
+    def _gradients(self) -> Floats:
         """dp/dx (Pa/m) at the stations."""
         sums = self.columns.total(self._column[: self._owned], self.gradient.x.array[: self._owned])
         return sums / self._stations
 
-    def _set_gradients(self, gradients: NDArray[Any]) -> None:
+    def _set_gradients(self, gradients: Floats) -> None:
         self.gradient.x.array[:] = gradients[self._column]
         self.pressure.x.array[:] = self.columns.pressure(gradients)[self._column]
 
@@ -181,7 +181,7 @@ class DevelopedFlow(NonlinearFlow):
         push.scale(-1.0)
         return push
 
-    def _through_stations(self, *scaled: fem.Function) -> list[NDArray[Any]]:
+    def _through_stations(self, *scaled: fem.Function) -> list[Floats]:
         """Mass flow (kg/s) through every station for each of some functions like the unknown.
 
         The quadrature is at the nodes along the flow, so that a node counts at its own station alone.
@@ -262,11 +262,11 @@ class DevelopedFlow(NonlinearFlow):
 
     def _changes(
         self,
-        gradients: NDArray[Any],
-        flow: NDArray[Any],
-        slope: NDArray[Any],
-        slope_in_pressure: NDArray[Any] | None = None,
-    ) -> NDArray[Any]:
+        gradients: Floats,
+        flow: Floats,
+        slope: Floats,
+        slope_in_pressure: Floats | None = None,
+    ) -> Floats:
         """Changes of dp/dx (Pa/m) with which the same mass flow passes all stations; NaN where there are none.
 
         `slope` is that of the mass flows in dp/dx, `slope_in_pressure` that in the pressure; without it all densities stay as

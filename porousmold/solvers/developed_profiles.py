@@ -5,8 +5,8 @@ wall distance and of ln G, interpolated by cubic splines in ln G after division 
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Floats
 from ..mesh import fenicsx
 from .developed import DevelopedFlow
 
@@ -19,7 +19,7 @@ POWERS = (0.6, 1.2, 1.8)
 them beyond the table. The powers of other unknowns are 1."""
 STEEPEST = 4.0
 """Slope d ln f/d ln G at most, where a profile passes through zero."""
-Array = NDArray[np.float64]
+Array = Floats
 
 
 class ProfilesOfGradient(DevelopedFlow):

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 import ufl
-from numpy.typing import NDArray
 
+from ..arrays import Floats
 from ..equations.flow import FlowEquations
 from ..laws.functions import number_of
 from ..laws.materials import Fluid
@@ -21,10 +21,10 @@ def local_equilibrium(
     equations: FlowEquations,
     fluid: Fluid,
     space: Any,
-    gradient: float | NDArray[Any],
-    temperature: NDArray[Any],
-    gauge_pressure: NDArray[Any],
-) -> list[NDArray[Any]]:
+    gradient: float | Floats,
+    temperature: Floats,
+    gauge_pressure: Floats,
+) -> list[Floats]:
     """Nodal arrays [speed (m/s), the turbulence's unknowns (SI) ...] over a scalar space.
 
     The speed at which the local drag balances gravity and the pressure gradient (Pa/m, positive where the pressure falls, a

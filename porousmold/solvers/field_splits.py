@@ -12,8 +12,9 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from petsc4py import PETSc
+
+from ..arrays import Integers
 
 RESTART, MOST_ITERATIONS = 100, 300
 """Of GMRES."""
@@ -30,7 +31,7 @@ _FACTORISED: dict[str, Any] = {
 }
 
 
-def split_fields(ksp: Any, fields: Sequence[Sequence[NDArray[Any]]], *, by_schur_complement: bool) -> None:
+def split_fields(ksp: Any, fields: Sequence[Sequence[Integers]], *, by_schur_complement: bool) -> None:
     """Have a linear solver, whose operators are set, iterate (collective).
 
     fields: of each the global numbers of the unknowns that this rank owns, of the first one those of velocity and pressure apart.
@@ -69,5 +70,5 @@ def _set(prefix: str, values: dict[str, Any]) -> None:
         options[prefix + name] = value
 
 
-def _indices(numbers: NDArray[Any], communicator: Any) -> Any:
+def _indices(numbers: Integers, communicator: Any) -> Any:
     return PETSc.IS().createGeneral(numbers.astype(PETSc.IntType), comm=communicator)

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import ufl
 from dolfinx import fem
-from numpy.typing import NDArray
 
+from ..arrays import Floats, Integers
 from ..equations.flow import FlowEquations, FlowState
 from ..equations.openings import Opening, entering
 from ..errors import SolveError
@@ -173,7 +173,7 @@ class NonlinearFlow(ABC):
             "a finer mesh (porousmold check says what the wall needs), model.turbulence = 'none', or a smaller pressure drop",
         )
 
-    def extrapolate(self, previous: Sequence[NDArray[Any]], factor: float) -> None:
+    def extrapolate(self, previous: Sequence[Floats], factor: float) -> None:
         """Extrapolate the state `factor` times as far ahead as `previous` (arrays of `functions`) lies behind."""
         self.solver.extrapolate(previous, factor)
 
@@ -230,7 +230,7 @@ class FullFlow(NonlinearFlow):
         temperature: fem.Function,
         dx: ufl.Measure,
         sources: Sequence[Value] | None = None,
-        fixed: Sequence[NDArray[Any]] = (),
+        fixed: Sequence[Floats] = (),
         guess: "Callable[[FullFlow], bool] | None" = None,
         simpler: NonlinearFlow | None = None,
     ) -> None:
@@ -321,7 +321,7 @@ class FullFlow(NonlinearFlow):
         } | self.turbulent_factors()
 
 
-def constrained_unknowns(domain: Domain, space: Any, turbulent_unknowns: Sequence[TurbulentUnknown]) -> NDArray[Any]:
+def constrained_unknowns(domain: Domain, space: Any, turbulent_unknowns: Sequence[TurbulentUnknown]) -> Integers:
     """Unknowns that are held at 0: the velocity and what else is 0 at the wall, the velocity across planes of symmetry, all in
     the wall."""
     constrained = [unknowns_outside(domain, space, range(2 + len(turbulent_unknowns)), BED)]
@@ -335,7 +335,7 @@ def constrained_unknowns(domain: Domain, space: Any, turbulent_unknowns: Sequenc
     return np.concatenate(constrained)
 
 
-def unknowns_outside(domain: Domain, space: Any, parts: Iterable[int], tag: int) -> NDArray[Any]:
+def unknowns_outside(domain: Domain, space: Any, parts: Iterable[int], tag: int) -> Integers:
     """Local unknowns of the mixed space's parts that no cell with the tag touches: where the field does not live."""
     dimension = domain.mesh.topology.dim
     outside = []

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 import ufl
 from dolfinx import fem
-from numpy.typing import NDArray
 
+from ..arrays import Integers
 from ..mesh import fenicsx
 from ..mesh.domain import BED, INTERFACE, Domain
 from .flow import unknowns_outside
@@ -49,7 +49,7 @@ class HeatUnknowns:
         self.function.x.array[:] = initial_temperature
 
     @property
-    def fields(self) -> dict[str, NDArray[Any]]:
+    def fields(self) -> dict[str, Integers]:
         """Local numbers of the unknowns of "beads" and "fluid", or of "bed" with one temperature."""
         if not self._two_temperatures:
             return {"bed": np.arange(len(self.function.x.array))}

@@ -18,8 +18,8 @@ from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 from dolfinx import fem
-from numpy.typing import NDArray
 
+from ..arrays import Floats
 from ..equations.energy import EnergyEquations
 from ..equations.energy_blocks import Temperatures, energy_blocks
 from ..mesh import fenicsx, ranks
@@ -250,18 +250,18 @@ class TransientHeat:
         self._system.uses_simpler = not self._cells.are_there
         fenicsx.assemble_vector(self._stored_start, self._stored_form)
 
-    def finish(self, crossed: NDArray[Any], displaced: float = 0.0) -> None:
+    def finish(self, crossed: Floats, displaced: float = 0.0) -> None:
         """Bring the balance forward by the heat (J) that `crossed` during such a step, the sum of `rates_here` times their
         weights, and by what the fluid counts for that its change of density has `displaced`."""
         fenicsx.assemble_vector(self._stored_now, self._stored_form)
         flows = self._of_all_ranks(crossed)
         self.balance.add(flows, self._stored_now.sum() - self._stored_start.sum() + displaced)
 
-    def rates_here(self) -> NDArray[Any]:
+    def rates_here(self) -> Floats:
         """What this rank's cells make of each of `scalars`, W."""
         return np.array([fem.assemble_scalar(form.form) for form in self.scalars.values()])
 
-    def _of_all_ranks(self, crossed: NDArray[Any]) -> dict[str, float]:
+    def _of_all_ranks(self, crossed: Floats) -> dict[str, float]:
         """Heat (J) of each of `scalars`, from what crossed on every rank."""
         return dict(zip(self.scalars, ranks.total(self.domain.communicator, crossed), strict=True))
 
@@ -331,7 +331,7 @@ class TransientHeat:
         """Make cells out of `bounds` (K) monotone: whether there are any, and new ones (collective)."""
         return self._cells.mark(self._temperatures(), bounds)
 
-    def _temperatures(self) -> NDArray[Any]:
+    def _temperatures(self) -> Floats:
         """All unknowns, held ones left out as NaN."""
         values = self.unknown.x.array.copy()
         values[self._system.constrained] = np.nan

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import ufl
 from dolfinx import fem
-from numpy.typing import NDArray
 
+from ..arrays import Floats
 from ..equations.flow import FlowEquations
 from ..equations.locally_developed import CarriedByPressure, LocallyDeveloped, NodalProfile, NodalProfiles
 from ..errors import SolveError
@@ -230,7 +230,7 @@ class LocallyDevelopedFlow:
         self._at_boundary.x.scatter_forward()
 
     @functools.cached_property
-    def _volumes(self) -> NDArray[Any]:
+    def _volumes(self) -> Floats:
         """Of the bed at each owned node, m3; tiny where there is none."""
         vector = self.system.new_vector()
         fenicsx.assemble_vector(vector, self._volume_form.form)
@@ -274,7 +274,7 @@ class LocallyDevelopedFlow:
             field.value.x.array[:] = values
             field.slope.x.array[:] = 0.0 if uniform else slopes
 
-    def extrapolate(self, previous: Sequence[NDArray[Any]], factor: float) -> None:
+    def extrapolate(self, previous: Sequence[Floats], factor: float) -> None:
         """Extrapolate the pressure `factor` times as far ahead as `previous` lies behind."""
         self.pressure.x.array[:] += factor * (self.pressure.x.array - previous[0])
 

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from petsc4py import PETSc
 
+from ..arrays import Integers
 from ..laws.functions import Value
 
 LEAST_UNKNOWNS = {2: 400_000, 3: 20_000}
@@ -45,7 +45,7 @@ class Preconditioner:
 
     form: Value
     renew: Callable[[], None]
-    fields: Mapping[str, NDArray[Any]]
+    fields: Mapping[str, Integers]
 
 
 class Thinned:
@@ -72,7 +72,7 @@ class Thinned:
         self.matrix.assemble()
 
 
-def use_multigrid(ksp: Any, fields: Mapping[str, NDArray[Any]]) -> None:
+def use_multigrid(ksp: Any, fields: Mapping[str, Integers]) -> None:
     """Have a linear solver iterate (collective).
 
     fields: of each the global numbers of the unknowns that this rank owns; one field alone is not split.

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import ufl
 from dolfinx import fem
-from numpy.typing import NDArray
 from petsc4py import PETSc
 
+from ..arrays import Floats, Integers
 from ..laws.functions import Value
 from ..mesh import fenicsx, ranks
 from .field_splits import split_fields
@@ -143,11 +143,11 @@ class NewtonSystem:
         self,
         residual: Value,
         unknown: fem.Function,
-        constrained: NDArray[Any],
+        constrained: Integers,
         *,
         keep_jacobian: bool = False,
         pivoting: bool = True,
-        blocks: Sequence[Sequence[NDArray[Any]]] = (),
+        blocks: Sequence[Sequence[Integers]] = (),
         preconditioner: Preconditioner | None = None,
         simpler: Value = None,
     ) -> None:
@@ -258,7 +258,7 @@ class NewtonSystem:
     def _preconditioning_matrix(self) -> PETSc.Mat:
         return self.matrix if self._preconditioner is None else self._thinned.matrix
 
-    def _owned_numbers(self, local: NDArray[Any]) -> NDArray[Any]:
+    def _owned_numbers(self, local: Integers) -> Integers:
         """Global numbers of those of some local unknowns that this rank owns."""
         offset = self.space.dofmap.index_map.local_range[0] * self.space.dofmap.index_map_bs
         return np.asarray(offset + local[local < self.owned_size])
@@ -319,7 +319,7 @@ class NewtonSystem:
         if "_snes" in self.__dict__:
             self._snes.getKSP().getPC().setReusePreconditioner(not due)
 
-    def factorise_again(self, array_of: Callable[[int, Any], NDArray[Any]], constants: Sequence[Any] | None) -> None:
+    def factorise_again(self, array_of: Callable[[int, Any], Floats], constants: Sequence[Any] | None) -> None:
         """Make the Jacobian that `factored_at` (its arrays by `array_of(number, space)`) tells of, whatever the present."""
         if constants is None:
             return

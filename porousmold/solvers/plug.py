@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import ufl
 from dolfinx import fem
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from ..arrays import Floats
 from ..equations.flow import FlowEquations, FlowState
 from ..equations.openings import Opening
 from ..errors import SolveError
@@ -26,7 +26,7 @@ CONVERGED_DENSITY, MOST_DENSITIES = 1e-12, 60
 outlet's pressure."""
 
 
-def shares_of_section(across: NDArray[Any], *, axisymmetric: bool) -> NDArray[Any]:
+def shares_of_section(across: Floats, *, axisymmetric: bool) -> Floats:
     """Parts of a section that the nodes (m) across it stand for, of a function that is linear between them; 1 in all."""
     inner, outer = across[:-1], across[1:]
     of_inner, of_outer = (2.0 * inner + outer, inner + 2.0 * outer) if axisymmetric else (3.0, 3.0)
@@ -89,7 +89,7 @@ class PlugFlow:
         self.streamfunction.x.array[:] = mass_flux * self._section
         self.solves += 1
 
-    def _pressures(self, mass_flux: float, temperature: NDArray[Any], time: float) -> NDArray[Any]:
+    def _pressures(self, mass_flux: float, temperature: Floats, time: float) -> Floats:
         """Gauge pressures (Pa) at the stations, whose temperatures (K) are given. Raises `SolveError`."""
         gauge = np.zeros(len(temperature))
         for _ in range(MOST_DENSITIES):
@@ -100,7 +100,7 @@ class PlugFlow:
                 return gauge
         raise SolveError("plug flow", time, "its pressure and density do not converge", "a smaller pressure drop")
 
-    def _flux_of(self, drive: Drive, temperature: NDArray[Any], time: float) -> float:
+    def _flux_of(self, drive: Drive, temperature: Floats, time: float) -> float:
         """Mass flux (kg/m2/s) that a pressure drop (Pa) drives, or that enters at a velocity (m/s) as dense as at the inlet."""
 
         def beyond(flux: float) -> float:
@@ -125,7 +125,7 @@ class PlugFlow:
         """Follow a changed temperature."""
         self.start(time)
 
-    def extrapolate(self, previous: Sequence[NDArray[Any]], factor: float) -> None:
+    def extrapolate(self, previous: Sequence[Floats], factor: float) -> None:
         """Nothing is iterated."""
 
     def observe_with(self, observe: Observer) -> None:

@@ -6,8 +6,8 @@ from typing import Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 from dolfinx import fem
-from numpy.typing import NDArray
 
+from ..arrays import Floats
 from ..equations.flow import FlowState
 from ..equations.openings import Opening
 from ..laws.materials import Fluid
@@ -17,7 +17,7 @@ from .step_error import StepError
 Observer = Callable[[str], None]
 Bounds: TypeAlias = tuple[float, float, float, float] | tuple[float, float]
 """Lowest and highest temperature (K) that can be; four where those of the wall, the last two, are others than the bed's."""
-ArrayOf = Callable[[str, Any], NDArray[Any]]
+ArrayOf = Callable[[str, Any], Floats]
 """Gives the local array of a saved name and its function space (collective)."""
 
 
@@ -53,7 +53,7 @@ class Saved:
     """The state of a part of a simulation: `numbers` ready for JSON, `arrays` of functions by name with their spaces."""
 
     numbers: dict[str, Any] = field(default_factory=dict)
-    arrays: dict[str, tuple[Any, NDArray[Any]]] = field(default_factory=dict)
+    arrays: dict[str, tuple[Any, Floats]] = field(default_factory=dict)
 
 
 class Stateful(Protocol):
@@ -139,7 +139,7 @@ class Flow(Stateful, Protocol):
     def renew(self, time: float, tolerance: float) -> None:
         """Follow a changed temperature to a relative `tolerance`; raises `SolveError`."""
 
-    def extrapolate(self, previous: Sequence[NDArray[Any]], factor: float) -> None:
+    def extrapolate(self, previous: Sequence[Floats], factor: float) -> None:
         """Extrapolate the state `factor` times as far ahead as `previous` (arrays of `functions`) lies behind."""
 
     def is_turbulent(self) -> bool:
@@ -236,7 +236,7 @@ class Heat(Stateful, Protocol):
         """Largest distance (K) of a bead's surface from its mean; None where beads are isothermal (collective)."""
 
 
-def saved_functions(functions: Sequence[fem.Function], prefix: str) -> dict[str, tuple[Any, NDArray[Any]]]:
+def saved_functions(functions: Sequence[fem.Function], prefix: str) -> dict[str, tuple[Any, Floats]]:
     """The arrays of functions, by `prefix` and number."""
     return {f"{prefix}/{number}": (f.function_space, f.x.array) for number, f in enumerate(functions)}
 

@@ -1,12 +1,11 @@
 """The stations of a straight bed, which are its columns of nodes: sums over them, and the stream function of their flow."""
 
 import functools
-from typing import Any
 
 import numpy as np
 from dolfinx import fem
-from numpy.typing import NDArray
 
+from ..arrays import Floats, Integers
 from ..laws.functions import Value
 from ..mesh import fenicsx, ranks
 from ..mesh.domain import Domain
@@ -14,7 +13,7 @@ from ..mesh.domain import Domain
 GAUSS_DEGREE = 3
 
 
-def columns_of(domain: Domain) -> tuple[NDArray[Any], NDArray[Any]]:
+def columns_of(domain: Domain) -> tuple[Floats, Floats]:
     """Nodes (m) along and across the bed, of a straight one in two dimensions."""
     assert domain.columns is not None, "only a straight bed in two dimensions has stations"
     return domain.columns
@@ -29,27 +28,27 @@ class Columns:
         steps = np.diff(self.along)
         self.widths = 0.5 * (np.append(steps, 0.0) + np.append(0.0, steps))
 
-    def of(self, points: NDArray[Any]) -> NDArray[Any]:
+    def of(self, points: Floats) -> Integers:
         """Number of the station of each point."""
         return nearest(self.along, np.asarray(points)[:, 0])
 
-    def total(self, columns: NDArray[Any], values: NDArray[Any]) -> NDArray[Any]:
+    def total(self, columns: Integers, values: Floats) -> Floats:
         """Sum of owned values by their column, over all ranks."""
         sums = np.bincount(columns, weights=values, minlength=len(self.along))
         return ranks.total(self.domain.communicator, sums)
 
-    def pressure(self, gradient: NDArray[Any]) -> NDArray[Any]:
+    def pressure(self, gradient: Floats) -> Floats:
         """Gauge pressure (Pa) at the stations for dp/dx (Pa/m), 0 at the last: the trapezoidal rule."""
         steps = 0.5 * np.diff(self.along) * (gradient[1:] + gradient[:-1])
         return np.append(-np.cumsum(steps[::-1])[::-1], 0.0)
 
     @functools.cached_property
-    def pressure_matrix(self) -> NDArray[Any]:
+    def pressure_matrix(self) -> Floats:
         """The same as a matrix."""
         return np.column_stack([self.pressure(gradient) for gradient in np.eye(len(self.along))])
 
 
-def nearest(grid: NDArray[Any], values: NDArray[Any]) -> NDArray[Any]:
+def nearest(grid: Floats, values: Floats) -> Integers:
     """Index of the nearest of the rising grid's nodes to each value."""
     return np.searchsorted(0.5 * (grid[1:] + grid[:-1]), values)
 

@@ -6,12 +6,12 @@ flow passes a bead, later ones grow as the updates fall, until they are infinite
 
 import logging
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from dolfinx import fem
-from numpy.typing import NDArray
 
+from ..arrays import Floats, Integers
 from ..mesh import fenicsx, ranks
 from .newton import Contraction, NewtonSystem, modified_newton
 from .protocols import Observer, silent
@@ -80,16 +80,16 @@ class Unknowns(NamedTuple):
     All but the pressure evolve in a false transient: it belongs to its velocity, however short the step.
     """
 
-    motion: Sequence[NDArray[Any]]
-    turbulence: Sequence[NDArray[Any]]
+    motion: Sequence[Integers]
+    turbulence: Sequence[Integers]
 
     @property
-    def parts(self) -> list[NDArray[Any]]:
+    def parts(self) -> list[Integers]:
         """Those of each part."""
         return [*self.motion, *self.turbulence]
 
     @property
-    def traces(self) -> NDArray[Any]:
+    def traces(self) -> Floats:
         """Scaled size below which each part counts as 0."""
         return np.array([LEAST_VALUE] * len(self.motion) + [TRACE_OF_TURBULENCE] * len(self.turbulence))
 
@@ -99,12 +99,12 @@ class Unknowns(NamedTuple):
         return [0, *range(len(self.motion), len(self.parts))]
 
     @property
-    def of_turbulence(self) -> NDArray[Any]:
+    def of_turbulence(self) -> Integers:
         """All of the turbulence."""
         return np.concatenate([np.empty(0, int), *self.turbulence])
 
     @property
-    def kinetic_energy(self) -> NDArray[Any]:
+    def kinetic_energy(self) -> Integers:
         """Those of k, the first of the turbulence."""
         return self.turbulence[0] if self.turbulence else np.empty(0, int)
 
@@ -272,9 +272,9 @@ class SteadySolver:
         self.system.vector.copy(fenicsx.petsc_vector(residual))
         return np.sqrt(ranks.total(self._communicator, self._squares(residual.x.array[self._owned]))).tolist()
 
-    def _squares(self, values: NDArray[Any]) -> NDArray[Any]:
+    def _squares(self, values: Floats) -> Floats:
         """Sum of squares of each part of this rank's values, which are those of `_owned`."""
-        return np.bincount(self._part_of_owned, weights=values * values, minlength=len(self._lengths))
+        return np.bincount(self._part_of_owned, weights=values * values, minlength=len(self._lengths)).astype(float)
 
     def _converged(self, update: float, last: float) -> bool:
         """Whether the steady equations are solved; `last` is the update before the present one."""
@@ -282,7 +282,7 @@ class SteadySolver:
         stagnated = max(self.update, last) < STAGNATED_UPDATE and update < STAGNATED_PARTS
         return (small or stagnated) and self.is_physical()
 
-    def _updates(self, before: NDArray[Any], parts: Sequence[int] = ()) -> tuple[float, float]:
+    def _updates(self, before: Floats, parts: Sequence[int] = ()) -> tuple[float, float]:
         """Update since the array `before`, relative to the geometric mean of then and now, so that growth shows like decay.
 
         Of all unknowns of the parts (numbers; default: all), and the largest of a part, as k and epsilon hardly count in that of
@@ -298,20 +298,20 @@ class SteadySolver:
             of_parts = np.sqrt(np.maximum(values, least)) * np.sqrt(np.maximum(old_values, least))
             return float(np.sqrt(changes.sum() / of_all)), float(np.sqrt(np.max(changes / of_parts)))
 
-    def update_of_all(self, before: NDArray[Any]) -> float:
+    def update_of_all(self, before: Floats) -> float:
         """Relative update of all unknowns since the array `before` (collective)."""
         return self._updates(before)[0]
 
-    def copies(self) -> list[NDArray[Any]]:
+    def copies(self) -> list[Floats]:
         """Copies of the arrays that an iteration changes."""
         return [function.x.array.copy() for function in self._functions]
 
-    def put_back(self, arrays: Sequence[NDArray[Any]]) -> None:
+    def put_back(self, arrays: Sequence[Floats]) -> None:
         """Go back to `copies()`."""
         for function, array in zip(self._functions, arrays, strict=True):
             function.x.array[:] = array
 
-    def extrapolate(self, previous: Sequence[NDArray[Any]], factor: float) -> None:
+    def extrapolate(self, previous: Sequence[Floats], factor: float) -> None:
         """Extrapolate the state `factor` times as far ahead as `previous` (like `copies()`) lies behind."""
         turbulence = self._unknown.x.array[self._of_turbulence].copy()
         for function, array in zip(self._functions, previous, strict=True):
@@ -339,5 +339,5 @@ class SteadySolver:
             self.largest_undershoot = max(self.largest_undershoot, -low / high)
         return bool(np.isfinite(low))
 
-    def _kinetic_energy(self) -> NDArray[Any]:
+    def _kinetic_energy(self) -> Floats:
         return self._unknown.x.array[self.unknowns.kinetic_energy]

@@ -15,11 +15,11 @@ and every layer of the wall, the largest of them.
 """
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Floats, Integers
 from ..mesh import ranks
 from ..mesh.aliases import Communicator
 
@@ -43,13 +43,13 @@ class RegionNorm:
     `weights` are those of the owned unknowns, their volumes.
     """
 
-    def __init__(self, communicator: Communicator, weights: NDArray[Any], regions: Sequence[NDArray[Any]]) -> None:
+    def __init__(self, communicator: Communicator, weights: Floats, regions: Sequence[Integers]) -> None:
         self._communicator = communicator
         self._regions = [np.asarray(region)[np.asarray(region) < len(weights)] for region in regions]
         self._weights = [weights[region] for region in self._regions]
         self._sizes = ranks.total(communicator, np.array([part.sum() for part in self._weights]))
 
-    def __call__(self, values: NDArray[Any]) -> float:
+    def __call__(self, values: Floats) -> float:
         """The largest root mean square (collective)."""
         pairs = zip(self._weights, self._regions, strict=True)
         squares = ranks.total(self._communicator, np.array([w @ values[region] ** 2 for w, region in pairs]))

@@ -2,13 +2,12 @@
 
 import functools
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import ufl
 from dolfinx import fem
-from numpy.typing import NDArray
 
+from ..arrays import Floats, Integers
 from ..equations.energy import EnergyEquations, Transport
 from ..mesh import fenicsx, ranks
 from ..mesh.domain import INLET, INTERFACE, Domain
@@ -84,7 +83,7 @@ class ConductedHeat:
         self._boundary = fem.locate_dofs_topological(space, dimension - 1, np.sort(facets).astype(np.int32))
 
     @functools.cached_property
-    def _volumes(self) -> NDArray[Any]:
+    def _volumes(self) -> Floats:
         vector = fenicsx.petsc_vector(self.function)
         fenicsx.assemble_vector(vector, self._volume_form.form)
         return np.maximum(vector.array.copy(), 1e-300)  # none in the wall
@@ -105,7 +104,7 @@ class MonotoneCells:
     last. `unknowns` are the numbers of every local cell's temperatures, a row each, `bed` those of the bed's cells.
     """
 
-    def __init__(self, marks: fem.Function, unknowns: NDArray[Any], bed: NDArray[Any]) -> None:
+    def __init__(self, marks: fem.Function, unknowns: Integers, bed: Integers) -> None:
         self._marks, self._unknowns = marks, unknowns
         self._in_bed = np.zeros((len(unknowns), 1), bool)
         self._in_bed[bed] = True
@@ -118,7 +117,7 @@ class MonotoneCells:
         """Whether any is marked, on any rank (collective)."""
         return ranks.anywhere(self._communicator, bool(self._marks.x.array.any()))
 
-    def mark(self, values: NDArray[Any], bounds: Bounds) -> tuple[bool, bool]:
+    def mark(self, values: Floats, bounds: Bounds) -> tuple[bool, bool]:
         """Make the cells monotone that have one of the `values` (K, NaN where none) out of bounds: whether there are any, and
         new ones, on any rank."""
         of_cells, marks = values[self._unknowns], self._marks.x.array

@@ -15,10 +15,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import RBFInterpolator
 from scipy.optimize import minimize
 
+from ..arrays import Floats
 from ..errors import InputError
 from ..files.atomic_files import output_file
 from ..files.tables import read_toml
@@ -111,10 +111,10 @@ class _Surface:
         self._values = {name: np.log([row.values[name] for row in known]) for name in records}
         self._fits = {name: RBFInterpolator(self.places, values) for name, values in self._values.items()}
 
-    def _scaled(self, values: Any) -> NDArray[Any]:
+    def _scaled(self, values: Any) -> Floats:
         return np.where(self._logarithmic, np.log(np.where(self._logarithmic, values, 1.0)), values)
 
-    def __call__(self, name: str, place: NDArray[Any]) -> float:
+    def __call__(self, name: str, place: Floats) -> float:
         """Logarithm of a record at a place of the unit cube."""
         return float(self._fits[name](np.clip(place, 0.0, 1.0)[None, :])[0])
 
@@ -135,7 +135,7 @@ class _Surface:
             for n, limit in limits.items()
         ]
 
-        def excess(x: NDArray[Any]) -> float:
+        def excess(x: Floats) -> float:
             return math.fsum(max(0.0, self(n, x) - math.log(limit)) for n, limit in limits.items())
 
         starts = sorted(self.places, key=lambda x: (round(excess(x), 3), self(name, x)))[:5]

@@ -23,9 +23,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import norm, qmc
 
+from ..arrays import Floats
 from ..errors import InputError
 from ..files.atomic_files import output_file
 from ..files.tables import text_cells
@@ -337,7 +337,7 @@ def sampled(
     rows = run_study(Study(sample_cases(scene, count, seed), [], [record]), out, progress=progress, stop=stop)
     if any(row.status == "missing" for row in rows):
         return None
-    times: NDArray[Any] = np.array([t for row in rows if (t := _positive(row.values[record])) is not None], float)
+    times: Floats = np.array([t for row in rows if (t := _positive(row.values[record])) is not None], float)
     if len(times) < 2:
         raise quantity.no_answer(scene, f"in {len(times)} of the sampled cases alone")
     slow = sum(quantity.is_time and row.status == "done" and row.values[record] is None for row in rows)
