@@ -7,6 +7,7 @@ Writes docs/droplet.md and docs/droplet.png. Run: make droplet (about 40 minutes
 import argparse
 import json
 import time
+from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
@@ -206,10 +207,36 @@ def write_page(path: Path, outcomes: list[dict[str, Any]]) -> None:
         f"{max(one['imbalance'] for one in outcomes):.0e}; the gas's forces on grains and droplet over the pressure on the "
         f"floor: {min(floor):.3f} to {max(floor):.3f}.",
     )
+    page.add("", "## What the paper says", "")
+    page.table(("Henry et al., section 4", "here"), statements(spread))
     stopped = [f"{one['celsius']:g} °C, {one['settings']}: {one['ended']}" for one in outcomes if one["ended"]]
     if stopped:
         page.add("", "Ended early: " + "; ".join(stopped) + ".")
     page.write(path)
+
+
+def statements(spread: Callable[..., str]) -> list[tuple[str, str]]:
+    """The paper's words beside what came out."""
+
+    def series(name: str, index: int | None = None, form: str = ".2f", of: tuple[float, ...] = TEMPERATURES) -> str:
+        return "; ".join(f"{spread(celsius, name, index, form)} at {celsius:g} °C" for celsius in of)
+
+    hot = TEMPERATURES[2:]
+    return [
+        ("no digging, no ejection below 350 °C", f"highest grain, in D: {series('highest', None, '.1f')}"),
+        ("digs and throws grains up from 350 °C on", f"depth at 1 s, in D: {series('depth', 1)}"),
+        ("deepest, and fastest, at 400 °C", f"fastest half second, mm/s: {series('speed', None, '.1f')}"),
+        ("bounces back to the surface at 500 and 600 °C", f"depth at 2 s, in D: {series('depth', 3, of=hot)}"),
+        (
+            "the same speed in the first second, whatever the temperature",
+            f"depth at 0.5 s, in D: {series('depth', 0, of=hot)}",
+        ),
+        ("forces of gas and grains carry the weight", f"over the weight: {series('forces', None, '.3f')}"),
+        ("grains inside bring less than half of the heat", series("by_beads")),
+        ("m/ṁ some 10 s at first", f"s: {series('early', None, '.0f')}"),
+        ("m/ṁ minutes when the droplet is full of grains", f"s: {series('late', None, '.0f')}"),
+        ("grains thrown up have half of the bed's temperature", series("chimney", of=hot)),
+    ]
 
 
 TEXT = """# A droplet that digs into a hot bed

@@ -117,9 +117,9 @@ def test_heat_from_a_bed_at_rest_is_conducted(cell_size, error):
         column.gas.keep()
         placed = column._place()
         column.gas.up[:], column.gas.across[:] = 0.0, 0.0
-        heat += column._exchange_heat(placed, nothing)[0] * box.time_step / box.depth
+        heat += column.heat.exchange(placed, nothing)[0] * box.time_step / box.depth
         time += box.time_step
-    conductivity = float(column.conductivity(np.array(0.4)))
+    conductivity = float(column.heat.conductivity(np.array(0.4)))
     exact = heat_by_radial_conduction(1.25e-3, 4e-3, conductivity, 0.4 * 3200.0 * 290.0, time)
     assert heat == pytest.approx(exact * (673.15 - BOILING_TEMPERATURE), rel=error)
 
@@ -210,7 +210,7 @@ def test_a_grain_in_the_water_takes_its_temperature():
     inside = column.droplet.is_inside(places)
     before = column.beads.temperature[inside].copy() - BOILING_TEMPERATURE
     column.gas.keep()
-    column._exchange_heat(column._place(), np.zeros_like(column.gas.pressure))
+    column.heat.exchange(column._place(), np.zeros_like(column.gas.pressure))
     left = (column.beads.temperature[inside] - BOILING_TEMPERATURE) / before
     tau = 3200.0 * 290.0 * 55e-6**2 / (12.0 * column.droplet.water.conductivity)
     assert tau == pytest.approx(0.344e-3, rel=0.01)
