@@ -5,13 +5,16 @@ export OMP_NUM_THREADS := 1
 MPIRUN := mpirun --oversubscribe $(if $(filter 0,$(shell id -u)),--allow-run-as-root)
 PARTS := 3
 
-.PHONY: heat deb test-container docs docs-test test test-quick test-fast test-heavy test-mpi check install tables packing speed-against-error adjoint hard-cases random-scenes crossed-scenes three-dimensions measured-stores accuracy model-choice lattices bubbling-bed sheared-bed regression regression-store sweep growth figures chapter-6 bead-interior permeability workshop fluid-properties validation kill-test fuzz-test test-debian13 test-debian-sid clean
+.PHONY: heat deb test-container docs docs-test test test-quick test-durations test-fast test-heavy test-mpi check install tables packing speed-against-error adjoint hard-cases random-scenes crossed-scenes three-dimensions measured-stores accuracy model-choice lattices bubbling-bed sheared-bed regression regression-store sweep growth figures chapter-6 bead-interior permeability workshop fluid-properties validation kill-test fuzz-test test-debian13 test-debian-sid clean
 
 heat: .venv/installed  ## heat the aluminium mold: summary and pictures in runs/aluminium
 	$(PYTHON) -m porousmold run studies/mold/aluminium.toml --out runs/aluminium --force
 
 test-quick: .venv/installed  ## unit tests: no whole runs, within a minute once forms are compiled
-	$(PYTHON) -m pytest -q -n $(PARTS) --timeout=120 -m "not slow and not docs" tests
+	$(PYTHON) -m pytest -q -n $(PARTS) --timeout=120 -m "not slow and not heavy and not docs" tests
+
+test-durations: .venv/installed  ## all tests on one rank, and which of them are slow: tests/durations.json
+	$(PYTHON) -m pytest -q -n $(PARTS) --store-durations -m "not docs" tests
 
 test: .venv/installed  ## style, types, all tests on 1, 2 and 3 ranks
 	$(MAKE) --no-print-directory check test-fast test-mpi
