@@ -246,7 +246,7 @@ granular materials, section 4): a droplet of water on hot grains evaporates, its
 itself in.
 
 ```sh
-porousmold droplet --bed-temperature "400 °C" --time "1 s" --out runs/droplet --animate
+porousmold droplet --bed-temperature "400 °C" --time "0.2 s" --out runs/droplet --animate
 ```
 
 `--droplet-diameter`, `--grain-diameter`, `--parcel-diameter`, `--bed-height`, `--beads`, `--bond`, `--conduction gas`,

@@ -158,3 +158,36 @@ def test_adjoint():
         found = adjoint.elasticity(scene, course, sweep, own, name, parameters[name])
         assert found == pytest.approx(adjoint.difference(scene, name, parameters[name]), abs=0.02)
         assert abs(found) > 0.1
+
+
+def test_droplet(tmp_path, monkeypatch):
+    """The page of outcomes: what the seeds differ by, and the difference of two temperatures with its error."""
+    droplet = study("droplet")
+    monkeypatch.setattr(droplet, "DOCS", tmp_path)
+    cases = [(celsius, {"seed": seed}) for seed in droplet.SEEDS for celsius in droplet.TEMPERATURES]
+    cases += [(celsius, settings) for settings in droplet.VARIANTS.values() for celsius in droplet.VARIED_AT]
+    names = [
+        "speed",
+        "early",
+        "late",
+        "bouncing",
+        "by_beads",
+        "inside",
+        "forces",
+        "floor",
+        "highest",
+        "water",
+        "imbalance",
+    ]
+    outcomes = []
+    for celsius, settings in cases:
+        depth = 1e-3 * celsius + 0.1 * settings.get("seed", 2)
+        outcomes.append(dict.fromkeys([*names, "seconds"], 1.0) | {
+            "celsius": celsius, "settings": settings, "depth": [depth] * 4, "chimney": float("nan"), "ended": "",
+            "times": [0.0, 1.0], "depths": [0.0, depth]})  # fmt: skip
+    droplet.write_page(tmp_path / "droplet.md", outcomes)
+    droplet.draw(tmp_path / "droplet.png", outcomes)
+    text = (tmp_path / "droplet.md").read_text()
+    assert "0.60 ± 0.06" in text and "-0.20 D, standard error 0.08 D (3 seeds each)" in text
+    assert "| no bonds | 0.60 | 0.60 | 1 | 0.80 | 0.80 | 1 |" in text
+    assert (tmp_path / "droplet.png").exists()

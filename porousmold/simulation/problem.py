@@ -31,6 +31,8 @@ from .stopwatch import Stopwatch
 
 QUADRATURE = 2
 """Degree of the quadrature of means."""
+ROUNDING = 1e-12
+"""Of places, over the length."""
 PLACES_ALONG = 101
 """Of the profile along the bed."""
 STORES = ("beads", "wall")
@@ -170,12 +172,12 @@ class Problem:
         return sum(ranks.integral(self.communicator, fenicsx.compiled_form(part)) for part in parts)
 
     def _places_along_the_flow(self) -> Floats:
-        """x[0] (m) of every temperature of the heat's unknowns."""
-        if not self.specs.heat.two_temperatures:
-            return np.asarray(self.heat.space.tabulate_dof_coordinates()[:, 0])
-        subspace, numbers = fenicsx.collapse(self.heat.space, 0)
-        along = np.zeros(len(self.heat.unknown.x.array))
-        along[numbers] = subspace.tabulate_dof_coordinates()[:, 0]
+        """x[0] (m) of every temperature of the heat's unknowns, without what rounding leaves at 0."""
+        space, numbers = self.heat.space, np.arange(len(self.heat.unknown.x.array))
+        if self.specs.heat.two_temperatures:
+            space, numbers = fenicsx.collapse(space, 0)
+        along, places = np.zeros(len(self.heat.unknown.x.array)), space.tabulate_dof_coordinates()[:, 0]
+        along[numbers] = np.where(np.abs(places) < ROUNDING * self.domain.length, 0.0, places)
         return along
 
     def _numbers_of_places(self) -> Mapping[str, Integers]:
