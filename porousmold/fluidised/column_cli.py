@@ -5,10 +5,9 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
-from ..files.atomic_files import output_folder
 from ..files.units import to_si, whole_number
 from .cli import write_tables
-from .column_run import checkpoint_in, run_column, simulated_time
+from .column_run import add_run_options, ran
 
 LENGTHS = ("width", "depth", "height", "bed-height", "bead-diameter")
 UNITS = {"time": "s", "pressure_drop": "Pa", "force_on_beads": "Pa", "bed_height": "m", "highest_bead": "m"}
@@ -32,7 +31,6 @@ def add_commands(commands: Any) -> None:
     command.add_argument("--beads", required=True, metavar="MATERIAL", help="solid of `porousmold materials`")
     command.add_argument("--fluid", default="air", metavar="MATERIAL", help="fluid of that library (default air)")
     for option, default, text in (
-        ("--time", "1 s", "simulated (default 1 s)"),
         ("--initial-temperature", "20 degC", "of beads and gas (default 20 degC)"),
         ("--inlet-temperature", "80 degC", "of the gas (default 80 degC)"),
         ("--blocked-width", "0 mm", "in the middle of the floor, through which no gas enters (default 0)"),
@@ -40,29 +38,16 @@ def add_commands(commands: Any) -> None:
         ("--drag", "gidaspow", "on the beads: gidaspow (default), or di-felice as in equation (12) of Henry et al."),
         ("--nusselt", "wakao", "correlation of the film around the beads, as model.nusselt of a scene (default wakao)"),
         ("--cell-size", "3.5", "of the gas's cells, in bead diameters (default 3.5)"),
-        ("--seed", "1", "same seed, same packing"),
     ):
         command.add_argument(option, default=default, metavar="VALUE", help=text)
-    command.add_argument(
-        "--out", default="runs/fluidise", metavar="DIR", help="folder to write (default runs/fluidise)"
-    )
-    command.add_argument("--animate", action="store_true", help="also column.gif: the beads, coloured by temperature")
-    command.add_argument("--quiet", action="store_true", help="no progress bar, no summary")
+    add_run_options(command, "fluidise", "column.gif: the beads, coloured by temperature")
     command.set_defaults(serial=_fluidise)
 
 
 def _fluidise(options: argparse.Namespace) -> str:
     from .column import Column
 
-    given, end, out = _input(options), simulated_time(options.time), Path(options.out)
-    output_folder(out)
-    column, pictures, problem = run_column(Column, given, out, end, animate=options.animate, quiet=options.quiet)
-    text = _write(column, out, pictures)
-    checkpoint_in(out).unlink(missing_ok=True)
-    column.free()
-    if problem is not None:
-        raise problem
-    return "" if options.quiet else text
+    return ran(Column, _input(options), _write, options)
 
 
 def _input(options: argparse.Namespace) -> Any:
@@ -140,4 +125,5 @@ def _write(column: Any, out: Path, pictures: list[Any]) -> str:
         f"beads {beads:.2f} °C, gas at the outlet {gas:.2f} °C; relative heat imbalance {summary['heat_imbalance']:.1e}",
         f"written to {out}: result.json, history.csv, {', '.join(path.name for path in files)}",
     ]
+    column.free()
     return "\n".join(lines)

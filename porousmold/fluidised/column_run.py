@@ -1,6 +1,8 @@
 """Runs of a column of beads: progress, checkpoints on the way, and the pictures of an animation."""
 
+import argparse
 import math
+from collections.abc import Callable
 from pathlib import Path
 from time import monotonic
 from typing import Any
@@ -9,6 +11,7 @@ from zipfile import BadZipFile
 import numpy as np
 
 from ..errors import InputError, SolveError
+from ..files.atomic_files import output_folder
 from ..files.stop_signals import StopSignals
 from ..files.units import to_si
 from ..output.console import SECONDS_AND_PARTS, Bar
@@ -20,18 +23,31 @@ FRAMES = 80
 """Of an animation."""
 
 
-def run_column(
-    kind: Any, given: Any, out: Path, end: float, *, animate: bool, quiet: bool
-) -> tuple[Any, list[Any], SolveError | None]:
-    """March a column of a `kind` (a class), or go on from the checkpoint in the folder `out`; gives it, the pictures of its
-    animation, and what ended it before its `end` (s). The caller deletes the checkpoint at the end. Raises `SolveError` where
-    not a step was taken, `InputError` for a checkpoint of something else, KeyboardInterrupt when it is stopped."""
-    signals, bar = StopSignals(), Bar(quiet=quiet)
+def add_run_options(command: argparse.ArgumentParser, name: str, animation: str) -> None:
+    """What the commands that march a column have in common; `name` is that of the default folder."""
+    command.add_argument("--time", default="1 s", metavar="VALUE", help="simulated (default 1 s)")
+    command.add_argument("--seed", default="1", metavar="VALUE", help="same seed, same packing")
+    command.add_argument("--out", default=f"runs/{name}", metavar="DIR", help=f"folder to write (default runs/{name})")
+    command.add_argument("--animate", action="store_true", help=f"also {animation}")
+    command.add_argument("--quiet", action="store_true", help="no progress bar, no summary")
+
+
+def ran(kind: Any, given: Any, write: Callable[[Any, Path, list[Any]], str], options: argparse.Namespace) -> str:
+    """March a column of a `kind` (a class), or go on from the checkpoint in its folder, and have `write` put there what came out
+    of it, given the column, the folder and the pictures of its animation; gives its text.
+
+    Raises `InputError` for --time that is not above 0 and for a checkpoint of something else, `SolveError` after what there is
+    has been written, KeyboardInterrupt when it is stopped."""
+    end, out = to_si("--time", options.time, "s"), Path(options.out)
+    if not 0.0 < end < 1e4:
+        raise InputError("--time", options.time, "must be > 0 and < 10000 s")
+    output_folder(out)
+    signals, bar = StopSignals(), Bar(quiet=options.quiet)
     bar.phase("beads come to rest")
-    path, identity = checkpoint_in(out), f"{given} {code_digest((*COMPUTING, 'packing', 'fluidised'))}"
+    path, identity = out / "checkpoint.npz", f"{given} {code_digest((*COMPUTING, 'packing', 'fluidised'))}"
     saved = read_checkpoint(path, identity, end, given.time_step) if path.is_file() else None
     column = kind(given) if saved is None else kind.restored(given, saved)
-    kept = Kept(column, path, identity, end / FRAMES if animate else math.inf, saved)
+    kept = Kept(column, path, identity, end / FRAMES if options.animate else math.inf, saved)
 
     def progress(time: float, total: float, text: str) -> None:
         bar.show(round(time, 4), total, text, SECONDS_AND_PARTS)
@@ -40,28 +56,20 @@ def run_column(
             kept.save()
             raise KeyboardInterrupt(f"stopped at t = {time:.4g} s; the same command goes on from there")
 
+    problem = None
     try:
         column.march(end, progress)
     except SolveError as error:
         if not column.rows:
             raise
-        return column, kept.pictures, error
+        problem = error
     finally:
         bar.close()
-    return column, kept.pictures, None
-
-
-def simulated_time(text: str) -> float:
-    """--time in s. Raises `InputError` for one that is not above 0."""
-    end = to_si("--time", text, "s")
-    if not 0.0 < end < 1e4:
-        raise InputError("--time", text, "must be > 0 and < 10000 s")
-    return end
-
-
-def checkpoint_in(out: Path) -> Path:
-    """Its file in a folder."""
-    return out / "checkpoint.npz"
+    text = write(column, out, kept.pictures)
+    path.unlink(missing_ok=True)
+    if problem is not None:
+        raise problem
+    return "" if options.quiet else text
 
 
 def read_checkpoint(path: Path, identity: str, end: float, time_step: float) -> dict[str, Any]:

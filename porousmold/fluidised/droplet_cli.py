@@ -6,10 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
-from ..files.atomic_files import output_folder
 from ..files.units import to_si, whole_number
 from .cli import write_tables
-from .column_run import checkpoint_in, run_column, simulated_time
+from .column_run import add_run_options, ran
 
 PAPER_BEADS = {"bead_density": 3200.0, "bead_heat_capacity": 290.0, "bead_conductivity": 234.0}
 """Henry et al., table 2, SI: as printed (for bronze, 8800 kg/m3, it would be a bulk density)."""
@@ -57,25 +56,14 @@ def add_commands(commands: Any) -> None:
     command.add_argument(
         "--fluid", metavar="MATERIAL", help="gas of that library, at 20 degC (default: table 2 of Henry et al.)"
     )
-    command.add_argument("--time", default="1 s", metavar="VALUE", help="simulated (default 1 s)")
-    command.add_argument("--seed", default="1", metavar="VALUE", help="same seed, same packing")
-    command.add_argument("--out", default="runs/droplet", metavar="DIR", help="folder to write (default runs/droplet)")
-    command.add_argument("--animate", action="store_true", help="also droplet.gif: grains and droplet")
-    command.add_argument("--quiet", action="store_true", help="no progress bar, no summary")
+    add_run_options(command, "droplet", "droplet.gif: grains and droplet")
     command.set_defaults(serial=_droplet)
 
 
 def _droplet(options: argparse.Namespace) -> str:
     from .droplet_column import DropletColumn
 
-    given, end, out = _input(options), simulated_time(options.time), Path(options.out)
-    output_folder(out)
-    column, pictures, problem = run_column(DropletColumn, given, out, end, animate=options.animate, quiet=options.quiet)
-    text = _write(column, out, pictures)
-    checkpoint_in(out).unlink(missing_ok=True)
-    if problem is not None:
-        raise problem
-    return "" if options.quiet else text
+    return ran(DropletColumn, _input(options), _write, options)
 
 
 def _input(options: argparse.Namespace) -> Any:
