@@ -21,6 +21,7 @@ PAGES = [
     *sorted((ROOT / "docs" / "tutorials").glob("*.md")),
     ROOT / "docs" / "command-line.md",
     ROOT / "docs" / "moving-beads.md",
+    ROOT / "docs" / "droplet.md",
 ]
 NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.ipynb"))
 BLOCK = re.compile(r"^```(sh|python|toml|console|text)\n(.*?)^```$", re.DOTALL | re.MULTILINE)

@@ -82,7 +82,8 @@ class MovingBeads:
         )
         passing = self.coordinates.weight * self._solid_part * abs(self.velocity)
         form += self._carried(temperature) * test * self.leaving
-        form += passing * sum(w * capacity * f * v for w, (f, v) in across) * self.leaving
+        for w, (f, v) in across:
+            form += passing * w * capacity * f * v * self.leaving
         return form - self._carried(self.inlet_temperature) * test * self.entering
 
     def carried_at_the_nodes(self, properties: Value, temperature: Value, test: Value) -> Value:
