@@ -1,6 +1,7 @@
 """What `fluidised.column` is given."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from ..errors import InputError
@@ -37,10 +38,14 @@ class BedInput:
     nusselt: str = "wakao"
 
     def __post_init__(self) -> None:
-        for key, known in (("drag", SUSPENSION_DRAGS), ("nusselt", NUSSELT_CORRELATIONS)):
-            if (name := getattr(self, key)) not in known:
-                raise InputError(f"--{key}", name, f"must be one of {', '.join(known)}")
+        self.require_names(drag=SUSPENSION_DRAGS, nusselt=NUSSELT_CORRELATIONS)
         archimedes_number(self.bead_diameter, self.density, self.bead_density, self.viscosity)
+
+    def require_names(self, **known: Iterable[str]) -> None:
+        """Raise `InputError` for a field whose name is not among those known for it."""
+        for key, names in known.items():
+            if (name := getattr(self, key)) not in names:
+                raise InputError(f"--{key}", name, f"must be one of {', '.join(names)}")
 
     @property
     def bead_mass(self) -> float:

@@ -68,9 +68,7 @@ class DropletInput(BedInput):
             raise InputError("--solid-fraction", self.solid_fraction, "must be >= 0.2 and <= 0.6")
         if not self.bond >= 0.0:
             raise InputError("--bond", self.bond, "must be >= 0 weights of a grain")
-        for key, known in (("conduction", CONDUCTIONS), ("contact", CONTACTS)):
-            if getattr(self, key) not in known:
-                raise InputError(f"--{key}", getattr(self, key), f"must be one of {', '.join(known)}")
+        self.require_names(conduction=CONDUCTIONS, contact=CONTACTS)
 
     @property
     def grain_weight(self) -> float:
