@@ -27,8 +27,10 @@ def draw_droplet(path: Path, column: Any) -> Path:
     time = of("time")
     late = of("time", smooth=True)
     with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(2, 2, figsize=(11.0, 7.0), layout="constrained", width_ratios=(1.3, 1.0))
-        (above, bed), (below, forces) = axes
+        figure, axes = plt.subplot_mosaic(
+            [["depth", "bed"], ["heat", "bed"], ["forces", "bed"]],
+            figsize=(11.0, 8.0), layout="constrained", width_ratios=(1.4, 1.0))  # fmt: skip
+        above, bed, below, forces = (axes[name] for name in ("depth", "bed", "heat", "forces"))
         above.plot(time, 1e3 * of("depth"), label="droplet's centre")
         above.axhline(0.0, color="0.4", linestyle="--", linewidth=1.0, label="surface of the bed at rest")
         above.invert_yaxis()
@@ -41,7 +43,7 @@ def draw_droplet(path: Path, column: Any) -> Path:
         weight = of("weight", smooth=True)
         forces.plot(late, of("force_by_gas", smooth=True) / weight, label="gas")
         forces.plot(late, of("force_by_beads", smooth=True) / weight, label="grains inside")
-        forces.set(xlabel="time in s", ylabel="force on the droplet in its weights")
+        forces.set(xlabel="time in s", ylabel="force in weights")
         forces.legend(fontsize=9)
         drawn = draw_beads(bed, column, column.beads.places, column.beads.temperature - 273.15)
         across, up = map(float, column.droplet.place)
