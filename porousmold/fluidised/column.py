@@ -25,7 +25,6 @@ from ..arrays import Floats
 from ..errors import SolveError
 from ..files.atomic_files import output_file
 from ..laws.fluidisation import SUSPENSION_DRAGS
-from ..laws.nusselt import NUSSELT_CORRELATIONS, prandtl_number
 from .column_beads import ColumnBeads
 from .column_gas import ColumnGas
 from .column_grid import ColumnGrid, Weights
@@ -127,9 +126,7 @@ class Column:
         """Temperatures of gas and beads over a step."""
         given, d, grid = self.given, self.given.bead_diameter, self.grid
         porosity, step = self.gas.porosity, self.given.time_step
-        reynolds = porosity * given.density * slip * d / given.viscosity
-        prandtl = prandtl_number(given.viscosity, given.heat_capacity, given.conductivity)
-        film = np.asarray(NUSSELT_CORRELATIONS[given.nusselt](reynolds, prandtl, porosity)) * given.conductivity / d
+        film = given.film_coefficient(d, porosity * given.density * slip, porosity)
         capacity = given.bead_mass * given.bead_heat_capacity
         conductance = -capacity / step * np.expm1(-grid.at(weights, film) * np.pi * d**2 * step / capacity)
         exchange = grid.spread(weights, conductance) / grid.volumes

@@ -13,14 +13,15 @@ Weights: TypeAlias = tuple[Floats, ...]
 
 
 class ColumnGrid:
-    """The nodes, (along, across); `volumes` are the nodes' shares of the column, `parts` those of its height and of its width."""
+    """The nodes, (along, across); `volumes` are the nodes' shares of the column, `parts` those of its height and of its width,
+    `sizes` those of a cell (m)."""
 
     def __init__(self, given: BedInput) -> None:
         size = given.cell_size * given.bead_diameter
         self.cells = (max(4, round(given.height / size)), max(3, round(given.width / size)))
         self.lengths = (given.height, given.width)
-        self._sizes = [length / n for length, n in zip(self.lengths, self.cells, strict=True)]
-        self.parts = [np.full(n + 1, size) for n, size in zip(self.cells, self._sizes, strict=True)]
+        self.sizes = [length / n for length, n in zip(self.lengths, self.cells, strict=True)]
+        self.parts = [np.full(n + 1, size) for n, size in zip(self.cells, self.sizes, strict=True)]
         for part in self.parts:
             part[[0, -1]] *= 0.5
         self.volumes = np.outer(*self.parts) * given.depth
@@ -60,7 +61,7 @@ class ColumnGrid:
         i, j, a, b = weights
         along = (1.0 - b) * (field[i + 1, j] - field[i, j]) + b * (field[i + 1, j + 1] - field[i, j + 1])
         across = (1.0 - a) * (field[i, j + 1] - field[i, j]) + a * (field[i + 1, j + 1] - field[i + 1, j])
-        return [along / self._sizes[0], across / self._sizes[1]]
+        return [along / self.sizes[0], across / self.sizes[1]]
 
 
 def both_sides(values: NDArray[Scalar], axis: int) -> tuple[NDArray[Scalar], NDArray[Scalar]]:

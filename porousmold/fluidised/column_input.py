@@ -4,9 +4,12 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+import numpy as np
+
+from ..arrays import Floats
 from ..errors import InputError
 from ..laws.fluidisation import GRAVITY, SUSPENSION_DRAGS, archimedes_number
-from ..laws.nusselt import NUSSELT_CORRELATIONS
+from ..laws.nusselt import NUSSELT_CORRELATIONS, prandtl_number
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,6 +49,13 @@ class BedInput:
         for key, names in known.items():
             if (name := getattr(self, key)) not in names:
                 raise InputError(f"--{key}", name, f"must be one of {', '.join(names)}")
+
+    def film_coefficient(self, diameter: float, mass_flux: Floats, porosity: Floats) -> Floats:
+        """Between the gas and beads of a diameter (m), W/m2/K, at its mass flux past them (kg/m2/s) and a porosity."""
+        reynolds = mass_flux * diameter / self.viscosity
+        prandtl = prandtl_number(self.viscosity, self.heat_capacity, self.conductivity)
+        nusselt = np.asarray(NUSSELT_CORRELATIONS[self.nusselt](reynolds, prandtl, porosity))
+        return nusselt * self.conductivity / diameter
 
     @property
     def bead_mass(self) -> float:

@@ -57,7 +57,7 @@ class Droplet:
         self.mass = self.water.density * math.pi * self.radius**2 * given.depth
         above = max(given.release_height, self.radius + 0.5 * given.bead_diameter)
         self.place, self.velocity = np.array([0.0, surface + above]), np.zeros(2)
-        self._cell = min(length / n for length, n in zip(grid.lengths, grid.cells, strict=True))
+        self._cell = min(grid.sizes)
         self._up = np.linspace(0.0, given.height, grid.cells[0] + 1)
         self._across = np.linspace(-0.5 * given.width, 0.5 * given.width, grid.cells[1] + 1)
 
@@ -104,10 +104,9 @@ class Droplet:
         two nodes, that of the outer one over the part of the way outside, as the circle has the droplet's temperature (Shortley,
         Weller 1938)."""
         up, across = np.abs(self._up[:, None] - self.place[1]), np.abs(self._across - self.place[0])
-        sizes = [self._up[1] - self._up[0], self._across[1] - self._across[0]]
         found = []
         for axis, (gap, size) in enumerate(
-            zip((up - self._chord(across), across - self._chord(up)), sizes, strict=True)
+            zip((up - self._chord(across), across - self._chord(up)), self._grid.sizes, strict=True)
         ):
             part = np.clip(gap / size, LEAST_PART, 1.0)
             is_outer, is_other_outer = both_sides(free, axis)

@@ -1,5 +1,6 @@
 """The beads around and in a droplet: parcels of grains, one layer deep. Those in the water feel its drag and buoyancy, and it
-feels theirs; those in its vapour stick together (bonds); where its vapour keeps hot ones out, they are pushed off its edge."""
+feels theirs; those that its vapour has not reached stick together (bonds); where its vapour keeps hot ones out, they are pushed
+off its edge."""
 
 import math
 

@@ -25,7 +25,7 @@ LENGTHS = {
 }
 NUMBERS = {
     "solid-fraction": ("0.4", "share of the grains in the volume of the bed"),
-    "bond": ("10", "of wet grains in contact, in weights of a grain"),
+    "bond": ("10", "of grains in contact where there is little vapour, in weights of a grain"),
     "friction": ("0.3", "coefficient between beads and at walls"),
     "cell-size": ("1.5", "of the gas's cells, in parcel diameters"),
     "relative-step": ("0.05", "time step in sqrt(parcel diameter/g)"),

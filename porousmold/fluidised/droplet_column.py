@@ -3,10 +3,9 @@ r"""A droplet of water on, and in, a hot bed of grains (Henry et al., section 4)
 Grains are drawn together into parcels (`droplet_beads`) on the grid of `column_grid`; the gas is `droplet_gas`, the droplet
 `droplet`. A step: porosity, drag and the droplet's circle at the nodes; the vapour that the heat of the step before makes, evenly
 around the circle; pressure and velocity of the gas; temperatures of gas and grains, share of vapour, and the heat to the droplet
-(`droplet_heat`);
-then beads and droplet together, in `column_beads.CHUNKS` parts. Grains feel the gas as in `column`, by their own diameter; inside
-the circle they feel the water instead. Where gas is wet (vapour below `DRY`), a contact holds with `bond` grain weights over the
-grain's area (paper: 7.5e-4 N/m, 10 weights of a disc of 55 um).
+(`droplet_heat`); then beads and droplet together, in `column_beads.CHUNKS` parts. Grains feel the gas as in `column`, by their
+own diameter; inside the circle they feel the water instead. A contact where there is little vapour (a share below `FLUIDISED`)
+holds with `bond` grain weights over the grain's area (paper: 7.5e-4 N/m, 10 weights of a disc of 55 um).
 
 Side walls have the bed's initial temperature, no heat passes front and rear, the top is open, gas that comes in there is like
 that which is there. What the model leaves out: the droplet's shape, capillarity, radiation, wetting and boiling on the grains.
@@ -35,12 +34,12 @@ OF_THE_CIRCLE = 0.9
 BLOCKING, FULL = 1e8, 0.95
 """Resistance (kg/m3/s) of nodes that the circle fills so far: the gas there moves with the droplet. With nodes that are filled
 less, the thrust of its vapour is 5 to 10 % too large on these cells."""
-DRY = 0.9
+FLUIDISED = 0.9
 """Share of vapour from which grains do not stick together (the paper's psi_0)."""
 HOTTEST_WET = 473.15
 """Temperature (K) from which, with `contact` 'film', vapour keeps grains out: the Leidenfrost point of water lies about there."""
-NUMBERS = ("time", "surface", "evaporation", "_water_at_first", "_gas_at_first", "_made", "_left")
-"""Of a column, that a checkpoint keeps."""
+NUMBERS = ("surface", "evaporation", "_water_at_first", "_gas_at_first", "_made", "_left")
+"""Of a column, that a checkpoint keeps besides its time."""
 GONE = 0.03
 """Part of the water, below which the droplet is taken as evaporated."""
 
@@ -69,8 +68,8 @@ class DropletColumn:
         column = cls(given, beads)
         beads.restore(saved)
         column.gas.restore(saved)
-        numbers = dict(zip(NUMBERS, map(float, saved["numbers"]), strict=True))
-        for name, number in numbers.items():
+        column.time = float(saved["time"])
+        for name, number in zip(NUMBERS, map(float, saved["numbers"]), strict=True):
             setattr(column, name, number)
         droplet = column.droplet
         droplet.place, droplet.velocity = saved["droplet"][:2].copy(), saved["droplet"][2:4].copy()
@@ -159,11 +158,9 @@ class DropletColumn:
         per_mass = np.where(share > 1e-6, drag / np.maximum(share, 1e-9) / given.bead_density, 0.0)
         rate = grid.at(weights, per_mass) * ~inside
         on_beads = beads.mass * float((push[0] + rate * (velocity[0] - beads.velocity[0])).sum())
-        wet = grid.at(weights, gas.vapour) < DRY
-        beads.bonds = beads.by_name(given.bond * given.grain_diameter / given.bead_diameter * wet)
-        beads.repelled = beads.by_name(
-            (beads.temperature > HOTTEST_WET) & ~inside if given.contact == "film" else np.zeros(len(beads), bool)
-        )
+        is_bonded = grid.at(weights, gas.vapour) < FLUIDISED
+        beads.bonds = beads.by_name(given.bond * given.grain_diameter / given.bead_diameter * is_bonded)
+        beads.repelled = beads.by_name((beads.temperature > HOTTEST_WET) & ~inside & (given.contact == "film"))
         beads.in_water = beads.by_name(self._rate_in_water(placed))
         beads.pressure_force = force
         beads.move_with(droplet, velocity, push, rate)

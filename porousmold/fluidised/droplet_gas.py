@@ -25,7 +25,6 @@ from ..arrays import Floats
 from .column_grid import ColumnGrid, both_sides
 from .droplet_input import DropletInput
 
-Field = Floats
 STATE = ("pressure", "temperature", "vapour", "porosity", "up", "across")
 """Names of the arrays that the gas goes on from."""
 
@@ -36,15 +35,15 @@ class Surroundings:
     contacts alone would give, upwards and across, their drag beta (kg/m3/s), theta, and r (kg/m3/s), and of the droplet its
     velocity (m/s), a_d dt/rho_w (m3 s/kg) and the resistance B (kg/m3/s)."""
 
-    beads: Field
-    droplet: Field
-    bead_velocity: list[Field]
-    drag: Field
-    theta: Field
-    resistance: Field
+    beads: Floats
+    droplet: Floats
+    bead_velocity: list[Floats]
+    drag: Floats
+    theta: Floats
+    resistance: Floats
     droplet_velocity: list[float]
-    droplet_yielding: Field
-    droplet_resistance: Field
+    droplet_yielding: Floats
+    droplet_resistance: Floats
 
 
 class DropletGas:
@@ -53,12 +52,11 @@ class DropletGas:
     def __init__(self, given: DropletInput, grid: ColumnGrid) -> None:
         self.given, self._grid = given, grid
         rows, columns = (n + 1 for n in grid.cells)
-        self._sizes = [length / n for length, n in zip(grid.lengths, grid.cells, strict=True)]
         self._areas = [
             np.broadcast_to(grid.parts[1] * given.depth, (rows - 1, columns)),
             np.broadcast_to(grid.parts[0][:, None] * given.depth, (rows, columns - 1)),
         ]
-        self._over_length = [area / size for area, size in zip(self._areas, self._sizes, strict=True)]
+        self._over_length = [area / size for area, size in zip(self._areas, grid.sizes, strict=True)]
         self.pressure, self.vapour, self.porosity = np.zeros((3, rows, columns))
         self.temperature = np.full((rows, columns), given.initial_temperature)
         self.up, self.across = np.zeros((rows - 1, columns)), np.zeros((rows, columns - 1))
@@ -66,7 +64,7 @@ class DropletGas:
         self.volume_flow = 0.0
 
     @property
-    def velocity(self) -> list[Field]:
+    def velocity(self) -> list[Floats]:
         """Upwards and across at the nodes, m/s."""
         up, across = np.zeros_like(self.pressure), np.zeros_like(self.pressure)
         up[1:-1], up[0], up[-1] = 0.5 * (self.up[1:] + self.up[:-1]), 0.5 * self.up[0], self.up[-1]
@@ -81,7 +79,7 @@ class DropletGas:
         """Take what the gas flows around."""
         self.porosity, self._around = 1.0 - around.beads - around.droplet, around
 
-    def flow(self, made: Field) -> None:
+    def flow(self, made: Floats) -> None:
         """Pressure and velocities where a volume `made` (1/s) comes from each volume; the pressure is 0 at the top."""
         around, given = self._around, self.given
         step, share = given.time_step, around.beads
@@ -91,7 +89,7 @@ class DropletGas:
         coefficients, parts = [], []
         for axis, old in enumerate((self.up, self.across)):
 
-            def face(values: Field, axis: int = axis) -> Field:
+            def face(values: Floats, axis: int = axis) -> Floats:
                 return _mean(values, axis)
 
             velocity, droplet = around.bead_velocity[axis], around.droplet_velocity[axis]
@@ -108,17 +106,17 @@ class DropletGas:
         balance[-1] = 0.0
         self.pressure = self._solved(self._symmetric(coefficients), balance)
         self.up, self.across = (
-            without - per_slope * np.diff(self.pressure, axis=axis) / self._sizes[axis]
+            without - per_slope * np.diff(self.pressure, axis=axis) / self._grid.sizes[axis]
             for axis, (without, per_slope) in enumerate(parts)
         )
 
     def transport(
         self,
-        made: Field,
-        conductivity: list[Field],
-        heat: tuple[Field, Field],
-        diffusivity: list[Field],
-        vapour: tuple[Field, Field],
+        made: Floats,
+        conductivity: list[Floats],
+        heat: tuple[Floats, Floats],
+        diffusivity: list[Floats],
+        vapour: tuple[Floats, Floats],
     ) -> float:
         """Temperature and share of vapour over a step; gives the heat (W, above 0 K) that leaves at the top.
 
@@ -159,7 +157,7 @@ class DropletGas:
         )
         return capacity * float((out * self.temperature).sum())
 
-    def _symmetric(self, coefficients: list[Field]) -> Field:
+    def _symmetric(self, coefficients: list[Floats]) -> Floats:
         """Lower bands of the sum over the faces of c (p_a - p_b), with p = 0 in the top row."""
         up, across = coefficients
         rows, columns = across.shape[0], up.shape[1]
@@ -174,12 +172,12 @@ class DropletGas:
         bands[0], bands[1], bands[columns] = diagonal.ravel(), beside.ravel(), above.ravel()
         return bands
 
-    def _solved(self, bands: Field, right: Field) -> Field:
+    def _solved(self, bands: Floats, right: Floats) -> Floats:
         return np.asarray(solveh_banded(bands, right.ravel(), lower=True, check_finite=False)).reshape(right.shape)
 
     def _carried(
-        self, diagonal: Field, right: Field, fluxes: list[Field], out: Field, conducting: list[Field]
-    ) -> Field:
+        self, diagonal: Floats, right: Floats, fluxes: list[Floats], out: Floats, conducting: list[Floats]
+    ) -> Floats:
         """What fluxes carry upwind and conductances spread; what flows in at the top is like what is there."""
         columns = diagonal.shape[1]
         diagonal = diagonal + out
@@ -199,7 +197,7 @@ class DropletGas:
         solved = solve_banded((columns, columns), bands, right.ravel(), check_finite=False)
         return np.asarray(solved).reshape(right.shape)
 
-    def save(self) -> dict[str, Field]:
+    def save(self) -> dict[str, Floats]:
         """Everything that the gas goes on from."""
         return {f"gas_{name}": getattr(self, name) for name in STATE}
 
@@ -209,13 +207,13 @@ class DropletGas:
             setattr(self, name, saved[f"gas_{name}"])
 
 
-def _mean(values: Field, axis: int) -> Field:
+def _mean(values: Floats, axis: int) -> Floats:
     """At the faces across an axis."""
     one, other = both_sides(values, axis)
     return np.asarray(0.5 * (one + other))
 
 
-def _net(flux: Field, axis: int) -> Field:
+def _net(flux: Floats, axis: int) -> Floats:
     """What leaves each node through its faces across an axis."""
     before, behind = ([(1, 0), (0, 0)], [(0, 1), (0, 0)]) if axis == 0 else ([(0, 0), (1, 0)], [(0, 0), (0, 1)])
     return np.pad(flux, behind) - np.pad(flux, before)

@@ -14,7 +14,6 @@ import numpy as np
 from ..arrays import Booleans, Floats
 from ..laws.conductivity import LocalBed, stagnant_conductivity
 from ..laws.evaporation import BOILING_TEMPERATURE
-from ..laws.nusselt import NUSSELT_CORRELATIONS, prandtl_number
 from .column_grid import ColumnGrid, Weights
 from .droplet import HELD, Droplet
 from .droplet_beads import DropletBeads
@@ -65,12 +64,11 @@ class DropletHeat:
         self, given: DropletInput, grid: ColumnGrid, gas: DropletGas, beads: DropletBeads, droplet: Droplet
     ) -> None:
         self._given, self._grid, self._gas, self._beads, self._droplet = given, grid, gas, beads, droplet
-        sizes = [length / n for length, n in zip(grid.lengths, grid.cells, strict=True)]
         self._at_walls = np.zeros_like(gas.pressure)
-        self._at_walls[:, [0, -1]] = HELD / sizes[1] ** 2
+        self._at_walls[:, [0, -1]] = HELD / grid.sizes[1] ** 2
         capacity = given.solid_fraction * given.bead_density * given.bead_heat_capacity
         conductivity = float(self.conductivity(np.array(given.solid_fraction)))
-        self._evening_rate = EVENING * conductivity / capacity / math.prod(sizes)
+        self._evening_rate = EVENING * conductivity / capacity / math.prod(grid.sizes)
         self.books = HeatBooks(self._stored())
 
     @property
@@ -86,11 +84,8 @@ class DropletHeat:
         weights, inside, share, slip = placed[:4]
         given, grid, gas, beads, droplet = self._given, self._grid, self._gas, self._beads, self._droplet
         step, start = given.time_step, given.initial_temperature
-        reynolds = gas.porosity * given.density * slip * given.grain_diameter / given.viscosity
-        prandtl = prandtl_number(given.viscosity, given.heat_capacity, given.conductivity)
         porosity = np.clip(1.0 - share, 1.0 - LARGEST_SHARE, 1.0)
-        nusselt = np.asarray(NUSSELT_CORRELATIONS[given.nusselt](np.maximum(reynolds, 1e-3), prandtl, porosity))
-        film = nusselt * given.conductivity / given.grain_diameter
+        film = given.film_coefficient(given.grain_diameter, gas.porosity * given.density * slip, porosity)
         free = droplet.is_free()
         parcels = ParcelHeat(grid, weights, free, beads.mass * given.bead_heat_capacity * ~inside)
         mean = parcels.mean(beads.temperature)
@@ -102,7 +97,7 @@ class DropletHeat:
         held = droplet.held(free, float(conductivity.max()))
         walls = self._at_walls * conductivity
         made = vapour / given.density
-        wet = droplet.held(free, given.vapour_diffusivity) + made
+        pinned = droplet.held(free, given.vapour_diffusivity) + made
         leaving = gas.transport(
             made,
             droplet.between(conductivity, free),
@@ -111,7 +106,7 @@ class DropletHeat:
                 heating + (held + vapour * given.heat_capacity) * BOILING_TEMPERATURE + walls * start,
             ),
             droplet.between(given.vapour_diffusivity * gas.porosity, free),
-            (wet, wet),
+            (pinned, pinned),
         )
         by_gas = float((held * (gas.temperature - BOILING_TEMPERATURE) * grid.volumes).sum())
         gained = exchange * (gas.temperature - mean) * grid.volumes * step / np.maximum(parcels.capacity, 1e-30)

@@ -4,7 +4,6 @@ import math
 from dataclasses import dataclass
 
 from ..errors import InputError
-from ..laws.fluidisation import GRAVITY
 from .column_input import BedInput
 
 CONDUCTIONS = ("bed", "gas")
@@ -22,9 +21,9 @@ class DropletInput(BedInput):
     that of its grains, which drag and heat transfer know. The slab is one parcel deep. Filled by them is `solid_fraction` of the
     bed.
 
-    `bead_conductivity` (W/m/K) is the grains', `bond` pulls grains in contact together where it is wet, in weights of a grain,
-    `vapour_diffusivity` m2/s. `conduction` to the droplet: that of the 'bed' at rest (Zehner, Bauer, Schluender) or of its 'gas'
-    alone. `contact`: grains enter the droplet ('mixture'), or its vapour keeps hot ones out ('film').
+    `bead_conductivity` (W/m/K) is the grains', `bond` pulls grains in contact together where there is little vapour, in weights
+    of a grain, `vapour_diffusivity` m2/s. `conduction` to the droplet: that of the 'bed' at rest (Zehner, Bauer, Schluender) or
+    of its 'gas' alone. `contact`: grains enter the droplet ('mixture'), or its vapour keeps hot ones out ('film').
 
     Raises `InputError` for what does not fit each other."""
 
@@ -69,8 +68,3 @@ class DropletInput(BedInput):
         if not self.bond >= 0.0:
             raise InputError("--bond", self.bond, "must be >= 0 weights of a grain")
         self.require_names(conduction=CONDUCTIONS, contact=CONTACTS)
-
-    @property
-    def grain_weight(self) -> float:
-        """Of a grain, N."""
-        return self.bead_density * math.pi / 6.0 * self.grain_diameter**3 * GRAVITY

@@ -48,6 +48,6 @@ class ParcelHeat:
         off = (self._each > 0.0) * (temperature - self.at(self.mean(temperature)))
         twice = off - self.at(self.mean(off))
         less = np.where(off * twice > 0.0, np.sign(off) * np.minimum(np.abs(off), np.abs(twice)), 0.0)
-        given, taken = (float((self._each * part).sum()) for part in (np.maximum(less, 0.0), np.maximum(-less, 0.0)))
+        given, taken = (float((self._each * np.maximum(way, 0.0)).sum()) for way in (less, -less))
         less *= np.where(less > 0.0, min(1.0, taken / max(given, 1e-30)), min(1.0, given / max(taken, 1e-30)))
         temperature -= part * less

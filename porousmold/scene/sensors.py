@@ -11,8 +11,6 @@ from ..files.tables import read_rows
 from ..files.units import to_si
 
 KEY = "geometry.sensors"
-
-
 MOST_ON_A_LINE = 1000
 """Sensors of one row."""
 

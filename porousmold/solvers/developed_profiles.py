@@ -19,13 +19,12 @@ POWERS = (0.6, 1.2, 1.8)
 them beyond the table. The powers of other unknowns are 1."""
 STEEPEST = 4.0
 """Slope d ln f/d ln G at most, where a profile passes through zero."""
-Array = Floats
 
 
 class ProfilesOfGradient(DevelopedFlow):
     """Developed profiles at stations of given dp/dx (Pa/m, `given`, positive where the pressure falls), each by itself."""
 
-    given: Array = np.ones(STATIONS)
+    given: Floats = np.ones(STATIONS)
 
     def initial_guess(self) -> bool:
         self.gradient.x.array[:] = -self.given[self._column]
@@ -73,7 +72,7 @@ class ProfileTable:
             self._splines.append(RectBivariateSpline(logarithms, distances, scaled, kx=3, ky=1))
         self._ends = logarithms[0], logarithms[-1], distances[-1]
 
-    def at(self, distance: Array, logarithm: Array) -> list[tuple[Array, Array]]:
+    def at(self, distance: Floats, logarithm: Floats) -> list[tuple[Floats, Floats]]:
         """Values f and slopes d ln f/d ln G of every field at wall distances (m) and values of ln G: the scaled speed u d/nu,
         and the turbulence's unknowns in their units."""
         low, high, farthest = self._ends
@@ -92,7 +91,7 @@ class ProfileTable:
     def _power(number: int) -> float:
         return POWERS[number] if number < len(POWERS) else 1.0
 
-    def _tables(self) -> tuple[Array, list[Array]]:
+    def _tables(self) -> tuple[Floats, list[Floats]]:
         """Wall distances (m), and of every field a row for each station."""
         flow, nu = self._flow, self._viscosity / self._density
         model = flow.equations.model

@@ -239,8 +239,7 @@ def test_vapour_keeps_hot_grains_out():
 
 
 def test_grains_that_are_bonded_do_not_part():
-    """Two parcels that gravity would pull apart at a contact: one hangs under the other, which is on the floor's side of
-    nothing."""
+    """Two parcels in contact that move apart slowly: a bond of five weights stops them."""
     box = small(bond=100.0)
     places = np.array([[0.0, 0.0, 2e-3], [0.0, 0.0, 2e-3 + 0.249e-3]])
     apart = {}
