@@ -8,8 +8,9 @@ import argparse
 import json
 import multiprocessing
 import time
+from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -107,6 +108,7 @@ class Outcome:
     beyond: float = 0.0
     reason: str = ""
     warnings: str = ""
+    strategies: dict[str, int] = field(default_factory=dict)
 
 
 def outcome(task):
@@ -131,6 +133,7 @@ def outcome(task):
         summary["energy_imbalance"],
         max(high - max(given), min(given) - low, 0.0),
         warnings="; ".join(summary["warnings"]),
+        strategies=summary["flow_strategies"],
     )
 
 
@@ -181,6 +184,16 @@ def differences(results, sample, kind):
     return np.array([own / other - 1.0 for own, other in pairs if own and other])
 
 
+def table_of_strategies(outcomes):
+    """Rows of how the flows of some runs were found: in how many scenes, and how often."""
+    times, runs = Counter(), Counter()
+    for one in outcomes:
+        times.update(one.strategies)
+        runs.update(one.strategies.keys())
+    rows = [f"| {name} | {runs[name]} | {times[name]} |" for name in sorted(times, key=times.__getitem__, reverse=True)]
+    return ["| strategy | scenes | times |", "|---|---|---|", *rows]
+
+
 def write_page(path, drawn, results, sample):
     """The page and its picture."""
     own = {n: result for (n, kind), result in results.items() if kind == "own"}
@@ -225,6 +238,12 @@ def write_page(path, drawn, results, sample):
         f"| full against developed flow (entrance effects) | {len(other)} | {quantiles(other)} |",
         "",
         f"![Distributions]({picture.name})",
+        "",
+        "## How the flows were found",
+        "",
+        "In a step with the Jacobian of an earlier one, or a renewed one; from a guess by Newton's method or a false transient.",
+        "",
+        *table_of_strategies(own[n] for n in answered),
         "",
         "## Scenes without an answer",
         "",

@@ -96,7 +96,7 @@ class ColumnGas:
             fem.locate_dofs_geometrical((mixed.sub(0).sub(1), across_space), lambda x, at=at: np.isclose(x[1], at))[0]
             for at in (0.0, given.width)
         ]
-        self._flow = NewtonSystem(form, self._unknown, np.unique(np.concatenate(sides)))
+        self._flow = NewtonSystem("gas", form, self._unknown, np.unique(np.concatenate(sides)))
         self._make_heat(equations, state, force, dx, nodes, ds)
 
     def _make_heat(
@@ -122,10 +122,10 @@ class ColumnGas:
         test = ufl.TestFunction(scalar)
         self._gained = fenicsx.compiled_form(heat.imbalance(test, self._inverse_step, gas_flux, inflow, leaving))
         correction, pinned = heat.correction(self._potential, self._imbalance), np.array([0], np.int32)
-        self._correction = NewtonSystem(correction, self._potential, pinned, keep_jacobian=True)
+        self._correction = NewtonSystem("gas_flux", correction, self._potential, pinned, keep_jacobian=True)
         form = heat.residual(self._temperature, self._old_temperature, self._inverse_step, inflow,
                              number(given.inlet_temperature), leaving)  # fmt: skip
-        self._heat = NewtonSystem(form, self._temperature, np.empty(0, np.int32))
+        self._heat = NewtonSystem("gas_energy", form, self._temperature, np.empty(0, np.int32))
         self._carried_off = fenicsx.compiled_form(capacity * leaving * self._temperature * outlet)
         self._nodal_mass = fem.Function(scalar)
         _assembled(self._nodal_mass, fenicsx.compiled_form(test * nodes))

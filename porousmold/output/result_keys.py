@@ -104,6 +104,11 @@ RESULT_KEYS: Mapping[str, ResultKey] = {
         "laminar or turbulent: the flow at the start, the other one if it is steady there, too, or occurred later",
     ),
     "flow_solves": ResultKey("integer", "solves of the flow"),
+    "flow_strategies": ResultKey(
+        "object",
+        "how often each strategy found a flow, or was given up: reused or renewed Jacobian, Newton's method, false transient, "
+        "continuation; and how often the flow counted as found though its iterations went to and fro (stagnated)",
+    ),
     "continuation_steps": ResultKey("integer", "pseudo-time steps of the flow solver (false transient)"),
     "newton_iterations": ResultKey("object", "of flow and energy"),
     "unknowns": ResultKey("object", "of flow and energy"),

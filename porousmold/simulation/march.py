@@ -235,7 +235,7 @@ class Simulation:
             return None
         LOG.info(
             "step of %g s to %g s: estimated error %s, %d iterations of the flow, %d of the heat so far",
-            *(step, self.time + step, error, problem.flow.newton_iterations, problem.heat.newton_iterations),
+            *(step, self.time + step, error, problem.flow.counts.newton_iterations, problem.heat.newton_iterations),
         )
         self._previous, self._steps = before[: len(problem.functions)], [*self._steps[-1:], step]
         return step

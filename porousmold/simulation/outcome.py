@@ -147,9 +147,10 @@ def _work_done(simulation: Simulation) -> dict[str, Any]:
         "rejected_steps": simulation.control.rejected,
         "repeated_steps": heat.repetitions,
         "flow_regimes": simulation.regimes,
-        "flow_solves": flow.solves,
-        "continuation_steps": flow.continuation_steps,
-        "newton_iterations": {"flow": flow.newton_iterations, "energy": heat.newton_iterations},
+        "flow_solves": flow.counts.solves,
+        "flow_strategies": flow.counts.strategies,
+        "continuation_steps": flow.counts.continuation_steps,
+        "newton_iterations": {"flow": flow.counts.newton_iterations, "energy": heat.newton_iterations},
         "unknowns": problem.unknowns,
     }
 
@@ -371,7 +372,7 @@ def _of_the_outcome(simulation: Simulation) -> list[str]:
         found.append(
             f"the heat balance is off by {imbalance:.1%}: heat and temperatures are less accurate (finer cells and steps)"
         )
-    undershoot = simulation.problem.flow.largest_undershoot
+    undershoot = simulation.problem.flow.counts.largest_undershoot
     if undershoot > LARGEST_UNDERSHOOT:
         found.append(f"k undershoots by {undershoot:.0%} of its largest value in single cells, where it counts as 0")
     if simulation.is_also_laminar:

@@ -314,7 +314,7 @@ class Problem:
         if self.air_loop is None:
             solve()
             return
-        began, tolerance = not self.flow.solves, self.specs.flow.tolerance
+        began, tolerance = not self.flow.counts.solves, self.specs.flow.tolerance
         ways = iter([solve])
 
         def solve_again() -> None:

@@ -23,7 +23,8 @@ from ..mesh import fenicsx, ranks
 from ..mesh.domain import BED, Domain
 from .flow import FullFlow, constrained_unknowns, unknowns_outside
 from .heating import BACKWARD_EULER, GAMMA, MOST_REPETITIONS, STAGES, Stages, TransientHeat
-from .newton import NewtonSystem, modified_newton
+from .newton import NewtonSystem
+from .newton_iterations import Iterations
 from .protocols import ArrayOf, Bounds, HeatBalance, Observer, Saved, silent, unbounded
 from .step_error import StepError
 
@@ -86,7 +87,8 @@ class CoupledTransient:
         constrained = [constrained_unknowns(domain, self._space, equations.turbulent_unknowns)]
         if two:
             constrained.append(unknowns_outside(domain, self._space, (count + 1,), BED))
-        self._system = NewtonSystem(residual, self._coupled, np.unique(np.concatenate(constrained)), keep_jacobian=True)
+        held = np.unique(np.concatenate(constrained))
+        self._system = NewtonSystem("coupled", residual, self._coupled, held, keep_jacobian=True)
         self._parts = [fenicsx.collapse(self._space, part) for part in range(len(elements))]
         self._fluid_capacity = fenicsx.DeferredForm(heat.equations.fluid_heat_capacity())
         self.newton_iterations = 0
@@ -253,13 +255,12 @@ class CoupledTransient:
         return rates
 
     def _solve(self, time: float, step: float) -> None:
-        solved = modified_newton(
-            self._iterate,
-            most=MOST_ITERATIONS,
-            converged=lambda update: update < CONVERGED_UPDATE,
-            prepare=self._renew_where_slow,
-        )
-        if not solved:
+        def converged(update: float) -> bool:
+            self.newton_iterations += 1
+            self.observe("")
+            return update < CONVERGED_UPDATE
+
+        if not self._system.solve(Iterations(MOST_ITERATIONS, converged, prepare=self._renew_where_slow)):
             raise SolveError(
                 "coupled transient (u, p, k, epsilon, T_f, T_s)",
                 time,
@@ -270,11 +271,6 @@ class CoupledTransient:
     def _renew_where_slow(self, update: float, last: float) -> None:
         if not update < 1e-2 or update > 0.3 * last:
             self._system.renew_jacobian()
-
-    def _iterate(self) -> float:
-        self.observe("")
-        self.newton_iterations += 1
-        return self._system.iterate()
 
     @property
     def memory(self) -> list[fem.Function]:

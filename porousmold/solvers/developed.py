@@ -30,7 +30,7 @@ from ..mesh import fenicsx
 from ..mesh.domain import BED, INTERFACE, Domain
 from .equilibrium import local_equilibrium
 from .flow import NonlinearFlow, unknowns_outside
-from .newton import NewtonSystem
+from .newton import Beside, NewtonSystem
 from .protocols import Drive
 from .stations import GAUSS_DEGREE, Columns, Streamfunction
 from .steady import LEAST_VALUE, SteadySolver, Unknowns
@@ -65,6 +65,7 @@ class DevelopedFlow(NonlinearFlow):
     ) -> None:
         self.domain, self.temperature = domain, temperature
         self._drive, self._area, self._fluid = drive, area, fluid
+        self._update = np.inf
         turbulence = equations.turbulent_unknowns
         scalars = fenicsx.lagrange_space(domain.mesh)
         elements = [fenicsx.lagrange_element(domain.mesh, 1)] * (1 + len(turbulence))
@@ -85,21 +86,22 @@ class DevelopedFlow(NonlinearFlow):
         nothing = fem.Constant(domain.mesh, 0.0)
         residual += nothing * ufl.inner(self.unknown, ufl.TestFunction(self.space)) * domain.wall_measure(1)
         constrained = np.unique(self._constrained(turbulence))
-        system = NewtonSystem(residual, self.unknown, constrained, keep_jacobian=True, pivoting=False)
+        system = NewtonSystem(
+            "developed",
+            residual,
+            self.unknown,
+            constrained,
+            keep_jacobian=True,
+            pivoting=False,
+            beside=self._beside(),
+        )
         self._gains = fem.Function(self.space), fem.Function(self.space)
         self._weights, self._push_of_pressure = system.new_vector(), system.new_vector()
         self._prepare_columns(equations, dx)
         motion, *others = (numbers for _, numbers in self._parts)
         functions = [self.unknown, self.pressure, self.gradient, self._streamfunction.function]
-        solver = SteadySolver(
-            system,
-            Unknowns([motion], others),
-            functions,
-            previous,
-            inverse_step,
-            equations.scales.transit_time,
-            self._iterate,
-        )
+        transit = equations.scales.transit_time
+        solver = SteadySolver(system, Unknowns([motion], others), functions, previous, inverse_step, transit)
         super().__init__(equations, solver, developed_state(equations, self.unknown, self.pressure), functions)
 
     def _prepare_columns(self, equations: FlowEquations, dx: ufl.Measure) -> None:
@@ -194,8 +196,12 @@ class DevelopedFlow(NonlinearFlow):
             for function in scaled
         ]
 
-    def _iterate(self) -> float:
-        """One Newton iteration of profiles, pressure gradients and mass flow together; its relative update."""
+    def _beside(self) -> Beside:
+        """The pressure gradients, found with the profiles."""
+        return Beside(complete=self._complete, size_of=lambda update: self._update)
+
+    def _complete(self, update: PETSc.Vec) -> None:
+        """Change a Newton update of the profiles so that, with new pressure gradients, the mass flow is as it has to be."""
         system, before = self.solver.system, self.unknown.x.array.copy()
         gradients, scale = self._gradients, float(self.equations.scales.pressure.value) / self.columns.along[-1]
         along_the_bed = abs(self.columns.pressure(gradients)[0])
@@ -203,15 +209,14 @@ class DevelopedFlow(NonlinearFlow):
         if expands:
             with self._denser() as difference:
                 system.assemble_residual_into(self._push_of_pressure)
-        update = system.iterate()
-        if not np.isfinite(update):
-            return np.inf
+        self._take(update)
+        size = self.solver.update_of_all(before)
         by_gradient, by_pressure = self._gains
         self._solve_for(by_gradient, self._push)
         flow, slope = self._through_stations(self.unknown, by_gradient)
         change = self._changes(gradients, flow, slope)
         largest = max(np.max(np.abs(gradients)), scale)
-        follows = expands and update < NEAR and np.max(np.abs(change)) < NEAR * largest
+        follows = expands and size < NEAR and np.max(np.abs(change)) < NEAR * largest
         if follows:
             self._push_of_pressure.axpy(-1.0, system.vector)
             self._push_of_pressure.scale(-1.0 / difference)
@@ -220,16 +225,24 @@ class DevelopedFlow(NonlinearFlow):
                 (denser,) = self._through_stations(self.unknown)
             slope_in_pressure = self._through_stations(by_pressure)[0] + (denser - flow) / difference
             change = self._changes(gradients, flow, slope, slope_in_pressure)
+        self._update = np.inf
         if not np.isfinite(change).all():
-            return np.inf
+            return
         change = np.clip(change, -LARGEST_CHANGE * largest, LARGEST_CHANGE * largest)
-        self.unknown.x.array[:] += by_gradient.x.array * change[self._column_of_unknown]
+        more = by_gradient.x.array * change[self._column_of_unknown]
         if follows:
-            self.unknown.x.array[:] += by_pressure.x.array * self.columns.pressure(change)[self._column_of_unknown]
+            more += by_pressure.x.array * self.columns.pressure(change)[self._column_of_unknown]
+        update.array -= more[: len(update.array)]
+        self.unknown.x.array[:] += more
         gradients += change
         relative = np.max(np.abs(change)) / max(np.max(np.abs(gradients)), LEAST_VALUE * scale)
         self._set_gradients(gradients)
-        return max(self.solver.update_of_all(before), float(relative))
+        self._update = max(self.solver.update_of_all(before), float(relative))
+
+    def _take(self, update: PETSc.Vec) -> None:
+        """Take a Newton update."""
+        fenicsx.petsc_vector(self.unknown).axpy(-1.0, update)
+        self.unknown.x.scatter_forward()
 
     @contextlib.contextmanager
     def _denser(self) -> Iterator[float]:

@@ -9,6 +9,7 @@ import numpy as np
 from ..arrays import Floats
 from ..mesh import fenicsx
 from .developed import DevelopedFlow
+from .newton import Beside
 
 STATIONS = 21
 """Of the table, along ln G."""
@@ -32,8 +33,8 @@ class ProfilesOfGradient(DevelopedFlow):
         self._guess(self.given[self._column])
         return self.equations.model is None or self.equations.model.starts_near()
 
-    def _iterate(self) -> float:
-        return self.solver.system.iterate()
+    def _beside(self) -> Beside:
+        return Beside()
 
     def found(self) -> None:
         """There is no one mass flow to be carried."""
@@ -121,7 +122,7 @@ class ProfileTable:
 
     def largest_undershoot(self) -> float:
         """Largest part of the largest k by which k is below 0 in the table."""
-        return self._flow.largest_undershoot
+        return self._flow.counts.largest_undershoot
 
     def is_also_laminar(self) -> bool:
         """Whether its profiles have a laminar solution beside the turbulent one."""

@@ -15,6 +15,7 @@ import numpy as np
 from petsc4py import PETSc
 
 from ..arrays import Integers
+from .petsc_options import set_defaults
 
 RESTART, MOST_ITERATIONS = 100, 300
 """Of GMRES."""
@@ -36,10 +37,13 @@ def split_fields(ksp: Any, fields: Sequence[Sequence[Integers]], *, by_schur_com
 
     fields: of each the global numbers of the unknowns that this rank owns, of the first one those of velocity and pressure apart.
     """
-    prefix, communicator = ksp.getOptionsPrefix(), ksp.getComm()
-    _set(f"{prefix}fieldsplit_0_", {"ksp_type": "preonly", "pc_type": "none"} if by_schur_complement else _FACTORISED)
+    prefix, communicator = f"{ksp.getOptionsPrefix()}{'schur' if by_schur_complement else 'split'}_", ksp.getComm()
+    ksp.setOptionsPrefix(prefix)
+    set_defaults(
+        f"{prefix}fieldsplit_0_", {"ksp_type": "preonly", "pc_type": "none"} if by_schur_complement else _FACTORISED
+    )
     for number in range(1, len(fields)):
-        _set(f"{prefix}fieldsplit_{number}_", _INCOMPLETE)
+        set_defaults(f"{prefix}fieldsplit_{number}_", _INCOMPLETE)
     ksp.setType("fgmres")
     ksp.setGMRESRestart(RESTART)
     ksp.setTolerances(rtol=REDUCTION, max_it=MOST_ITERATIONS)
@@ -59,15 +63,9 @@ def split_fields(ksp: Any, fields: Sequence[Sequence[Integers]], *, by_schur_com
     motion.setFieldSplitSchurPreType(PETSc.PC.SchurPreType.SELFP)
     first = communicator.tompi4py().exscan(len(unknowns[0])) or 0
     for name, solver, part in zip(("velocity", "pressure"), (_INCOMPLETE, _FACTORISED), fields[0], strict=True):
-        _set(f"{prefix}fieldsplit_0_fieldsplit_{name}_", solver)
+        set_defaults(f"{prefix}fieldsplit_0_fieldsplit_{name}_", solver)
         numbers = first + np.searchsorted(unknowns[0], np.sort(part))
         motion.setFieldSplitIS((name, _indices(numbers, communicator)))
-
-
-def _set(prefix: str, values: dict[str, Any]) -> None:
-    options = PETSc.Options()
-    for name, value in values.items():
-        options[prefix + name] = value
 
 
 def _indices(numbers: Integers, communicator: Any) -> Any:

@@ -16,8 +16,8 @@ from ..laws.functions import Value
 from ..laws.turbulence_models import TurbulentUnknown
 from ..mesh import fenicsx, ranks
 from ..mesh.domain import BED, INTERFACE, SIDE, SYMMETRY, Domain
-from .newton import NewtonSystem
-from .protocols import ArrayOf, Observer, Saved, restore_functions, saved_functions
+from .newton import Beside, NewtonSystem
+from .protocols import ArrayOf, FlowCounts, Observer, Saved, restore_functions, saved_functions
 from .steady import FIRST_PSEUDO_STEP, SteadySolver, Unknowns
 
 REST_OF_TURBULENCE = 1e-5
@@ -40,7 +40,6 @@ class NonlinearFlow(ABC):
     ) -> None:
         self.equations, self.solver, self.state = equations, solver, state
         self.functions = list(functions)
-        self.solves = 0
 
     @abstractmethod
     def initial_guess(self) -> bool:
@@ -69,19 +68,9 @@ class NonlinearFlow(ABC):
         self.solver.system.factored_at = made_with
 
     @property
-    def newton_iterations(self) -> int:
-        """Newton iterations so far."""
-        return self.solver.newton_iterations
-
-    @property
-    def continuation_steps(self) -> int:
-        """Steps of false transients so far."""
-        return self.solver.continuation_steps
-
-    @property
-    def largest_undershoot(self) -> float:
-        """Largest part of the largest k by which k was below 0."""
-        return self.solver.largest_undershoot
+    def counts(self) -> FlowCounts:
+        """What it has taken so far."""
+        return self.solver.counts
 
     def start(self, time: float = 0.0, near: float = 0.0) -> None:
         """Find the steady flow from the initial guess, or come as `near` as `SteadySolver.find` says; raises `SolveError` like
@@ -90,7 +79,7 @@ class NonlinearFlow(ABC):
         Where there are a laminar and a turbulent flow, the false transient, which starts from the beads' undamped
         turbulence, ends at the turbulent one.
         """
-        self.solves += 1
+        self.counts.solves += 1
         if not self._find_from_guess(time, near) and not self._find_by_continuation(time):
             self._fail(time)
         self.found()
@@ -101,7 +90,7 @@ class NonlinearFlow(ABC):
         By Newton's method from the present flow; where that leads away, by a false transient from the initial guess for
         the present temperature and, in the end, by one from the present flow.
         """
-        self.solves += 1
+        self.counts.solves += 1
         present = self.solver.copies()
         if not (self.solver.find(np.inf, time) or self._find_from_guess(time)):
             self.solver.put_back(present)
@@ -112,7 +101,7 @@ class NonlinearFlow(ABC):
 
     def renew(self, time: float, tolerance: float) -> None:
         """Follow a changed temperature until the update is below `tolerance`; raises `SolveError` like `solve`."""
-        self.solves += 1
+        self.counts.solves += 1
         if self.solver.follow(tolerance, self.kept_iterations):
             self.found()
         else:
@@ -161,7 +150,7 @@ class NonlinearFlow(ABC):
             parameter.value = max(wanted, factor * float(parameter.value))
             found = self.solver.find(np.inf, time) or self.solver.find(FIRST_PSEUDO_STEP, time)
         parameter.value = wanted
-        return found
+        return self.counts.note("continuation", found=found)
 
     def _fail(self, time: float) -> None:
         symbols = ", ".join(["u", "p", *(unknown.symbol for unknown in self.equations.turbulent_unknowns)])
@@ -179,13 +168,10 @@ class NonlinearFlow(ABC):
 
     def save(self) -> Saved:
         """The state, what the reused Jacobian was made of, and the counters."""
-        solver, factors = self.solver, self.factored_at
+        factors = self.factored_at
         arrays = saved_functions(self.functions, "flow")
         numbers = {
-            "solves": self.solves,
-            "newton_iterations": solver.newton_iterations,
-            "continuation_steps": solver.continuation_steps,
-            "largest_undershoot": solver.largest_undershoot,
+            "counts": vars(self.counts),
             "constants_of_factors": factors[1] if factors else None,
         }
         if factors:
@@ -195,10 +181,7 @@ class NonlinearFlow(ABC):
     def restore(self, numbers: Mapping[str, Any], array_of: ArrayOf) -> None:
         """Go on from what `save()` gave; the factors are made again, as iterations with others end elsewhere within their
         tolerance (collective)."""
-        self.solves = numbers["solves"]
-        self.solver.newton_iterations = numbers["newton_iterations"]
-        self.solver.continuation_steps = numbers["continuation_steps"]
-        self.solver.largest_undershoot = numbers["largest_undershoot"]
+        self.solver.counts = FlowCounts(**numbers["counts"])
         self.solver.system.factorise_again(
             lambda number, space: array_of(f"factors/{number}", space), numbers["constants_of_factors"]
         )
@@ -251,7 +234,10 @@ class FullFlow(NonlinearFlow):
         constrained = np.unique(np.concatenate([constrained_unknowns(domain, self.space, turbulence), *fixed]))
         parts = [fenicsx.collapse(self.space, part)[1] for part in range(len(elements))]
         blocks = (parts[:2], *([part] for part in parts[2:])) if turbulence else ()
-        system = NewtonSystem(residual, self.unknown, constrained, keep_jacobian=True, blocks=blocks)
+        beside = Beside(renew=self.renew_inlet)
+        system = NewtonSystem(
+            "flow", residual, self.unknown, constrained, keep_jacobian=True, blocks=blocks, beside=beside
+        )
         state = equations.state_of(ufl.split(self.unknown))
         self._entering = [
             (opening.mean_square, *map(fenicsx.DeferredForm, entering(equations, opening, state, temperature)))
@@ -259,14 +245,9 @@ class FullFlow(NonlinearFlow):
             if opening.mean_square is not None
         ]
         unknowns = Unknowns(parts[:2], parts[2:])
-        solver = SteadySolver(
-            system, unknowns, [self.unknown], previous, inverse_step, equations.scales.transit_time, self._iterate
-        )
+        transit = equations.scales.transit_time
+        solver = SteadySolver(system, unknowns, [self.unknown], previous, inverse_step, transit)
         super().__init__(equations, solver, state, [self.unknown])
-
-    def _iterate(self) -> float:
-        self.renew_inlet()
-        return self.solver.system.iterate()
 
     def renew_inlet(self) -> None:
         """Take the mean square of the present entering velocity for the inlet's total pressure (collective)."""

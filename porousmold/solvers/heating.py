@@ -28,7 +28,7 @@ from .bead_modes import BeadModes
 from .curing import Curing
 from .heat_unknowns import HeatUnknowns
 from .multigrid import LEAST_UNKNOWNS, Preconditioner
-from .newton import NewtonSystem
+from .newton import Beside, NewtonSystem
 from .protocols import (
     ArrayOf,
     Bounds,
@@ -109,6 +109,7 @@ class TransientHeat:
             residuals.append(residual + nothing * parts[1] * tests[1] * domain.wall_measure(quadrature_degree))
         constrained = temperatures.constrained
         self._system = NewtonSystem(
+            "energy",
             residuals[1],
             self.unknown,
             constrained,
@@ -116,6 +117,7 @@ class TransientHeat:
             pivoting=False,
             preconditioner=self._preconditioner(temperatures, property_temperature),
             simpler=residuals[0],
+            beside=Beside(renew=lambda: self._stages.renew_beside()),
         )
         self._stored_forms = [fenicsx.DeferredForm(form) for form in stored]
         vectors = (self._system.new_vector() for _ in range(5))

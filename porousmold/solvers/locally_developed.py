@@ -23,8 +23,9 @@ from ..mesh import fenicsx, ranks
 from ..mesh.domain import BED, INLET, OUTLET, Domain
 from .developed_profiles import ProfileTable
 from .multigrid import LEAST_UNKNOWNS, Preconditioner
-from .newton import NewtonSystem
-from .protocols import ArrayOf, Drive, Observer, Saved, restore_functions, saved_functions, silent
+from .newton import Beside, NewtonSystem
+from .newton_iterations import Iterations
+from .protocols import ArrayOf, Drive, FlowCounts, Observer, Saved, restore_functions, saved_functions, silent
 from .steady import TRACE_OF_TURBULENCE
 
 PRESSURE_LOST = 1e-6
@@ -45,7 +46,6 @@ class LocallyDevelopedFlow:
 
     streamfunction = inlet = None
     factored_at: Any = None
-    continuation_steps = 0
 
     def __init__(
         self,
@@ -75,7 +75,8 @@ class LocallyDevelopedFlow:
         self.functions = [self.pressure, self._at_boundary, logarithm, *parts]
         self._distance = np.maximum(fenicsx.nodal_values(domain.wall_distance, space), 0.0)
         self._build(space, quadrature_degree)
-        self.solves = self.newton_iterations = 0
+        self._is_uniform, self._changed = False, 0.0
+        self.counts = FlowCounts()
         self.observe: Observer = silent
 
     def _build(self, space: Any, quadrature_degree: int) -> None:
@@ -89,7 +90,13 @@ class LocallyDevelopedFlow:
         self._outside = np.setdiff1d(np.arange(len(self.pressure.x.array)), inside)
         self._inlet_nodes = fem.locate_dofs_topological(space, dimension - 1, domain.facets(INLET))
         self.system = NewtonSystem(
-            residual, self.pressure, self._outside, pivoting=False, preconditioner=self._preconditioner(space)
+            "pressure",
+            residual,
+            self.pressure,
+            self._outside,
+            pivoting=False,
+            preconditioner=self._preconditioner(space),
+            beside=Beside(self._renew_profiles, self._follow_mass_flow, lambda update: max(update, self._changed)),
         )
         weight, ds = self._equations.coordinates.weight, facets(INLET)
         self._entering = fenicsx.DeferredForm(-weight * self.local.outward * ds)
@@ -131,11 +138,6 @@ class LocallyDevelopedFlow:
     def _table(self) -> ProfileTable:
         return self._make_table()
 
-    @property
-    def largest_undershoot(self) -> float:
-        """Largest part of the largest k by which k was below 0."""
-        return self._table.largest_undershoot()
-
     def is_turbulent(self) -> bool:
         """Whether there is more than negligible turbulence (collective)."""
         if not self._energies:  # without a transported one eddies follow from the flow itself
@@ -157,8 +159,7 @@ class LocallyDevelopedFlow:
         # of any mesh: what is harmonic has the gradients of the section's changes
         self.pressure.x.array[:] = self._inlet_pressure * np.clip(1.0 - along, 0.0, 1.0)
         self.pressure.x.array[self._outside] = 0.0
-        self._renew_profiles(time, uniform=True)
-        self._iterate(time)
+        self._is_uniform = True
         self._solve(time, CONVERGED)
 
     def renew(self, time: float, tolerance: float) -> None:
@@ -169,36 +170,42 @@ class LocallyDevelopedFlow:
         self._solve(time, FOLLOWED * tolerance)
 
     def _solve(self, time: float, tolerance: float) -> None:
-        self.solves += 1
-        for _ in range(MOST_ITERATIONS):
-            self._renew_profiles(time)
-            update = self._iterate(time)
-            if update < tolerance:
-                return
-        raise SolveError(
-            "locally developed flow (p)",
-            time,
-            f"last update {update:.3e} after {MOST_ITERATIONS} iterations",
-            "model.flow = 'full', or a drive that changes more slowly",
-        )
+        self.counts.solves += 1
 
-    def _iterate(self, time: float) -> float:
-        """One Newton iteration, of the inlet's pressure, too, where the mass flow is given; the relative update."""
-        self.system.solve_to(LINEAR_REDUCTION)
-        update = self.system.iterate()
-        self.newton_iterations += 1
-        self.observe("")
-        if not np.isfinite(update):
-            cure = "a finer mesh, or model.flow = 'full'"
-            raise SolveError("locally developed flow (p)", time, "its linear system cannot be solved", cure)
-        return max(update, self._follow_mass_flow())
+        def prepare(update: float, last: float) -> None:
+            self._is_uniform = False
+            self.system.solve_to(LINEAR_REDUCTION)
 
-    def _follow_mass_flow(self) -> float:
-        """Change the inlet's pressure to where the mass flow is as given; its relative change."""
+        def converged(update: float) -> bool:
+            self.counts.newton_iterations += 1
+            self.observe("")
+            return update < tolerance
+
+        try:
+            is_solved = self.system.solve(Iterations(MOST_ITERATIONS, converged, prepare))
+        except SolveError as error:
+            cure = (
+                "model.flow = 'full', or another drive: the developed profiles at its pressure gradient are not found"
+            )
+            raise SolveError("locally developed flow (profiles)", time, str(error), cure) from None
+        self.counts.largest_undershoot = self._table.largest_undershoot()
+        if not self.counts.note("newton", found=is_solved):
+            raise SolveError(
+                "locally developed flow (p)",
+                time,
+                f"last update {self.system.relative_update:.3e}",
+                "a finer mesh, model.flow = 'full', or a drive that changes more slowly",
+            )
+
+    def _follow_mass_flow(self, update: Any) -> None:
+        """Change a Newton update of the pressure, and the inlet's, so that the mass flow is as given."""
+        self._changed = 0.0
         inlet, given = self._inlet_pressure, self._given(self._inlet_pressure)
         if given is None:
-            return 0.0
+            return
         communicator = self.domain.communicator
+        fenicsx.petsc_vector(self.pressure).axpy(-1.0, update)
+        self.pressure.x.scatter_forward()
         fenicsx.assemble_vector(self._push, self._by_pressure.form)
         self.system.apply_inverse(self._push, fenicsx.petsc_vector(self._gain))
         self._gain.x.scatter_forward()
@@ -209,9 +216,9 @@ class LocallyDevelopedFlow:
         change = float(
             np.clip((given - entering) / (slope - (more - given)), -LARGEST_CHANGE * scale, LARGEST_CHANGE * scale)
         )
-        self.pressure.x.array[:] += change * self._gain.x.array
+        update.axpy(-change, fenicsx.petsc_vector(self._gain))
         self._set_inlet(inlet + change)
-        return abs(change) / scale
+        self._changed = abs(change) / scale
 
     def _given(self, inlet_pressure: float) -> float | None:
         """Mass flow (kg/s) that the drive gives at a gauge pressure (Pa) at the inlet; None where it gives the pressure drop."""
@@ -248,21 +255,15 @@ class LocallyDevelopedFlow:
         vector.array[:] /= self._volumes
         result.x.scatter_forward()
 
-    def _renew_profiles(self, time: float, *, uniform: bool = False) -> None:
-        """Take the profiles about the present pressure gradient (collective); `uniform` takes that far from walls everywhere,
-        whatever the gradient."""
-        logarithm = self._profiles.logarithm
+    def _renew_profiles(self) -> None:
+        """Take the profiles about the present pressure gradient (collective); at first that far from walls everywhere, whatever
+        the gradient. Raises `SolveError` where they are not found."""
+        uniform, logarithm = self._is_uniform, self._profiles.logarithm
         self._mean_at_nodes(self._logarithm_form.form, logarithm)
         owned = logarithm.x.array[: len(self._volumes)]
         sums = ranks.total(self.domain.communicator, [np.sum(self._volumes * owned), np.sum(self._volumes)])
         mean = float(sums[0] / sums[1])
-        try:
-            self._table.cover(mean)
-        except SolveError as error:
-            cure = (
-                "model.flow = 'full', or another drive: the developed profiles at its pressure gradient are not found"
-            )
-            raise SolveError("locally developed flow (profiles)", time, str(error), cure) from None
+        self._table.cover(mean)
         if uniform:
             logarithm.x.array[:] = mean
         distance = np.full_like(self._distance, np.max(self._distance)) if uniform else self._distance
@@ -280,12 +281,12 @@ class LocallyDevelopedFlow:
 
     def save(self) -> Saved:
         """The fields, the table's place and the counters."""
-        numbers = {"solves": self.solves, "newton_iterations": self.newton_iterations, "table": self._table.middle}
+        numbers = {"counts": vars(self.counts), "table": self._table.middle}
         return Saved(numbers, saved_functions(self.functions, "flow"))
 
     def restore(self, numbers: Mapping[str, Any], array_of: ArrayOf) -> None:
         """Go on from what `save()` gave (collective)."""
-        self.solves, self.newton_iterations = numbers["solves"], numbers["newton_iterations"]
+        self.counts = FlowCounts(**numbers["counts"])
         restore_functions(self.functions, "flow", array_of)
         self._table.cover(numbers["table"])
 

@@ -15,6 +15,7 @@ from petsc4py import PETSc
 
 from ..arrays import Integers
 from ..laws.functions import Value
+from .petsc_options import set_defaults
 
 LEAST_UNKNOWNS = {2: 400_000, 3: 20_000}
 """Unknowns, by dimensions of space, from which it is worth its while."""
@@ -23,8 +24,6 @@ REDUCTION = 1e-4
 NONE = 1e-12
 """Of the largest entry of a row, that counts as zero."""
 MOST_ITERATIONS, RESTART = 150, 60
-PREFIXES = {1: "porousmold_field_", 2: "porousmold_heat_"}
-"""By the number of fields: options are global, and one field's would be taken for all of another system."""
 _CYCLE: Mapping[str, Any] = {
     "ksp_type": "preonly",
     "pc_type": "hypre",
@@ -77,28 +76,24 @@ def use_multigrid(ksp: Any, fields: Mapping[str, Integers]) -> None:
 
     fields: of each the global numbers of the unknowns that this rank owns; one field alone is not split.
     """
-    options, prefix = PETSc.Options(), PREFIXES[len(fields)]
+    # by the number of fields, as one field's would be taken for all of another system
+    prefix = f"{ksp.getOptionsPrefix()}multigrid{len(fields)}_"
     ksp.setOptionsPrefix(prefix)
     ksp.setType("gmres")
     ksp.setGMRESRestart(RESTART)
     ksp.setTolerances(rtol=REDUCTION, max_it=MOST_ITERATIONS)
     preconditioner = ksp.getPC()
     if len(fields) == 1:
-        for name, value in _CYCLE.items():
-            if name != "ksp_type":
-                options[prefix + name] = value
-        preconditioner.setOptionsPrefix(prefix)
+        set_defaults(prefix, {name: value for name, value in _CYCLE.items() if name != "ksp_type"})
         preconditioner.setFromOptions()
         return
     preconditioner.setType("fieldsplit")
     preconditioner.setFieldSplitType(PETSc.PC.CompositeType.SCHUR)
     for name, numbers in fields.items():
-        for option, value in _CYCLE.items():
-            options[f"{prefix}fieldsplit_{name}_{option}"] = value
+        set_defaults(f"{prefix}fieldsplit_{name}_", _CYCLE)
         indices = PETSc.IS().createGeneral(np.sort(numbers).astype(PETSc.IntType), comm=ksp.getComm())
         preconditioner.setFieldSplitIS((name, indices))
     preconditioner.setFieldSplitSchurFactType(PETSc.PC.SchurFactType.UPPER)
     preconditioner.setFieldSplitSchurPreType(PETSc.PC.SchurPreType.A11)
-    options[f"{prefix}pc_fieldsplit_diag_use_amat"] = True
-    options[f"{prefix}pc_fieldsplit_off_diag_use_amat"] = True
+    set_defaults(prefix, {"pc_fieldsplit_diag_use_amat": True, "pc_fieldsplit_off_diag_use_amat": True})
     preconditioner.setFromOptions()

@@ -16,7 +16,7 @@ from ..laws.functions import Value
 from ..laws.materials import Fluid
 from ..mesh import fenicsx
 from ..mesh.domain import Domain
-from .protocols import ArrayOf, Drive, Observer, Saved, restore_functions, saved_functions
+from .protocols import ArrayOf, Drive, FlowCounts, Observer, Saved, restore_functions, saved_functions
 from .stations import Columns, nearest
 
 LARGEST_MASS_FLUX = 1e9
@@ -42,8 +42,7 @@ class PlugFlow:
     """
 
     inlet: Opening | None = None
-    unknowns = newton_iterations = continuation_steps = 0
-    largest_undershoot = 0.0
+    unknowns = 0
 
     def __init__(
         self,
@@ -74,7 +73,7 @@ class PlugFlow:
         shares = shares_of_section(self.columns.across, axisymmetric=domain.axisymmetric)
         self._share = shares[nearest(self.columns.across, nodes[self._in_bed, 1])]
         self.factored_at = None
-        self.solves = 0
+        self.counts = FlowCounts()
 
     def start(self, time: float = 0.0) -> None:
         """The mass flux that belongs to the pressure drop, or the pressure that belongs to the mass flux."""
@@ -87,7 +86,7 @@ class PlugFlow:
         self._mass_flux.x.array[:] = mass_flux
         self.pressure.x.array[:] = pressures[self._column]
         self.streamfunction.x.array[:] = mass_flux * self._section
-        self.solves += 1
+        self.counts.solves += 1
 
     def _pressures(self, mass_flux: float, temperature: Floats, time: float) -> Floats:
         """Gauge pressures (Pa) at the stations, whose temperatures (K) are given. Raises `SolveError`."""
@@ -140,12 +139,12 @@ class PlugFlow:
         return False
 
     def save(self) -> Saved:
-        """The fields, and the number of solves."""
-        return Saved({"solves": self.solves}, saved_functions(self.functions, "flow"))
+        """The fields, and the counts."""
+        return Saved({"counts": vars(self.counts)}, saved_functions(self.functions, "flow"))
 
     def restore(self, numbers: Mapping[str, Any], array_of: ArrayOf) -> None:
         """Go on from what `save()` gave."""
-        self.solves = numbers["solves"]
+        self.counts = FlowCounts(**numbers["counts"])
         restore_functions(self.functions, "flow", array_of)
 
     def fields(self) -> dict[str, fem.Function]:

@@ -86,6 +86,24 @@ class StageUpdate(Protocol):
         """Keep what the later stages need."""
 
 
+@dataclass
+class FlowCounts:
+    """What a flow has taken so far: flows found, Newton iterations, steps of false transients, the largest part of the largest k
+    by which k was below 0, and how often each strategy of its solution ended with it, or was given up."""
+
+    solves: int = 0
+    newton_iterations: int = 0
+    continuation_steps: int = 0
+    largest_undershoot: float = 0.0
+    strategies: dict[str, int] = field(default_factory=dict)
+
+    def note(self, strategy: str, *, found: bool) -> bool:
+        """Count a strategy, which has `found` the flow or not; gives that."""
+        name = strategy if found else f"{strategy}, given up"
+        self.strategies[name] = self.strategies.get(name, 0) + 1
+        return found
+
+
 class Flow(Stateful, Protocol):
     """A steady flow for a given temperature field, and how it follows another one.
 
@@ -93,6 +111,10 @@ class Flow(Stateful, Protocol):
     """
 
     factored_at: Any
+
+    @property
+    def counts(self) -> FlowCounts:
+        """What it has taken so far."""
 
     @property
     def state(self) -> FlowState:
@@ -106,24 +128,8 @@ class Flow(Stateful, Protocol):
     def inlet(self) -> Opening | None:
         """The opening at which the fluid enters, of a flow that has openings."""
 
-    @property
-    def solves(self) -> int:
-        """Flows found so far."""
-
     def observe_with(self, observe: Observer) -> None:
         """Have `observe(text)` called at every iteration; it may raise."""
-
-    @property
-    def newton_iterations(self) -> int:
-        """Newton iterations so far."""
-
-    @property
-    def continuation_steps(self) -> int:
-        """Steps of false transients so far."""
-
-    @property
-    def largest_undershoot(self) -> float:
-        """Largest part of the largest k by which k was below 0."""
 
     @property
     def unknowns(self) -> int:

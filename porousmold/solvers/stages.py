@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from ..errors import SolveError
-from .newton import Contraction, NewtonSystem, modified_newton
+from .newton import NewtonSystem
+from .newton_iterations import Contraction, Iterations
 from .protocols import StageUpdate
 
 STAGE_ERROR = 3e-7
@@ -48,25 +49,26 @@ class StageSolver:
                 "a smaller solver.largest_step or solver.first_step",
             )
 
+    def renew_beside(self) -> None:
+        """Have everything updated that goes with the present temperatures (collective)."""
+        for part in self._updates():
+            part.update()
+
     def _solve(self) -> bool:
         # what depends on the temperatures is updated by turns with them: that contracts otherwise than Newton's method
         alternating = any(part.depends_on_temperature for part in self._updates())
         tolerance = ALTERNATING_STAGE_ERROR if alternating else self._error
-        return modified_newton(
-            self._iterate,
-            most=MOST_ITERATIONS,
+        iterations = Iterations(
+            MOST_ITERATIONS,
             converged=lambda error: error < tolerance,
             prepare=lambda update, last: self._system.solve_to(self._reduction(tolerance, update)),
             contraction=Contraction() if alternating else self.contraction,
         )
+        is_solved = self._system.solve(iterations)
+        self.iterations += iterations.taken
+        return is_solved
 
     def _reduction(self, tolerance: float, last: float) -> float:
         """What the next iteration needs of the linear residual: none beyond the stage's tolerance of what the last one left."""
         expected = last * min(self.contraction.ratio, 1.0)
         return float(np.clip(LINEAR_PART * tolerance / expected, MOST_REDUCTION, LEAST_REDUCTION))
-
-    def _iterate(self) -> float:
-        for part in self._updates():
-            part.update()
-        self.iterations += 1
-        return self._system.iterate()

@@ -13,8 +13,9 @@ from dolfinx import fem
 
 from ..arrays import Floats, Integers
 from ..mesh import fenicsx, ranks
-from .newton import Contraction, NewtonSystem, modified_newton
-from .protocols import Observer, silent
+from .newton import NewtonSystem
+from .newton_iterations import Contraction, Iterations
+from .protocols import FlowCounts, Observer, silent
 
 LOG = logging.getLogger(__name__)
 
@@ -42,8 +43,8 @@ STEP_FACTORS = ((1e-3, 1e4), (1e-2, 40.0), (0.1, 4.0), (0.3, 2.0), (0.7, 1.5), (
 """Factors of the next pseudo-time step, each up to a relative update of the part that changes most."""
 FAILED_STEP_FACTOR = 0.125
 """Factor of a pseudo-time step after which the state is not taken."""
-MOST_NEWTON_ITERATIONS, HALF_OF_THEM = 16, 8
-"""Iterations of Newton's method, and those after which its updates must be below 0.7."""
+MOST_NEWTON_ITERATIONS, HALF_OF_THEM, SMALL_AFTER_HALF = 16, 8, 0.7
+"""Iterations of Newton's method, and those after which the update of every part must be below the third."""
 MOST_PSEUDO_STEPS = 150
 """Iterations from one initial guess after which another one is tried."""
 LEAST_REMAINDER = 0.1
@@ -109,13 +110,17 @@ class Unknowns(NamedTuple):
         return self.turbulence[0] if self.turbulence else np.empty(0, int)
 
 
+def _keeps(update: float, last: float) -> bool:
+    """Whether updates of the steady equations fall so fast that the factors serve once more."""
+    return update < min(KEPT_UPDATE, KEPT_CONTRACTION * last)
+
+
 class SteadySolver:
     """Brings the scaled `unknown` of a `system` to its solution.
 
     `functions` are all that an iteration changes, to restore after a failure; `previous` and `inverse_step` (1/s) are the
     false transient's last step in the system's residual; `transit()` gives the time (s) in which the flow passes a bead.
-    `iterate()` takes one iteration with the present factors and gives its relative update, infinite where it fails; it may be
-    replaced by one that does more. `observe(text)` is called after every iteration, and may raise.
+    `observe(text)` is called after every iteration, and may raise.
     """
 
     def __init__(
@@ -126,11 +131,9 @@ class SteadySolver:
         previous: fem.Function,
         inverse_step: fem.Constant,
         transit: Callable[[], float],
-        iterate: Callable[[], float] | None = None,
     ) -> None:
         self.system, self.unknowns, self._functions = system, unknowns, functions
         self._previous, self._inverse_step, self._transit = previous, inverse_step, transit
-        self._iterate = iterate or system.iterate
         self._unknown = system.unknown
         self._of_turbulence, self._evolving = unknowns.of_turbulence, unknowns.evolving
         self._communicator = self._unknown.function_space.mesh.comm
@@ -139,8 +142,7 @@ class SteadySolver:
         self._owned, self._lengths = np.concatenate(owned), [len(part) for part in owned]
         self._part_of_owned = np.repeat(np.arange(len(owned)), self._lengths)
         self._least = unknowns.traces**2 * np.maximum(ranks.total(self._communicator, self._lengths), 1.0)
-        self.newton_iterations = self.continuation_steps = 0
-        self.largest_undershoot = 0.0
+        self.counts = FlowCounts()
         self.update = np.inf
         self.observe: Observer = silent
 
@@ -151,33 +153,53 @@ class SteadySolver:
         `near` is enough, too: for what only another flow starts from.
         """
         try:
-            return self._find(step, time, near, newton=np.isinf(step))
+            if np.isinf(step):
+                return self.counts.note("newton", found=self._newton(time, near))
+            return self.counts.note("false transient", found=self._false_transient(step, time, near))
         finally:
             self._inverse_step.value = 0.0
 
-    def _find(self, step: float, time: float, near: float, *, newton: bool) -> bool:
+    def _newton(self, time: float, near: float) -> bool:
+        """Newton's method from the present state; see `find`."""
+        before, parts = self._previous.x.array, [np.inf, np.inf]
+
+        def prepare(update: float, last: float) -> None:
+            before[:] = self._unknown.x.array
+            if not _keeps(*parts):
+                self.system.renew_jacobian()
+
+        def converged(update: float) -> bool:
+            last = self.update
+            self._count(update)
+            parts[:] = self._largest_update(before), parts[0]
+            self._tell(time, np.inf, parts[0])
+            return self._converged(parts[0], last) or (parts[0] < near and self.is_physical())
+
+        iterations = Iterations(
+            MOST_NEWTON_ITERATIONS,
+            converged,
+            prepare,
+            gives_up=lambda update, last: (
+                not parts[0] < (np.inf if iterations.taken < HALF_OF_THEM else SMALL_AFTER_HALF)
+            ),
+        )
+        return self.system.solve(iterations)
+
+    def _false_transient(self, step: float, time: float, near: float) -> bool:
+        """A false transient from the present state; see `find`."""
         update = last_update = np.inf
-        for iteration in range(1, (MOST_NEWTON_ITERATIONS if newton else MOST_PSEUDO_STEPS) + 1):
+        for _ in range(MOST_PSEUDO_STEPS):
             before, last = self.copies(), self.update
             infinite = step > INFINITE_PSEUDO_STEP
-            keeps = infinite and update < min(KEPT_UPDATE, KEPT_CONTRACTION * last_update)
+            keeps = infinite and _keeps(update, last_update)
             last_update = update
             update = self._pseudo_step(np.inf if infinite else step * self._transit(), keeps_jacobian=keeps)
-            if LOG.isEnabledFor(logging.DEBUG):
-                LOG.debug(
-                    "flow at %g s, iteration %d: step of %.1e bead transits, update %.1e, of a part %.1e; residuals %s",
-                    *(time, iteration, step, self.update, update, " ".join(f"{r:.1e}" for r in self._residuals())),
-                )
-            self.observe(f"flow: iteration {iteration}, update {self.update:.0e}")
+            self._tell(time, step, update)
             if infinite and self._converged(update, last):
                 return True
             if step > LONG_PSEUDO_STEP and update < near and self.is_physical():
                 return True
             factor = next((factor for limit, factor in STEP_FACTORS if update < limit), FAILED_STEP_FACTOR)
-            if newton:
-                if not np.isfinite(update) or (iteration >= HALF_OF_THEM and factor < 1.0):
-                    break
-                continue
             if step < LEAST_PSEUDO_STEP:
                 break
             if factor == FAILED_STEP_FACTOR:
@@ -185,6 +207,15 @@ class SteadySolver:
             if factor < 1.0 or not infinite:
                 step = min(step, INFINITE_PSEUDO_STEP) * factor
         return False
+
+    def _tell(self, time: float, step: float, update: float) -> None:
+        """Say how an iteration went, whose step (bead transits) and largest update of a part these are (collective)."""
+        if LOG.isEnabledFor(logging.DEBUG):
+            LOG.debug(
+                "flow at %g s: step of %.1e bead transits, update %.1e, of a part %.1e; residuals %s",
+                *(time, step, self.update, update, " ".join(f"{r:.1e}" for r in self._residuals())),
+            )
+        self.observe(f"flow: update {self.update:.0e}")
 
     def follow(self, tolerance: float, kept_iterations: int) -> bool:
         """Newton iterations from the present state until the update is below `tolerance`; tells whether they got there.
@@ -194,7 +225,7 @@ class SteadySolver:
         """
         start = self.copies()
         if self._follow_on_kept_factors(tolerance, kept_iterations):
-            return True
+            return self.counts.note("reused Jacobian", found=True)
         for _ in range(FRESH_ITERATIONS):
             before = self._unknown.x.array.copy()
             self.system.renew_jacobian()
@@ -202,12 +233,11 @@ class SteadySolver:
             if not np.isfinite(update):
                 break
             update = max(update, self._updates(before)[1] / LOOSER_PARTS)
-            if update < tolerance and self.is_physical():
-                return True
-            if update < LARGEST_KEPT_UPDATE and self._follow_on_kept_factors(tolerance, kept_iterations):
-                return True
+            is_found = update < tolerance and self.is_physical()
+            if is_found or (update < LARGEST_KEPT_UPDATE and self._follow_on_kept_factors(tolerance, kept_iterations)):
+                return self.counts.note("renewed Jacobian", found=True)
         self.put_back(start)
-        return False
+        return self.counts.note("renewed Jacobian", found=False)
 
     def _follow_on_kept_factors(self, tolerance: float, most: int) -> bool:
         """The same on the present factors alone, whose error is what their contraction tells; where that is slow the state is put
@@ -220,29 +250,36 @@ class SteadySolver:
             self.put_back(start)
             return True
 
-        return modified_newton(
-            self._kept_iteration,
-            most=most,
-            converged=lambda error: error < KEPT_TOLERANCE * tolerance and self.is_physical(),
-            gives_up=gives_up,
-            contraction=Contraction(),
-        )
+        before = start[0]
 
-    def _kept_iteration(self) -> float:
-        """One iteration; gives the update of velocity and pressure, or what counts of all if that is more."""
-        before = self._unknown.x.array.copy()
-        update = self.counted_iteration()
-        if not self.unknowns.turbulence or not np.isfinite(update):
-            return update
-        motion = range(len(self.unknowns.motion))
-        return max(self._updates(before, motion)[0], update / LOOSER_TURBULENCE)
+        def prepare(update: float, last: float) -> None:
+            nonlocal before
+            before = self._unknown.x.array.copy()
+
+        def size_of(update: float) -> float:
+            """Update of velocity and pressure, or what counts of all if that is more."""
+            if not self.unknowns.turbulence or not np.isfinite(update):
+                return update
+            motion = range(len(self.unknowns.motion))
+            return max(self._updates(before, motion)[0], update / LOOSER_TURBULENCE)
+
+        def converged(error: float) -> bool:
+            self._count(self.system.relative_update)
+            self.observe("")
+            return error < KEPT_TOLERANCE * tolerance and self.is_physical()
+
+        iterations = Iterations(most, converged, prepare, gives_up, Contraction(), size_of)
+        return self.system.solve(iterations)
 
     def counted_iteration(self) -> float:
         """One iteration with the present factors, counted and observed; gives its relative update."""
-        self.update = self._iterate()
-        self.newton_iterations += 1
+        self._count(self.system.iterate())
         self.observe("")
         return self.update
+
+    def _count(self, update: float) -> None:
+        self.update = update
+        self.counts.newton_iterations += 1
 
     def _pseudo_step(self, step: float, *, keeps_jacobian: bool) -> float:
         """One Newton iteration of an implicit step (s) of a false transient, or of the steady equations where it is infinite.
@@ -254,17 +291,18 @@ class SteadySolver:
         self._inverse_step.value = 1.0 / step
         if not keeps_jacobian:
             self.system.renew_jacobian()
-        self.update = self._iterate()
-        self.newton_iterations += 1
+        self._count(self.system.iterate())
         if np.isfinite(step):
-            self.continuation_steps += 1
-        if not np.isfinite(self.update):
-            return np.inf
-        if np.isfinite(step):
+            self.counts.continuation_steps += 1
+        if np.isfinite(self.update) and np.isfinite(step):
             numbers = self._of_turbulence
             old, now = before[numbers], self._unknown.x.array[numbers]
             self._unknown.x.array[numbers] = np.where(old > 0.0, np.maximum(now, LEAST_REMAINDER * old), now)
-        return self._updates(before, self._evolving)[1]
+        return self._largest_update(before)
+
+    def _largest_update(self, before: Floats) -> float:
+        """Relative update since the array `before` of the part that changes most, infinite where the iteration failed."""
+        return self._updates(before, self._evolving)[1] if np.isfinite(self.update) else np.inf
 
     def _residuals(self) -> list[float]:
         """Residual norms of the parts after the last iteration (collective)."""
@@ -280,7 +318,9 @@ class SteadySolver:
         """Whether the steady equations are solved; `last` is the update before the present one."""
         small = self.update < CONVERGED_UPDATE and update < CONVERGED_PARTS
         stagnated = max(self.update, last) < STAGNATED_UPDATE and update < STAGNATED_PARTS
-        return (small or stagnated) and self.is_physical()
+        if not (small or stagnated) or not self.is_physical():
+            return False
+        return small or self.counts.note("stagnated", found=True)
 
     def _updates(self, before: Floats, parts: Sequence[int] = ()) -> tuple[float, float]:
         """Update since the array `before`, relative to the geometric mean of then and now, so that growth shows like decay.
@@ -329,14 +369,14 @@ class SteadySolver:
 
     def is_physical(self) -> bool:
         """No NaN, and k no further below zero than a part of its largest value, or a trace of the speed squared where there is
-        no turbulence. `largest_undershoot` notes the largest part that has passed."""
+        no turbulence. `counts.largest_undershoot` notes the largest part that has passed."""
         if not self._of_turbulence.size:
             return True
         low, high = ranks.extremes(self._communicator, self._kinetic_energy())
         if low < -max(LARGEST_UNDERSHOOT * high, TRACE_OF_TURBULENCE):
             return False
         if high > TRACE_OF_TURBULENCE:
-            self.largest_undershoot = max(self.largest_undershoot, -low / high)
+            self.counts.largest_undershoot = max(self.counts.largest_undershoot, -low / high)
         return bool(np.isfinite(low))
 
     def _kinetic_energy(self) -> Floats:

@@ -25,7 +25,8 @@ from porousmold.mesh import domain as geometry
 from porousmold.mesh import fenicsx
 from porousmold.solvers.flow import unknowns_outside
 from porousmold.solvers.heating import FrozenTransport, TransientHeat
-from porousmold.solvers.newton import NewtonSystem, modified_newton
+from porousmold.solvers.newton import NewtonSystem
+from porousmold.solvers.newton_iterations import Iterations
 
 from ..support import (
     GivenFlow,
@@ -85,8 +86,8 @@ def steady(domain, equations, *, sources=(0.0, 0.0), exact=(None, None), held_bo
     residual += fem.Constant(domain.mesh, 0.0) * parts[1] * tests[1] * dx(geometry.WALL)
     for source, test in zip(sources, tests, strict=True):
         residual -= equations.coordinates.weight * source * test * dx(geometry.BED)
-    system = NewtonSystem(residual, unknown, np.unique(np.concatenate(constrained)))
-    assert modified_newton(system.iterate, most=20, converged=lambda update: update < 1e-11)
+    system = NewtonSystem("test", residual, unknown, np.unique(np.concatenate(constrained)))
+    assert system.solve(Iterations(20, lambda update: update < 1e-11))
     return unknown, parts
 
 

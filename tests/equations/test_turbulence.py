@@ -35,7 +35,7 @@ def test_a_slow_flow_has_no_turbulence_and_needs_no_continuation():
     """At 10 Pa (Re_s about 6) no bead source acts: k is a trace, whose sign rounding and coarse cells may decide."""
     problem = problem_of(Scene.load(ALUMINIUM, {"operation.pressure_drop": "10 Pa"}), MPI.COMM_SELF)
     problem.flow.start()
-    assert problem.flow.continuation_steps == 0
+    assert problem.flow.counts.continuation_steps == 0
     energy = problem.flow.fields()["turbulent_kinetic_energy"].x.array
     assert np.max(np.abs(energy)) < 1e-3 * problem.medium.estimates.speed**2
 

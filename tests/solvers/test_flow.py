@@ -52,12 +52,12 @@ def test_found_however_it_is_driven_without_undershoots(drive, turbulence):
 def test_found_where_bead_sources_fade_out_in_the_bulk(path, changes, kind):
     """Scenes whose flow was not found once, within few iterations."""
     problem = started(path, {"model.flow": kind, **changes})
-    assert problem.flow.newton_iterations < 60
+    assert problem.flow.counts.newton_iterations < 60
 
 
 def test_a_coarser_mesh_needs_no_more_iterations():
     iterations = [
-        started({"solver.mesh_refinement": size, "model.flow": "developed"}).flow.newton_iterations
+        started({"solver.mesh_refinement": size, "model.flow": "developed"}).flow.counts.newton_iterations
         for size in (1.0, 3.0)
     ]
     assert iterations[0] <= iterations[1] + 5
