@@ -123,15 +123,13 @@ def test_a_repeated_step_begins_where_the_first_attempt_did():
     """Bounds that nothing can keep take a step through all its ways; from there, and from the start again, the same ends."""
     changes = {"model.flow": "plug", "model.bead_modes": 2, "operation.end_time": 200.0}
     heat = (simulation := marched(changes)).problem.heat
-    start, marks = simulation.problem.state(), [function.x.array.copy() for function in heat.memory]
+    start = simulation.problem.state.copy()
     ends, errors = [], []
     for bounds in ((300.0, 350.0), (-1e9, 1e9)) * 2:
-        simulation.problem.set_state(start)
-        for function, array in zip(heat.memory, marks, strict=True):
-            function.x.array[:] = array
+        simulation.problem.state.put_back(start)
         before = heat.repetitions
         errors.append(heat.step(simulation.time, 40.0, bounds=lambda bounds=bounds: bounds))
-        ends.append([function.x.array.copy() for function in heat.functions])
+        ends.append(list(heat.solution.arrays().values()))
         assert (heat.repetitions > before + 1) == (bounds[0] > 0.0)
     assert errors[:2] == errors[2:]
     assert (errors[0].order, errors[1].order) == (2, 3) and errors[0].temperature > errors[1].temperature

@@ -21,7 +21,7 @@ from ..arrays import Floats
 from ..errors import InputError
 from ..mesh import fenicsx
 from ..mesh.aliases import Communicator
-from ..solvers.protocols import Stateful
+from ..solvers.state import Stateful
 
 NAME = "checkpoint.h5"
 

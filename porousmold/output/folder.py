@@ -18,7 +18,7 @@ from ..files.xdmf import one_grid_a_time
 from ..mesh import fenicsx
 from ..mesh.aliases import Communicator
 from ..scene.scene import Scene
-from ..solvers.protocols import Stateful
+from ..solvers.state import Stateful
 from .checkpoint import NAME, Checkpoint, NodeOrders, packed, read
 from .quantities import Columns
 from .stored import LOCK, checksum_of, read_table

@@ -107,7 +107,7 @@ RESULT_KEYS: Mapping[str, ResultKey] = {
     "flow_strategies": ResultKey(
         "object",
         "how often each strategy found a flow, or was given up: reused or renewed Jacobian, Newton's method, false transient, "
-        "continuation; and how often the flow counted as found though its iterations went to and fro (stagnated)",
+        "continuation in a parameter of the turbulence model",
     ),
     "continuation_steps": ResultKey("integer", "pseudo-time steps of the flow solver (false transient)"),
     "newton_iterations": ResultKey("object", "of flow and energy"),

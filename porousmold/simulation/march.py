@@ -4,23 +4,22 @@ import bisect
 import logging
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from ..arrays import Floats
 from ..errors import SolveError
 from ..mesh import ranks
 from ..mesh.aliases import Communicator
 from ..solvers.newton import free_systems
-from ..solvers.protocols import ArrayOf, Bounds, HeatBalance, Observer, Saved, silent
+from ..solvers.protocols import Bounds, Observer, silent
+from ..solvers.state import ArrayOf, Copy, Saved
 from ..solvers.step_error import StepError
 from ..solvers.time_control import TimeControl
 from .assembly import assemble
-from .estimates import flow_change
 from .recorder import Recorder
 from .specs import HeatSpec, Specs
+from .steppers import STEPPERS, Past
 
 LOG = logging.getLogger(__name__)
 
@@ -73,9 +72,8 @@ class Simulation:
         self.time = 0.0
         self.regimes: list[str] = []
         self.is_also_laminar = False
-        self._previous: list[Floats] = []
-        self._steps: list[float] = []
-        self._supply_before: dict[str, Any] | None = None
+        self._past = Past()
+        self._stepper = STEPPERS[specs.flow.update](self.problem)
         # the published pressure term drives flow across the openings
         free = not specs.time.keeps_bounds or specs.flow.rev_terms == "as-published"
         self._given = (-math.inf, math.inf) if free else given_bounds(specs.heat)
@@ -125,7 +123,7 @@ class Simulation:
             if step is not None:
                 self.time += step
                 self._note_regime()
-                self.recorder.record(self.time, step, self._flow_time())
+                self.recorder.record(self.time, step, self._stepper.flow_time(self.time, self._past))
                 self._keep_snapshot()
                 progress(self.time, self.recorder.history[f"deficit_{self.specs.time.heated_place}"][-1])
                 self._follow_course()
@@ -157,8 +155,8 @@ class Simulation:
         if course.is_over or course.direction_of(course.number) == before:
             return
         with problem.stopwatch("flow"):
-            problem.mirror(*problem.heat.functions, *problem.heat.memory, *problem.temperatures)
-            self._previous, self._steps = [], []
+            problem.mirror(*problem.heated.functions.values())
+            self._past = Past()
             problem.medium.boundary.set(np.nextafter(self.time, math.inf))
             problem.find_flow(problem.flow.start, self.time)
 
@@ -178,7 +176,7 @@ class Simulation:
     def _start(self) -> None:
         problem, course = self.problem, self.specs.course
         if course is not None and course.direction_of(0) < 0:  # profiles and states are given from the inlet on
-            problem.mirror(*problem.heat.functions, *problem.heat.memory, *problem.temperatures)
+            problem.mirror(*problem.heated.functions.values())
         with problem.stopwatch("flow"):
             problem.find_flow(problem.flow.start, 0.0)
             self._note_regime()
@@ -199,45 +197,39 @@ class Simulation:
         """Take one step; gives its length (s), None where it is to be repeated with another one."""
         problem, control = self.problem, self.control
         step = control.propose(self.time, self._longest_step())
-        if self._flow_follows_temperature:
-            self._mean_temperature = problem.mean_in_bed(problem.temperature)
-        balance, factored_at = replace(problem.heat.balance), problem.flow.factored_at
-        before = [function.x.array.copy() for function in problem.memory]
-        self._supply_before = problem.air_loop.save() if problem.air_loop is not None else None
+        before, factored_at = problem.state.copy(), problem.flow.factored_at
+        steps = self._past.steps
         try:
             with problem.stopwatch("flow"):
-                self._extrapolate_coefficients(step)
-                if self.specs.flow.update == "quasi-steady":
-                    self._extrapolate_flow(step)
-                    tolerance = self.specs.flow.tolerance
-                    problem.find_flow(lambda: problem.flow.renew(self.time, tolerance), self.time + 0.5 * step)
+                is_smooth = not control.after_jump(self.time - sum(steps))
+                self._stepper.prepare(self.time, step, self._past, self._limits(), is_smooth=is_smooth)
             with problem.stopwatch("energy"):
                 jump = control.after_jump(self.time)
                 error = problem.heat.step(self.time, step, after_jump=jump, bounds=self._bounds_now)
             self._check_direction()
         except KeyboardInterrupt:
-            self._put_back(before, balance)
+            self._put_back(before)
             problem.flow.factored_at = factored_at  # this step begins with those factors when it is taken again
             raise
         except SolveError as failure:
-            self._put_back(before, balance)
+            self._put_back(before)
             LOG.info("step of %g s from %g s not taken: %s", step, self.time, failure)
             control.reject_failed(step, failure)
             return None
         ratio = self._error_ratio(self.time + step, error)
         if not control.accept(self.time + step, step, ratio, error.order):
             LOG.info("step of %g s from %g s repeated: %s, %.2g of what is allowed", step, self.time, error, ratio)
-            self._put_back(before, balance)
+            self._put_back(before)
             return None
         if (part := self._part_in_phase(step)) < 1.0:
-            self._put_back(before, balance)
+            self._put_back(before)
             control.step = part * step
             return None
         LOG.info(
             "step of %g s to %g s: estimated error %s, %d iterations of the flow, %d of the heat so far",
             *(step, self.time + step, error, problem.flow.counts.newton_iterations, problem.heat.newton_iterations),
         )
-        self._previous, self._steps = before[: len(problem.functions)], [*self._steps[-1:], step]
+        self._past.go_on({name: before.arrays[name] for name in problem.solution.functions}, step)
         return step
 
     def _part_in_phase(self, step: float) -> float:
@@ -264,21 +256,7 @@ class Simulation:
         ratio = max(error.temperature / allowed, error.cure / CURE_ERROR[error.order]) * finer**error.order
         # an error of the flow moves times by as much of the time that it lasts
         weight = min(1.0, time / self.problem.medium.estimates.heating_duration)
-        return float(max(ratio, weight * self._flow_error() / FLOW_ERROR * finer**2))
-
-    @property
-    def _flow_follows_temperature(self) -> bool:
-        """Whether the mass flow is one that changes with the temperatures."""
-        return self.specs.flow.update == "quasi-steady" and self.specs.flow.drive == "pressure_drop"
-
-    def _flow_error(self) -> float:
-        """Relative error of the mass flow of the last step: it was found at temperatures extrapolated to the step's middle."""
-        if not self._flow_follows_temperature:
-            return 0.0
-        problem = self.problem
-        start, end = self._mean_temperature, problem.mean_in_bed(problem.temperature)
-        extrapolated = problem.mean_in_bed(problem.medium.property_temperature)
-        return flow_change(self.specs, problem.medium.size, extrapolated, 0.5 * (start + end))
+        return float(max(ratio, weight * self._stepper.flow_error() / FLOW_ERROR * finer**2))
 
     def _differences(self, time: float, low: float, high: float, inlet: float) -> float:
         """Largest temperature difference (K) at a time (s) between places, and what is given there."""
@@ -349,48 +327,20 @@ class Simulation:
         finished = self._heated_for_good() or self.is_steady() or self.time >= self.specs.time.end_time
         self.recorder.keep_snapshot(self.time, finished=finished)
 
-    def _put_back(self, before: list[Floats], balance: HeatBalance) -> None:
-        for function, array in zip(self.problem.memory, before, strict=True):
-            function.x.array[:] = array
-        self.problem.heat.balance = balance
-        if self.problem.air_loop is not None and self._supply_before is not None:
-            self.problem.air_loop.restore(self._supply_before)
+    def _put_back(self, before: Copy) -> None:
+        self.problem.state.put_back(before)
         self._set_boundary()
 
     def _set_boundary(self) -> None:
         """Give the boundary of the flow the values that the present flow was solved for, that of the heat those of now."""
-        self.problem.medium.boundary.set(self._flow_time())
+        self.problem.medium.boundary.set(self._stepper.flow_time(self.time, self._past))
         self.problem.medium.boundary.set_heat(self.time)
 
-    def _flow_time(self) -> float:
-        """Time (s) that the present flow was solved for."""
-        return {
-            "frozen": 0.0,
-            "quasi-steady": self.time - 0.5 * self._steps[-1] if self._steps else 0.0,
-            "transient": self.time,
-        }[self.specs.flow.update]
-
-    def _extrapolate_coefficients(self, step: float) -> None:
-        """Take the step's coefficients at the temperature extrapolated to its middle, where they belong (second order)."""
-        problem, history, medium = self.problem, self.recorder.history, self.problem.medium
-        ahead = problem.heat.unknown.copy()
-        if self._previous:
-            ahead.x.array[:] += 0.5 * step / self._steps[-1] * (ahead.x.array - self._previous[0])
-            low, high = self.specs.heat.inlet_temperature.range
-            low = min(low, history["lowest_temperature"][-1])
-            high = max(high, history["highest_temperature"][-1])
-            np.clip(ahead.x.array, low, high, out=ahead.x.array)
-        medium.property_temperature.x.array[:] = problem.part_of_heat(ahead, 0).x.array
-        if self.specs.flow.update == "quasi-steady":
-            medium.flow_temperature.x.array[:] = medium.property_temperature.x.array
-            medium.boundary.set(self.time + 0.5 * step)
-
-    def _extrapolate_flow(self, step: float) -> None:
-        """Start the flow's iterations from its course over the last two steps, at whose middles it was solved."""
-        if len(self._steps) < 2 or self.control.after_jump(self.time - sum(self._steps)):
-            return
-        before = self._previous[len(self.problem.heat.functions) :]
-        self.problem.flow.extrapolate(before, (step + self._steps[1]) / sum(self._steps))
+    def _limits(self) -> tuple[float, float]:
+        """Within which temperatures (K) are extrapolated: those of now, and those that enter."""
+        low, high = self._range_now()
+        coldest, hottest = self.specs.heat.inlet_temperature.range
+        return min(low, coldest), max(high, hottest)
 
     def _check_direction(self) -> None:
         mass_flow = self.problem.balances.mass_flow
@@ -407,7 +357,7 @@ class Simulation:
         problem, recorder = self.problem.save(), self.recorder.save()
         numbers = {
             "time": self.time,
-            "steps": self._steps,
+            "steps": self._past.steps,
             "next_step": self.control.step,
             "rejected": self.control.rejected,
             "regimes": self.regimes,
@@ -417,13 +367,12 @@ class Simulation:
             "problem": problem.numbers,
             "recorder": recorder.numbers,
         }
-        spaces = [function.function_space for function in self.problem.functions]
-        previous = {f"previous/{i}": pair for i, pair in enumerate(zip(spaces, self._previous, strict=False))}
-        return Saved(numbers, problem.arrays | recorder.arrays | previous)
+        past = self.problem.solution.spaces_of(self._past.solution, "past/") if self._past.solution else {}
+        return Saved(numbers, problem.arrays | recorder.arrays | past)
 
     def restore(self, numbers: Mapping[str, Any], array_of: ArrayOf) -> None:
         """Go on from what `save()` gave; `array_of(name, space)` gives the local array of a name (collective)."""
-        self.time, self._steps, self.regimes = numbers["time"], numbers["steps"], numbers["regimes"]
+        self.time, self.regimes = numbers["time"], numbers["regimes"]
         self.is_also_laminar = numbers["is_also_laminar"]
         if self.specs.course is not None:
             self.specs.course.restore(numbers["course"])
@@ -431,9 +380,8 @@ class Simulation:
         self.control.jumps = list(numbers["jumps"])
         self.control.go_on_with(numbers["next_step"])
         self.control.rejected = numbers["rejected"]
-        spaces = [function.function_space for function in self.problem.functions]
-        if self._steps:
-            self._previous = [array_of(f"previous/{i}", space) for i, space in enumerate(spaces)]
+        if numbers["steps"]:
+            self._past = Past(self.problem.solution.read(array_of, "past/"), numbers["steps"])
         self.recorder.restore(numbers["recorder"], array_of)
         self.problem.restore(numbers["problem"], array_of)
         self._set_boundary()

@@ -1,5 +1,6 @@
 """Output of fields: the profile near the wall, and snapshots over time."""
 
+import contextlib
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -13,6 +14,7 @@ from ..mesh import domain as geometry
 from ..mesh import fenicsx
 from ..mesh.probe import PointProbe
 from ..output.quantities import Columns
+from ..solvers.state import Arrays
 from .course import Course
 from .problem import Problem
 
@@ -71,36 +73,44 @@ def _eddy_viscosity_ratio(
 
 
 def field_snapshots(
-    problem: Problem, snapshots: Sequence[tuple[float, list[Floats]]], end_time: float
+    problem: Problem, snapshots: Sequence[tuple[float, Arrays]], end_time: float
 ) -> Iterator[tuple[float, list[fem.Function]]]:
     """(time, functions) at `output.times` and the end, or at `output.field_times` times evenly spread up to it, linear between
     the snapshots that were kept (collective)."""
-    snapshots = snapshots or [(end_time, problem.state())]
+    snapshots = snapshots or [(end_time, problem.solution.arrays())]
     output, times = problem.specs.output, np.array([snapshot[0] for snapshot in snapshots])
     wanted = times if output.times else end_time * np.linspace(0.0, 1.0, output.field_times + 1)[1:]
     space = problem.medium.flow_temperature.function_space
     of_the_bed, course = _FieldsOfTheBed(problem, space), problem.specs.course
-    now, flow_temperature = problem.state(), problem.medium.flow_temperature.x.array.copy()
     for time in map(float, wanted):
         turned = course is not None and course.direction(time) < 0
-        problem.set_state(_between(snapshots, times, time, course))
-        temperature, beads = problem.temperature, problem.bead_temperature
-        problem.medium.flow_temperature.x.array[:] = temperature.x.array  # the density that the velocity belongs to
-        temperature.name, beads.name = "temperature", "bead_temperature"
-        fields = problem.flow.fields()
-        functions = [temperature, beads, *fields.values(), *of_the_bed.now()]
+        with _shown(problem, _between(snapshots, times, time, course)):
+            temperature, beads = problem.temperature, problem.bead_temperature
+            temperature.name, beads.name = "temperature", "bead_temperature"
+            fields = problem.flow.fields()
+            functions = [temperature, beads, *fields.values(), *of_the_bed.now()]
         if turned:
             problem.mirror.vectors(fields["velocity"])
             problem.mirror(*(function for function in functions if function is not fields["velocity"]))
         yield time, functions
-    problem.set_state(now)
-    problem.medium.flow_temperature.x.array[:] = flow_temperature
 
 
-def _between(
-    snapshots: Sequence[tuple[float, list[Floats]]], times: Floats, time: float, course: Course | None
-) -> list[Floats]:
-    """The state of a time (s) between two snapshots; the nearest one where the flow turns between them."""
+@contextlib.contextmanager
+def _shown(problem: Problem, snapshot: Arrays) -> Iterator[None]:
+    """The problem with the solution of a snapshot, for a while; then its state is as it was, whatever happens."""
+    now = problem.state.copy()
+    try:
+        problem.solution.set(snapshot)
+        problem.medium.flow_temperature.x.array[:] = (
+            problem.temperature.x.array
+        )  # what the velocity's density belongs to
+        yield
+    finally:
+        problem.state.put_back(now)
+
+
+def _between(snapshots: Sequence[tuple[float, Arrays]], times: Floats, time: float, course: Course | None) -> Arrays:
+    """The solution at a time (s) between two snapshots; the nearest one where the flow turns between them."""
     after = min(int(np.searchsorted(times, time * (1.0 - 1e-12))), len(times) - 1)
     before = max(after - 1, 0)
     if after == before or times[after] <= time:
@@ -109,8 +119,8 @@ def _between(
         same = [n for n in (before, after) if course.direction(float(times[n])) == course.direction(time)]
         return snapshots[same[0]][1]
     part = (time - times[before]) / (times[after] - times[before])
-    pairs = zip(snapshots[before][1], snapshots[after][1], strict=True)
-    return [(1.0 - part) * early + part * late for early, late in pairs]
+    early, late = snapshots[before][1], snapshots[after][1]
+    return {name: (1.0 - part) * array + part * late[name] for name, array in early.items()}
 
 
 class _FieldsOfTheBed:

@@ -1,7 +1,7 @@
 """The discrete problem of a scene, and the questions that one can ask of its present state."""
 
 import functools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,7 +22,8 @@ from ..mesh.probe import PointProbe
 from ..scene.geometries import BedSize
 from ..scene.sensors import read_sensors
 from ..scene.start import Profile
-from ..solvers.protocols import ArrayOf, Flow, Heat, Saved, restore_functions, saved_functions
+from ..solvers.protocols import Flow, Heat
+from ..solvers.state import ArrayOf, Numbers, Saved, State
 from .air_loop import AirLoop
 from .boundary_values import BoundaryValues
 from .estimates import Estimates
@@ -280,34 +281,30 @@ class Problem:
         """Numbers of unknowns solved for."""
         return {"flow": self.flow.unknowns, "energy": self.heat.unknowns}
 
-    @property
-    def functions(self) -> list[fem.Function]:
-        """What temperatures and flow are kept in."""
-        return [*self.heat.functions, *self.flow.functions]
+    @functools.cached_property
+    def solution(self) -> State:
+        """Temperatures and flow."""
+        return State.joined({"heat": self.heat.solution, "flow": self.flow.solution})
 
-    @property
-    def memory(self) -> list[fem.Function]:
-        """`functions`, and what else the next step depends on."""
-        return [*self.functions, *self.temperatures, *self.heat.memory]
+    @functools.cached_property
+    def heated(self) -> State:
+        """All of the state but the flow."""
+        coefficients = {"flow": self.medium.flow_temperature, "properties": self.medium.property_temperature}
+        parts = {"heat": self.heat.solution, "memory": self.heat.memory, "coefficients": State(coefficients)}
+        return State.joined(parts)
+
+    @functools.cached_property
+    def state(self) -> State:
+        """All that the next step depends on."""
+        numbers: dict[str, Numbers] = {"balance": self.heat.balance}
+        if self.air_loop is not None:
+            numbers["air_loop"] = self.air_loop
+        return State(self.heated.functions | self.solution.functions, numbers)
 
     @functools.cached_property
     def mirror(self) -> Mirror:
         """What mirrors functions along the flow, where that reverses."""
         return Mirror(self.domain)
-
-    @property
-    def temperatures(self) -> list[fem.Function]:
-        """Those that flow and heat take their coefficients at."""
-        return [self.medium.flow_temperature, self.medium.property_temperature]
-
-    def state(self) -> list[Floats]:
-        """Copies of the arrays of `functions`."""
-        return [function.x.array.copy() for function in self.functions]
-
-    def set_state(self, arrays: Sequence[Floats]) -> None:
-        """Go back to what `state()` gave."""
-        for function, array in zip(self.functions, arrays, strict=True):
-            function.x.array[:] = array
 
     def find_flow(self, solve: Callable[[], None], time: float) -> None:
         """Find the flow by `solve()`, at a blower's operating point where one drives it; raises `SolveError`."""
@@ -326,20 +323,15 @@ class Problem:
             self.air_loop.update()
 
     def save(self) -> Saved:
-        """Flow, heat, the temperatures that their coefficients are taken at, and what the air's supply does."""
-        flow, heat = self.flow.save(), self.heat.save()
-        own = saved_functions(self.temperatures, "temperatures")
-        numbers = {"flow": flow.numbers, "heat": heat.numbers}
-        numbers |= {"air_loop": self.air_loop.save()} if self.air_loop else {}
-        return Saved(numbers, flow.arrays | heat.arrays | own)
+        """The state, and what flow and heat keep beside it."""
+        own, flow, heat = self.state.save(), self.flow.save(), self.heat.save()
+        return Saved({"state": own.numbers, "flow": flow.numbers, "heat": heat.numbers}, own.arrays | flow.arrays)
 
     def restore(self, numbers: Mapping[str, Any], array_of: ArrayOf) -> None:
         """Go on from what `save()` gave."""
         self.flow.restore(numbers["flow"], array_of)
         self.heat.restore(numbers["heat"], array_of)
-        restore_functions(self.temperatures, "temperatures", array_of)
-        if self.air_loop is not None:
-            self.air_loop.restore(numbers["air_loop"])
+        self.state.restore(numbers["state"], array_of)
 
     def extremes(self, place: str) -> tuple[float, float]:
         """Smallest and largest temperature (K) at 'wall', 'bed_side' or 'bed'."""

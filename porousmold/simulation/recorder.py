@@ -8,7 +8,7 @@ import numpy as np
 
 from ..arrays import Floats
 from ..output.quantities import Columns
-from ..solvers.protocols import ArrayOf, Saved
+from ..solvers.state import ArrayOf, Arrays, Saved
 from .accuracy import AT_END, PEAKS, Answer, Answers
 from .cycles import Profile
 from .heating_time import crossing_time
@@ -30,7 +30,7 @@ EXOTHERM = 0.02
 
 class Recorder:
     """`history` with a row for every step; the times at which the wall was heated and the `targets` were met, None until then,
-    of those to keep also where they were lost since (`first_met` keeps the first); `snapshots` of all functions, (time, arrays),
+    of those to keep also where they were lost since (`first_met` keeps the first); `snapshots` of the solution, (time, arrays),
     spread over the march; and `profiles` along the bed at the times asked for and at the ends of phases, the first cycle's and
     the last two's."""
 
@@ -42,7 +42,7 @@ class Recorder:
         self.heating_time_bed_side: float | None = None
         self.targets: dict[str, float | None] = {target.name: None for target in self._time.targets}
         self.first_met: dict[str, float | None] = dict(self.targets)
-        self.snapshots: list[tuple[float, list[Floats]]] = []
+        self.snapshots: list[tuple[float, Arrays]] = []
         self.profiles: list[Profile] = []
         self._spacing = 0.0
         layers = self._heat.all_layers
@@ -238,12 +238,12 @@ class Recorder:
         output = self._problem.specs.output
         if output.times:
             if finished or any(abs(time - asked) <= SAME_TIME * time for asked in output.times):
-                self.snapshots.append((time, self._problem.state()))
+                self.snapshots.append((time, self._problem.solution.arrays()))
                 self._keep_profile(f"{time:.6g} s", time)
             return
         if self.snapshots and not finished and time < self.snapshots[-1][0] + self._spacing:
             return
-        self.snapshots.append((time, self._problem.state()))
+        self.snapshots.append((time, self._problem.solution.arrays()))
         most = max(LEAST_SNAPSHOTS, 2 * output.field_times)
         if len(self.snapshots) > most and not finished:
             self.snapshots = self.snapshots[::2]
@@ -251,10 +251,9 @@ class Recorder:
 
     def save(self) -> Saved:
         """Everything recorded."""
-        spaces = [function.function_space for function in self._problem.functions]
         arrays: dict[str, tuple[Any, Floats]] = {}
-        for number, (_, state) in enumerate(self.snapshots):
-            arrays |= {f"snapshot/{number}/{i}": pair for i, pair in enumerate(zip(spaces, state, strict=True))}
+        for number, (_, snapshot) in enumerate(self.snapshots):
+            arrays |= self._problem.solution.spaces_of(snapshot, f"snapshot/{number}/")
         numbers = {
             "columns": self.history.columns,
             "heating_time": self.heating_time,
@@ -281,8 +280,7 @@ class Recorder:
             Profile(label, time, np.array(fluid), np.array(beads), number)
             for label, time, fluid, beads, number in numbers["profiles"]
         ]
-        spaces = [function.function_space for function in self._problem.functions]
         self.snapshots = [
-            (time, [array_of(f"snapshot/{number}/{i}", space) for i, space in enumerate(spaces)])
+            (time, self._problem.solution.read(array_of, f"snapshot/{number}/"))
             for number, time in enumerate(numbers["snapshot_times"])
         ]

@@ -25,7 +25,8 @@ from .flow import FullFlow, constrained_unknowns, unknowns_outside
 from .heating import BACKWARD_EULER, GAMMA, MOST_REPETITIONS, STAGES, Stages, TransientHeat
 from .newton import NewtonSystem
 from .newton_iterations import Iterations
-from .protocols import ArrayOf, Bounds, HeatBalance, Observer, Saved, silent, unbounded
+from .protocols import Bounds, HeatBalance, Observer, silent, unbounded
+from .state import ArrayOf, Saved, State
 from .step_error import StepError
 
 CONVERGED_UPDATE, MOST_ITERATIONS = 1e-8, 25
@@ -99,17 +100,13 @@ class CoupledTransient:
         """The heat balance, kept by `heat`."""
         return self.heat.balance
 
-    @balance.setter
-    def balance(self, balance: HeatBalance) -> None:
-        self.heat.balance = balance
-
     @property
     def unknown(self) -> Any:
         return self.heat.unknown
 
     @property
-    def functions(self) -> Any:
-        return self.heat.functions
+    def solution(self) -> State:
+        return self.heat.solution
 
     @property
     def space(self) -> Any:
@@ -165,48 +162,40 @@ class CoupledTransient:
         After a jump it is two halves of the backward Euler method, whose difference from one whole step is their error.
         """
         self.heat.release_cells()
-        start = self._state()
+        start = self._solved.copy()
         for left in reversed(range(MOST_REPETITIONS)):
-            error, balance = self._take_all(time, step, after_jump=after_jump)
+            error = self._take_all(time, step, after_jump=after_jump)
             out, new = self.heat.mark_cells(bounds())
             if not (out and new and left):
                 break
             self.heat.repetitions += 1
-            self._put_back(start)
-        self.balance = balance
+            self._solved.put_back(start)
         return error
 
-    def _take_all(self, time: float, step: float, *, after_jump: bool) -> tuple[StepError, HeatBalance]:
-        """A step, and the balance that it leaves; that of before stays."""
-        before = replace(self.balance)
-        try:
-            if not after_jump:
-                rates = self._take(time, step, STAGES)
-                difference = step * GAMMA * (rates[0] - 2.0 * rates[1] + rates[2])
-                order = 3
-            else:
-                start = self._state()
-                self._take(time, step, BACKWARD_EULER)
-                whole = self._coupled.x.array.copy()
-                self._put_back(start)
-                self.balance = replace(before)
-                for half in range(2):
-                    self._take(time + 0.5 * half * step, 0.5 * step, BACKWARD_EULER)
-                difference, order = self._coupled.x.array - whole, 2
-            return StepError(self.heat.norm(self._of_heat(difference)), 0.0, order), self.balance
-        finally:
-            self.balance = before
+    def _take_all(self, time: float, step: float, *, after_jump: bool) -> StepError:
+        """A step; gives its estimated error."""
+        if not after_jump:
+            rates = self._take(time, step, STAGES)
+            difference, order = step * GAMMA * (rates[0] - 2.0 * rates[1] + rates[2]), 3
+        else:
+            start = self._solved.copy()
+            self._take(time, step, BACKWARD_EULER)
+            whole = self._coupled.x.array.copy()
+            self._solved.put_back(start)
+            for half in range(2):
+                self._take(time + 0.5 * half * step, 0.5 * step, BACKWARD_EULER)
+            difference, order = self._coupled.x.array - whole, 2
+        return StepError(self.heat.norm(self._of_heat(difference)), 0.0, order)
 
-    @property
-    def _functions(self) -> list[fem.Function]:
-        return [self.heat.unknown, self.flow.unknown, self._flow_temperature]
-
-    def _state(self) -> list[Floats]:
-        return [function.x.array.copy() for function in self._functions]
-
-    def _put_back(self, state: list[Floats]) -> None:
-        for function, array in zip(self._functions, state, strict=True):
-            function.x.array[:] = array
+    @functools.cached_property
+    def _solved(self) -> State:
+        """What a step changes."""
+        functions = {
+            "heat": self.heat.unknown,
+            "flow": self.flow.unknown,
+            "flow_temperature": self._flow_temperature,
+        }
+        return State(functions, {"balance": self.balance})
 
     def _of_heat(self, values: Floats) -> Floats:
         """Those of the heat's unknowns among the coupled ones."""
@@ -273,8 +262,8 @@ class CoupledTransient:
             self._system.renew_jacobian()
 
     @property
-    def memory(self) -> list[fem.Function]:
-        """What the next step depends on besides `functions`."""
+    def memory(self) -> State:
+        """What the next step depends on besides the `solution`."""
         return self.heat.memory
 
     def largest_bead_difference(self) -> float | None:
@@ -282,9 +271,8 @@ class CoupledTransient:
         return None
 
     def save(self) -> Saved:
-        """The state of the heat, and the own iterations; that of the flow saves itself."""
-        saved = self.heat.save()
-        return Saved(saved.numbers | {"coupled_iterations": self.newton_iterations}, saved.arrays)
+        """What the heat saves, and the own iterations."""
+        return Saved(self.heat.save().numbers | {"coupled_iterations": self.newton_iterations})
 
     def restore(self, numbers: Mapping[str, Any], array_of: ArrayOf) -> None:
         """Go on from what `save()` gave."""

@@ -32,6 +32,7 @@ from .equilibrium import local_equilibrium
 from .flow import NonlinearFlow, unknowns_outside
 from .newton import Beside, NewtonSystem
 from .protocols import Drive
+from .state import State
 from .stations import GAUSS_DEGREE, Columns, Streamfunction
 from .steady import LEAST_VALUE, SteadySolver, Unknowns
 
@@ -99,10 +100,10 @@ class DevelopedFlow(NonlinearFlow):
         self._weights, self._push_of_pressure = system.new_vector(), system.new_vector()
         self._prepare_columns(equations, dx)
         motion, *others = (numbers for _, numbers in self._parts)
-        functions = [self.unknown, self.pressure, self.gradient, self._streamfunction.function]
-        transit = equations.scales.transit_time
-        solver = SteadySolver(system, Unknowns([motion], others), functions, previous, inverse_step, transit)
-        super().__init__(equations, solver, developed_state(equations, self.unknown, self.pressure), functions)
+        along = {"pressure": self.pressure, "gradient": self.gradient, "streamfunction": self._streamfunction.function}
+        solution, transit = State({"unknown": self.unknown} | along), equations.scales.transit_time
+        solver = SteadySolver(system, Unknowns([motion], others), solution, previous, inverse_step, transit)
+        super().__init__(equations, solver, developed_state(equations, self.unknown, self.pressure))
 
     def _prepare_columns(self, equations: FlowEquations, dx: ufl.Measure) -> None:
         """What sums over the stations, and the stream function."""

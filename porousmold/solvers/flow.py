@@ -17,7 +17,8 @@ from ..laws.turbulence_models import TurbulentUnknown
 from ..mesh import fenicsx, ranks
 from ..mesh.domain import BED, INTERFACE, SIDE, SYMMETRY, Domain
 from .newton import Beside, NewtonSystem
-from .protocols import ArrayOf, FlowCounts, Observer, Saved, restore_functions, saved_functions
+from .protocols import FlowCounts, Observer
+from .state import ArrayOf, Arrays, Saved, State
 from .steady import FIRST_PSEUDO_STEP, SteadySolver, Unknowns
 
 REST_OF_TURBULENCE = 1e-5
@@ -27,7 +28,7 @@ REST_OF_TURBULENCE = 1e-5
 class NonlinearFlow(ABC):
     """A flow whose steady equations are solved by a `SteadySolver`; `state` has the fields with units.
 
-    A subclass builds its discrete system and hands it over as `solver`, with the `functions` that its state is kept in.
+    A subclass builds its discrete system and hands it over as `solver`, with the `solution` that it is kept in.
     """
 
     streamfunction: fem.Function | None = None
@@ -35,11 +36,9 @@ class NonlinearFlow(ABC):
     kept_iterations = 5
     """Iterations with a reused Jacobian before the flow's Jacobian is renewed."""
 
-    def __init__(
-        self, equations: FlowEquations, solver: SteadySolver, state: FlowState, functions: Sequence[fem.Function]
-    ) -> None:
+    def __init__(self, equations: FlowEquations, solver: SteadySolver, state: FlowState) -> None:
         self.equations, self.solver, self.state = equations, solver, state
-        self.functions = list(functions)
+        self.solution = solver.solution
 
     @abstractmethod
     def initial_guess(self) -> bool:
@@ -87,15 +86,15 @@ class NonlinearFlow(ABC):
     def solve(self, time: float = 0.0) -> None:
         """Converge the steady flow; raises `SolveError` (named with `time`) if it is not found.
 
-        By Newton's method from the present flow; where that leads away, by a false transient from the initial guess for
-        the present temperature and, in the end, by one from the present flow.
+        From the initial guess for the present temperature, by Newton's method where that is near and by a false transient; in the
+        end by one from the present flow.
         """
         self.counts.solves += 1
-        present = self.solver.copies()
-        if not (self.solver.find(np.inf, time) or self._find_from_guess(time)):
-            self.solver.put_back(present)
+        present = self.solution.arrays()
+        if not self._find_from_guess(time):
+            self.solution.set(present)
             if not (self.solver.find(FIRST_PSEUDO_STEP, time) or self._find_by_continuation(time)):
-                self.solver.put_back(present)
+                self.solution.set(present)
                 self._fail(time)
         self.found()
 
@@ -120,18 +119,18 @@ class NonlinearFlow(ABC):
         """Whether the steady equations have a laminar solution beside the present turbulent one, which stays (collective)."""
         if not self.equations.turbulent_unknowns or not self.is_turbulent():
             return False
-        present = self.solver.copies()
+        present = self.solution.arrays()
         self.solver.scale_turbulence(REST_OF_TURBULENCE)
         found = self.solver.find(FIRST_PSEUDO_STEP, time) and not self.is_turbulent()
-        self.solver.put_back(present)
+        self.solution.set(present)
         return found
 
     def _find_from_guess(self, time: float, near: float = 0.0) -> bool:
         starts_near = self.initial_guess()
-        guess = self.solver.copies()
+        guess = self.solution.arrays()
         if starts_near and self.solver.find(np.inf, time, near):
             return True
-        self.solver.put_back(guess)
+        self.solution.set(guess)
         return self.solver.find(FIRST_PSEUDO_STEP, time, near)
 
     def _find_by_continuation(self, time: float) -> bool:
@@ -162,21 +161,18 @@ class NonlinearFlow(ABC):
             "a finer mesh (porousmold check says what the wall needs), model.turbulence = 'none', or a smaller pressure drop",
         )
 
-    def extrapolate(self, previous: Sequence[Floats], factor: float) -> None:
-        """Extrapolate the state `factor` times as far ahead as `previous` (arrays of `functions`) lies behind."""
+    def extrapolate(self, previous: Arrays, factor: float) -> None:
+        """Extrapolate the solution `factor` times as far ahead as `previous` (its arrays) lies behind."""
         self.solver.extrapolate(previous, factor)
 
     def save(self) -> Saved:
-        """The state, what the reused Jacobian was made of, and the counters."""
+        """What the reused Jacobian was made of, and the counts."""
         factors = self.factored_at
-        arrays = saved_functions(self.functions, "flow")
         numbers = {
             "counts": vars(self.counts),
             "constants_of_factors": factors[1] if factors else None,
         }
-        if factors:
-            arrays |= {f"factors/{i}": pair for i, pair in enumerate(factors[0])}
-        return Saved(numbers, arrays)
+        return Saved(numbers, {f"factors/{i}": pair for i, pair in enumerate(factors[0])} if factors else {})
 
     def restore(self, numbers: Mapping[str, Any], array_of: ArrayOf) -> None:
         """Go on from what `save()` gave; the factors are made again, as iterations with others end elsewhere within their
@@ -185,7 +181,6 @@ class NonlinearFlow(ABC):
         self.solver.system.factorise_again(
             lambda number, space: array_of(f"factors/{number}", space), numbers["constants_of_factors"]
         )
-        restore_functions(self.functions, "flow", array_of)
 
     def turbulent_factors(self) -> dict[str, float]:
         """Units (SI) of the scaled turbulence, by the names of its fields."""
@@ -246,8 +241,8 @@ class FullFlow(NonlinearFlow):
         ]
         unknowns = Unknowns(parts[:2], parts[2:])
         transit = equations.scales.transit_time
-        solver = SteadySolver(system, unknowns, [self.unknown], previous, inverse_step, transit)
-        super().__init__(equations, solver, state, [self.unknown])
+        solver = SteadySolver(system, unknowns, State({"unknown": self.unknown}), previous, inverse_step, transit)
+        super().__init__(equations, solver, state)
 
     def renew_inlet(self) -> None:
         """Take the mean square of the present entering velocity for the inlet's total pressure (collective)."""

@@ -30,18 +30,15 @@ from .heat_unknowns import HeatUnknowns
 from .multigrid import LEAST_UNKNOWNS, Preconditioner
 from .newton import Beside, NewtonSystem
 from .protocols import (
-    ArrayOf,
     Bounds,
     HeatBalance,
     Observer,
-    Saved,
     StageUpdate,
-    restore_functions,
-    saved_functions,
     silent,
     unbounded,
 )
 from .stages import ITERATED_STAGE_ERROR, STAGE_ERROR, StageSolver
+from .state import ArrayOf, Saved, State
 from .step_error import RegionNorm, StepError
 from .transport import FrozenTransport, MonotoneCells
 
@@ -178,11 +175,12 @@ class TransientHeat:
         """Newton iterations so far."""
         return self._stages.iterations
 
-    @property
-    def functions(self) -> list[Any]:
+    @functools.cached_property
+    def solution(self) -> State:
         """What the temperatures are kept in, those inside the beads and the degrees of cure included."""
         modes = self.bead_modes.functions if self.bead_modes else []
-        return [self.unknown, *modes, *(part.degree for part in self.curing)]
+        functions = {"unknown": self.unknown} | {f"bead_mode_{number}": mode for number, mode in enumerate(modes)}
+        return State(functions | {f"cure_{number}": part.degree for number, part in enumerate(self.curing)})
 
     def step(
         self, time: float, step: float, *, after_jump: bool = False, bounds: Callable[[], Bounds] = unbounded
@@ -192,8 +190,7 @@ class TransientHeat:
         `after_jump` takes the backward Euler method, which damps what a jump of the inlet excites and other methods let
         swing. Where a temperature leaves `bounds()` (K), the cells around it become monotone and the step is repeated, in the
         end by the backward Euler method.
-        Raises `SolveError` if a stage does not converge: the balance is then as before, `functions` and `memory` are
-        the caller's to put back.
+        Raises `SolveError` if a stage does not converge: `solution` and `memory` are then the caller's to put back.
         """
         self.release_cells()
         first = BACKWARD_EULER if after_jump else STAGES
@@ -201,7 +198,7 @@ class TransientHeat:
         # method damps; and no method of higher order keeps bounds at any step
         damped, rest = (DAMPING_PART * step, BACKWARD_EULER), (1.0 - DAMPING_PART) * step
         ways = [[(step, first)], [damped, (rest, first)], [damped, (rest, BACKWARD_EULER)]]
-        way, starts = 0, [function.x.array.copy() for function in self.functions]
+        way, starts = 0, self.solution.arrays()
         for left in reversed(range(MOST_REPETITIONS)):
             flows, stored, error = self._take_all(time, ways[way])
             out, new = self.mark_cells(bounds())
@@ -209,36 +206,32 @@ class TransientHeat:
             if not out or way == len(ways) or not left:
                 break
             self.repetitions += 1
-            for function, start in zip(self.functions, starts, strict=True):
-                function.x.array[:] = start
+            self.solution.set(starts)
         self.balance.add(flows, stored)
         return error
 
-    @property
-    def memory(self) -> list[fem.Function]:
-        """What the next step depends on besides `functions`."""
-        return [self._cells.steps, self._cells.held]
+    @functools.cached_property
+    def memory(self) -> State:
+        """What the next step depends on besides the `solution`."""
+        return State({"monotone_for": self._cells.steps, "held_for": self._cells.held})
 
     def largest_bead_difference(self) -> float | None:
         """Largest distance (K) of a bead's surface from its mean; None where beads are isothermal (collective)."""
         return self.bead_modes.largest_difference() if self.bead_modes else None
 
     def save(self) -> Saved:
-        """Temperatures, marked cells, balance and counters."""
+        """Counters, and how Newton's method has contracted."""
         numbers = {
-            "balance": vars(self.balance),
             "newton_iterations": self.newton_iterations,
             "repetitions": self.repetitions,
             "contraction": self._stages.contraction.ratio,
         }
-        return Saved(numbers, saved_functions([*self.functions, *self.memory], "heat"))
+        return Saved(numbers)
 
     def restore(self, numbers: Mapping[str, Any], array_of: ArrayOf) -> None:
         """Go on from what `save()` gave."""
-        self.balance = HeatBalance(**numbers["balance"])
         self._stages.iterations, self.repetitions = numbers["newton_iterations"], numbers["repetitions"]
         self._stages.contraction.ratio = numbers["contraction"]
-        restore_functions([*self.functions, *self.memory], "heat", array_of)
 
     @property
     def frozen(self) -> Any:

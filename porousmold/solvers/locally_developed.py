@@ -6,7 +6,7 @@ linear in it.
 """
 
 import functools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -25,7 +25,8 @@ from .developed_profiles import ProfileTable
 from .multigrid import LEAST_UNKNOWNS, Preconditioner
 from .newton import Beside, NewtonSystem
 from .newton_iterations import Iterations
-from .protocols import ArrayOf, Drive, FlowCounts, Observer, Saved, restore_functions, saved_functions, silent
+from .protocols import Drive, FlowCounts, Observer, silent
+from .state import ArrayOf, Arrays, Saved, State
 from .steady import TRACE_OF_TURBULENCE
 
 PRESSURE_LOST = 1e-6
@@ -71,8 +72,11 @@ class LocallyDevelopedFlow:
             equations, self.pressure, temperature, self._profiles, self._at_boundary, conductance
         )
         self.state = self.local.state
-        parts = [part for field in fields for part in (field.value, field.slope)]
-        self.functions = [self.pressure, self._at_boundary, logarithm, *parts]
+        parts = {
+            f"{part}_{number}": getattr(one, part) for number, one in enumerate(fields) for part in ("value", "slope")
+        }
+        boundary = {"pressure_at_boundary": self._at_boundary, "logarithm": logarithm}
+        self.solution = State({"pressure": self.pressure} | boundary | parts)
         self._distance = np.maximum(fenicsx.nodal_values(domain.wall_distance, space), 0.0)
         self._build(space, quadrature_degree)
         self._is_uniform, self._changed = False, 0.0
@@ -275,19 +279,18 @@ class LocallyDevelopedFlow:
             field.value.x.array[:] = values
             field.slope.x.array[:] = 0.0 if uniform else slopes
 
-    def extrapolate(self, previous: Sequence[Floats], factor: float) -> None:
+    def extrapolate(self, previous: Arrays, factor: float) -> None:
         """Extrapolate the pressure `factor` times as far ahead as `previous` lies behind."""
-        self.pressure.x.array[:] += factor * (self.pressure.x.array - previous[0])
+        self.pressure.x.array[:] += factor * (self.pressure.x.array - previous["pressure"])
 
     def save(self) -> Saved:
-        """The fields, the table's place and the counters."""
+        """The table's place and the counts."""
         numbers = {"counts": vars(self.counts), "table": self._table.middle}
-        return Saved(numbers, saved_functions(self.functions, "flow"))
+        return Saved(numbers)
 
     def restore(self, numbers: Mapping[str, Any], array_of: ArrayOf) -> None:
         """Go on from what `save()` gave (collective)."""
         self.counts = FlowCounts(**numbers["counts"])
-        restore_functions(self.functions, "flow", array_of)
         self._table.cover(numbers["table"])
 
     def fields(self) -> dict[str, fem.Function]:

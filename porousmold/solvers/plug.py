@@ -1,6 +1,6 @@
 """Plug flow: a uniform superficial mass flux, with the pressure drop of the bulk porosity."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,8 @@ from ..laws.functions import Value
 from ..laws.materials import Fluid
 from ..mesh import fenicsx
 from ..mesh.domain import Domain
-from .protocols import ArrayOf, Drive, FlowCounts, Observer, Saved, restore_functions, saved_functions
+from .protocols import Drive, FlowCounts, Observer
+from .state import ArrayOf, Arrays, Saved, State
 from .stations import Columns, nearest
 
 LARGEST_MASS_FLUX = 1e9
@@ -59,7 +60,8 @@ class PlugFlow:
         self._reference_pressure = float(equations.fluid.reference_pressure.value)
         scalars = fenicsx.lagrange_space(domain.mesh)
         self.pressure, self.streamfunction, self._mass_flux = (fem.Function(scalars) for _ in range(3))
-        self.functions = [self.pressure, self.streamfunction, self._mass_flux]
+        fields = {"pressure": self.pressure, "streamfunction": self.streamfunction, "mass_flux": self._mass_flux}
+        self.solution = State(fields)
         self.columns = Columns(domain)
         density = equations.fluid.density(self.pressure, temperature)
         velocity = ufl.as_vector([self._mass_flux / (equations.bed.porosity * density), 0.0])
@@ -124,7 +126,7 @@ class PlugFlow:
         """Follow a changed temperature."""
         self.start(time)
 
-    def extrapolate(self, previous: Sequence[Floats], factor: float) -> None:
+    def extrapolate(self, previous: Arrays, factor: float) -> None:
         """Nothing is iterated."""
 
     def observe_with(self, observe: Observer) -> None:
@@ -139,13 +141,12 @@ class PlugFlow:
         return False
 
     def save(self) -> Saved:
-        """The fields, and the counts."""
-        return Saved({"counts": vars(self.counts)}, saved_functions(self.functions, "flow"))
+        """The counts."""
+        return Saved({"counts": vars(self.counts)})
 
     def restore(self, numbers: Mapping[str, Any], array_of: ArrayOf) -> None:
         """Go on from what `save()` gave."""
         self.counts = FlowCounts(**numbers["counts"])
-        restore_functions(self.functions, "flow", array_of)
 
     def fields(self) -> dict[str, fem.Function]:
         """Present velocity and pressure (SI) as functions by name (collective)."""

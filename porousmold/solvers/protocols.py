@@ -7,18 +7,16 @@ from typing import Any, NamedTuple, Protocol, TypeAlias
 import numpy as np
 from dolfinx import fem
 
-from ..arrays import Floats
 from ..equations.flow import FlowState
 from ..equations.openings import Opening
 from ..laws.materials import Fluid
 from .curing import Curing
+from .state import Arrays, State, Stateful
 from .step_error import StepError
 
 Observer = Callable[[str], None]
 Bounds: TypeAlias = tuple[float, float, float, float] | tuple[float, float]
 """Lowest and highest temperature (K) that can be; four where those of the wall, the last two, are others than the bed's."""
-ArrayOf = Callable[[str, Any], Floats]
-"""Gives the local array of a saved name and its function space (collective)."""
 
 
 def silent(text: str) -> None:
@@ -46,24 +44,6 @@ class Drive(NamedTuple):
         if self.kind == "inlet_velocity":
             return float(self.value * area * fluid.density(pressure, self.temperature))
         return None
-
-
-@dataclass
-class Saved:
-    """The state of a part of a simulation: `numbers` ready for JSON, `arrays` of functions by name with their spaces."""
-
-    numbers: dict[str, Any] = field(default_factory=dict)
-    arrays: dict[str, tuple[Any, Floats]] = field(default_factory=dict)
-
-
-class Stateful(Protocol):
-    """A part of a simulation that saves and restores itself."""
-
-    def save(self) -> Saved:
-        """Everything that it goes on from."""
-
-    def restore(self, numbers: Mapping[str, Any], array_of: ArrayOf) -> None:
-        """Go on from what `save()` gave."""
 
 
 class StageUpdate(Protocol):
@@ -136,8 +116,8 @@ class Flow(Stateful, Protocol):
         """Number of unknowns solved for."""
 
     @property
-    def functions(self) -> list[fem.Function]:
-        """What the state of the flow is kept in."""
+    def solution(self) -> State:
+        """What it is kept in."""
 
     def start(self, time: float = 0.0) -> None:
         """Find the flow from an initial guess; raises `SolveError`."""
@@ -145,8 +125,8 @@ class Flow(Stateful, Protocol):
     def renew(self, time: float, tolerance: float) -> None:
         """Follow a changed temperature to a relative `tolerance`; raises `SolveError`."""
 
-    def extrapolate(self, previous: Sequence[Floats], factor: float) -> None:
-        """Extrapolate the state `factor` times as far ahead as `previous` (arrays of `functions`) lies behind."""
+    def extrapolate(self, previous: Arrays, factor: float) -> None:
+        """Extrapolate the solution `factor` times as far ahead as `previous` (its arrays) lies behind."""
 
     def is_turbulent(self) -> bool:
         """Whether there is more than negligible turbulence (collective)."""
@@ -181,6 +161,14 @@ class HeatBalance:
             setattr(self, name, getattr(self, name) + heat)
         self.stored += stored
 
+    def save(self) -> dict[str, Any]:
+        """Its entries."""
+        return dict(vars(self))
+
+    def restore(self, numbers: Mapping[str, Any]) -> None:
+        """Take the entries that `save()` gave."""
+        vars(self).update(numbers)
+
     @property
     def loop_imbalance(self) -> float:
         """What is missing between heater, blower, bed, exhaust and return duct, as a fraction of what the first two give."""
@@ -198,8 +186,11 @@ class HeatBalance:
 class Heat(Stateful, Protocol):
     """The temperatures over a domain, marched in time."""
 
-    balance: HeatBalance
     curing: list[Curing]
+
+    @property
+    def balance(self) -> HeatBalance:
+        """Heat since the start."""
 
     @property
     def unknown(self) -> fem.Function:
@@ -225,11 +216,11 @@ class Heat(Stateful, Protocol):
         """Number of unknowns solved for."""
 
     @property
-    def functions(self) -> list[fem.Function]:
+    def solution(self) -> State:
         """What the temperatures are kept in."""
 
     @property
-    def memory(self) -> list[fem.Function]:
+    def memory(self) -> State:
         """What else the next step depends on."""
 
     def step(
@@ -240,14 +231,3 @@ class Heat(Stateful, Protocol):
 
     def largest_bead_difference(self) -> float | None:
         """Largest distance (K) of a bead's surface from its mean; None where beads are isothermal (collective)."""
-
-
-def saved_functions(functions: Sequence[fem.Function], prefix: str) -> dict[str, tuple[Any, Floats]]:
-    """The arrays of functions, by `prefix` and number."""
-    return {f"{prefix}/{number}": (f.function_space, f.x.array) for number, f in enumerate(functions)}
-
-
-def restore_functions(functions: Sequence[fem.Function], prefix: str, array_of: ArrayOf) -> None:
-    """Fill functions with what `saved_functions` gave."""
-    for number, function in enumerate(functions):
-        function.x.array[:] = array_of(f"{prefix}/{number}", function.function_space)

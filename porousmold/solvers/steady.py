@@ -16,6 +16,7 @@ from ..mesh import fenicsx, ranks
 from .newton import NewtonSystem
 from .newton_iterations import Contraction, Iterations
 from .protocols import FlowCounts, Observer, silent
+from .state import Arrays, State
 
 LOG = logging.getLogger(__name__)
 
@@ -23,11 +24,6 @@ CONVERGED_UPDATE = 1e-8
 """Relative update of the scaled unknown at which the flow counts as converged."""
 CONVERGED_PARTS = 1e-5
 """The same of velocity and each unknown of the turbulence, on its own."""
-
-STAGNATED_UPDATE = 1e-5
-"""The same of two iterations in succession: where k is all but 0 in coarse cells, Newton's method goes to and fro between small
-values of either sign. A thousandth of what a time step of the default tolerance accepts; of parts, the same as that."""
-STAGNATED_PARTS = 0.05
 
 KEPT_UPDATE, KEPT_CONTRACTION = 1e-2, 0.1
 """Update of the steady equations, and ratio to the one before, below which the next iteration is taken on the same factors."""
@@ -39,10 +35,11 @@ LEAST_PSEUDO_STEP = 1e-9
 that the solution is near, that beyond which the steady equations themselves are solved, and that below which no solution is
 expected."""
 
-STEP_FACTORS = ((1e-3, 1e4), (1e-2, 40.0), (0.1, 4.0), (0.3, 2.0), (0.7, 1.5), (1.5, 0.7))
-"""Factors of the next pseudo-time step, each up to a relative update of the part that changes most."""
-FAILED_STEP_FACTOR = 0.125
-"""Factor of a pseudo-time step after which the state is not taken."""
+WANTED_UPDATE, MOST_GROWTH = 0.7, 1e4
+"""Relative update of the part that changes most at which the pseudo-time step stays as it is, and its growth at most: it changes
+by their ratio (switched evolution relaxation: Mulder, van Leer, J. Comput. Phys. 59 (1985) 232-246)."""
+LARGEST_UPDATE, FAILED_STEP_FACTOR = 1.5, 0.125
+"""Update beyond which the state is not taken, and the factor of the pseudo-time step then."""
 MOST_NEWTON_ITERATIONS, HALF_OF_THEM, SMALL_AFTER_HALF = 16, 8, 0.7
 """Iterations of Newton's method, and those after which the update of every part must be below the third."""
 MOST_PSEUDO_STEPS = 150
@@ -118,7 +115,7 @@ def _keeps(update: float, last: float) -> bool:
 class SteadySolver:
     """Brings the scaled `unknown` of a `system` to its solution.
 
-    `functions` are all that an iteration changes, to restore after a failure; `previous` and `inverse_step` (1/s) are the
+    `solution` is all that an iteration changes, to restore after a failure; `previous` and `inverse_step` (1/s) are the
     false transient's last step in the system's residual; `transit()` gives the time (s) in which the flow passes a bead.
     `observe(text)` is called after every iteration, and may raise.
     """
@@ -127,12 +124,12 @@ class SteadySolver:
         self,
         system: NewtonSystem,
         unknowns: Unknowns,
-        functions: Sequence[fem.Function],
+        solution: State,
         previous: fem.Function,
         inverse_step: fem.Constant,
         transit: Callable[[], float],
     ) -> None:
-        self.system, self.unknowns, self._functions = system, unknowns, functions
+        self.system, self.unknowns, self.solution = system, unknowns, solution
         self._previous, self._inverse_step, self._transit = previous, inverse_step, transit
         self._unknown = system.unknown
         self._of_turbulence, self._evolving = unknowns.of_turbulence, unknowns.evolving
@@ -169,11 +166,10 @@ class SteadySolver:
                 self.system.renew_jacobian()
 
         def converged(update: float) -> bool:
-            last = self.update
             self._count(update)
             parts[:] = self._largest_update(before), parts[0]
             self._tell(time, np.inf, parts[0])
-            return self._converged(parts[0], last) or (parts[0] < near and self.is_physical())
+            return self._converged(parts[0]) or (parts[0] < near and self.is_physical())
 
         iterations = Iterations(
             MOST_NEWTON_ITERATIONS,
@@ -189,21 +185,22 @@ class SteadySolver:
         """A false transient from the present state; see `find`."""
         update = last_update = np.inf
         for _ in range(MOST_PSEUDO_STEPS):
-            before, last = self.copies(), self.update
+            before = self.solution.arrays()
             infinite = step > INFINITE_PSEUDO_STEP
             keeps = infinite and _keeps(update, last_update)
             last_update = update
             update = self._pseudo_step(np.inf if infinite else step * self._transit(), keeps_jacobian=keeps)
             self._tell(time, step, update)
-            if infinite and self._converged(update, last):
+            if infinite and self._converged(update):
                 return True
             if step > LONG_PSEUDO_STEP and update < near and self.is_physical():
                 return True
-            factor = next((factor for limit, factor in STEP_FACTORS if update < limit), FAILED_STEP_FACTOR)
             if step < LEAST_PSEUDO_STEP:
                 break
-            if factor == FAILED_STEP_FACTOR:
-                self.put_back(before)
+            is_taken = update < LARGEST_UPDATE
+            if not is_taken:
+                self.solution.set(before)
+            factor = min(WANTED_UPDATE / max(update, 1e-300), MOST_GROWTH) if is_taken else FAILED_STEP_FACTOR
             if factor < 1.0 or not infinite:
                 step = min(step, INFINITE_PSEUDO_STEP) * factor
         return False
@@ -212,8 +209,15 @@ class SteadySolver:
         """Say how an iteration went, whose step (bead transits) and largest update of a part these are (collective)."""
         if LOG.isEnabledFor(logging.DEBUG):
             LOG.debug(
-                "flow at %g s: step of %.1e bead transits, update %.1e, of a part %.1e; residuals %s",
-                *(time, step, self.update, update, " ".join(f"{r:.1e}" for r in self._residuals())),
+                "flow at %g s: iteration %d, step of %.1e bead transits, update %.1e, of a part %.1e; residuals %s",
+                *(
+                    time,
+                    self.counts.newton_iterations,
+                    step,
+                    self.update,
+                    update,
+                    " ".join(f"{r:.1e}" for r in self._residuals()),
+                ),
             )
         self.observe(f"flow: update {self.update:.0e}")
 
@@ -223,7 +227,7 @@ class SteadySolver:
         The Jacobian's factors serve from call to call while updates with them fall fast (`kept_iterations` at most); then
         the Jacobian is renewed, and its factors serve in turn. A failure puts the state back.
         """
-        start = self.copies()
+        start = self.solution.arrays()
         if self._follow_on_kept_factors(tolerance, kept_iterations):
             return self.counts.note("reused Jacobian", found=True)
         for _ in range(FRESH_ITERATIONS):
@@ -236,21 +240,21 @@ class SteadySolver:
             is_found = update < tolerance and self.is_physical()
             if is_found or (update < LARGEST_KEPT_UPDATE and self._follow_on_kept_factors(tolerance, kept_iterations)):
                 return self.counts.note("renewed Jacobian", found=True)
-        self.put_back(start)
+        self.solution.set(start)
         return self.counts.note("renewed Jacobian", found=False)
 
     def _follow_on_kept_factors(self, tolerance: float, most: int) -> bool:
         """The same on the present factors alone, whose error is what their contraction tells; where that is slow the state is put
         back."""
-        start = self.copies()
+        start = self.solution.arrays()
 
         def gives_up(update: float, last: float) -> bool:
             if update < SLOWEST_CONTRACTION * last:
                 return False
-            self.put_back(start)
+            self.solution.set(start)
             return True
 
-        before = start[0]
+        before = self._unknown.x.array.copy()
 
         def prepare(update: float, last: float) -> None:
             nonlocal before
@@ -314,13 +318,9 @@ class SteadySolver:
         """Sum of squares of each part of this rank's values, which are those of `_owned`."""
         return np.bincount(self._part_of_owned, weights=values * values, minlength=len(self._lengths)).astype(float)
 
-    def _converged(self, update: float, last: float) -> bool:
-        """Whether the steady equations are solved; `last` is the update before the present one."""
-        small = self.update < CONVERGED_UPDATE and update < CONVERGED_PARTS
-        stagnated = max(self.update, last) < STAGNATED_UPDATE and update < STAGNATED_PARTS
-        if not (small or stagnated) or not self.is_physical():
-            return False
-        return small or self.counts.note("stagnated", found=True)
+    def _converged(self, update: float) -> bool:
+        """Whether the steady equations are solved, from the last update of all and that of the part that changes most."""
+        return self.update < CONVERGED_UPDATE and update < CONVERGED_PARTS and self.is_physical()
 
     def _updates(self, before: Floats, parts: Sequence[int] = ()) -> tuple[float, float]:
         """Update since the array `before`, relative to the geometric mean of then and now, so that growth shows like decay.
@@ -342,20 +342,11 @@ class SteadySolver:
         """Relative update of all unknowns since the array `before` (collective)."""
         return self._updates(before)[0]
 
-    def copies(self) -> list[Floats]:
-        """Copies of the arrays that an iteration changes."""
-        return [function.x.array.copy() for function in self._functions]
-
-    def put_back(self, arrays: Sequence[Floats]) -> None:
-        """Go back to `copies()`."""
-        for function, array in zip(self._functions, arrays, strict=True):
-            function.x.array[:] = array
-
-    def extrapolate(self, previous: Sequence[Floats], factor: float) -> None:
-        """Extrapolate the state `factor` times as far ahead as `previous` (like `copies()`) lies behind."""
+    def extrapolate(self, previous: Arrays, factor: float) -> None:
+        """Extrapolate the solution `factor` times as far ahead as `previous` (its arrays) lies behind."""
         turbulence = self._unknown.x.array[self._of_turbulence].copy()
-        for function, array in zip(self._functions, previous, strict=True):
-            function.x.array[:] += factor * (function.x.array - array)
+        for name, function in self.solution.functions.items():
+            function.x.array[:] += factor * (function.x.array - previous[name])
         predicted = self._unknown.x.array[self._of_turbulence]
         self._unknown.x.array[self._of_turbulence] = np.maximum(predicted, 0.3 * turbulence)
 

@@ -94,9 +94,9 @@ def test_a_slow_flow_is_laminar_alone():
 
 def test_the_laminar_flow_beside_a_turbulent_one_leaves_it_as_it_is():
     problem = started({"model.turbulence": "k-epsilon", "model.flow": "developed"})
-    before = problem.flow.solver.copies()
+    before = problem.flow.solution.arrays()
     assert problem.is_also_laminar()
-    for now, then in zip(problem.flow.solver.copies(), before, strict=True):
+    for now, then in zip(problem.flow.solution.arrays().values(), before.values(), strict=True):
         assert np.array_equal(now, then)
 
 
@@ -168,7 +168,7 @@ def test_a_guess_of_another_flow_is_near_it_in_fewer_iterations():
     flows[0].start()
     flows[1].start(near=NEAR)
     speeds = [flow.fields()["velocity"].x.array for flow in flows]
-    assert flows[1].newton_iterations < flows[0].newton_iterations
+    assert flows[1].counts.newton_iterations < flows[0].counts.newton_iterations
     assert 0.0 < np.linalg.norm(speeds[1] - speeds[0]) < NEAR * np.linalg.norm(speeds[0])
 
 

@@ -1,0 +1,97 @@
+"""How the flow goes with the temperatures in a time step: kept, found anew for the temperatures extrapolated to the middle of the
+step, or solved for together with them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..solvers.state import Arrays
+from .estimates import flow_change
+from .problem import Problem
+
+
+@dataclass
+class Past:
+    """The problem's solution before the last step, none where the flow turned since, and the lengths (s) of the last two steps at
+    most."""
+
+    solution: Arrays = field(default_factory=dict)
+    steps: list[float] = field(default_factory=list)
+
+    def go_on(self, before: Arrays, step: float) -> None:
+        """Take note of a step (s), and of the solution before it."""
+        self.solution, self.steps = before, [*self.steps[-1:], step]
+
+
+class Frozen:
+    """The flow stays as it was at the start: `model.flow_update = "frozen"`, and what the others share."""
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+
+    def flow_time(self, time: float, past: Past) -> float:
+        """Time (s) that the flow was solved for, at the end (s) of a step."""
+        return 0.0
+
+    def prepare(self, time: float, step: float, past: Past, limits: tuple[float, float], *, is_smooth: bool) -> None:
+        """Bring coefficients and flow to a step (s) from a time (s), with temperatures extrapolated within `limits` (K); the
+        flow's course over the last steps goes on where it `is_smooth`. Raises `SolveError` (collective)."""
+        self._extrapolate_temperature(step, past, limits)
+
+    def flow_error(self) -> float:
+        """Relative error of the mass flow in the step that was taken last (collective)."""
+        return 0.0
+
+    def _extrapolate_temperature(self, step: float, past: Past, limits: tuple[float, float]) -> None:
+        """Take the heat's coefficients at the temperature extrapolated to the step's middle, where they belong (second order)."""
+        problem = self.problem
+        ahead = problem.heat.unknown.copy()
+        if past.solution:
+            ahead.x.array[:] += 0.5 * step / past.steps[-1] * (ahead.x.array - past.solution["heat/unknown"])
+            np.clip(ahead.x.array, *limits, out=ahead.x.array)
+        problem.medium.property_temperature.x.array[:] = problem.part_of_heat(ahead, 0).x.array
+
+
+class QuasiSteady(Frozen):
+    """The flow is the steady one at the temperatures of the step's middle."""
+
+    def flow_time(self, time: float, past: Past) -> float:
+        return time - (0.5 * past.steps[-1] if past.steps else 0.0)
+
+    def prepare(self, time: float, step: float, past: Past, limits: tuple[float, float], *, is_smooth: bool) -> None:
+        problem, medium = self.problem, self.problem.medium
+        if self._follows_temperature:
+            self._mean_before = problem.mean_in_bed(problem.temperature)
+        self._extrapolate_temperature(step, past, limits)
+        medium.flow_temperature.x.array[:] = medium.property_temperature.x.array
+        medium.boundary.set(time + 0.5 * step)
+        if is_smooth and len(past.steps) == 2:  # from its course over these, at whose middles it was solved
+            before = {name: past.solution[f"flow/{name}"] for name in problem.flow.solution.functions}
+            problem.flow.extrapolate(before, (step + past.steps[1]) / sum(past.steps))
+        tolerance = problem.specs.flow.tolerance
+        problem.find_flow(lambda: problem.flow.renew(time, tolerance), time + 0.5 * step)
+
+    @property
+    def _follows_temperature(self) -> bool:
+        """Whether the mass flow is one that changes with the temperatures."""
+        return self.problem.specs.flow.drive == "pressure_drop"
+
+    def flow_error(self) -> float:
+        if not self._follows_temperature:
+            return 0.0
+        problem = self.problem
+        end = problem.mean_in_bed(problem.temperature)
+        extrapolated = problem.mean_in_bed(problem.medium.property_temperature)
+        return flow_change(problem.specs, problem.medium.size, extrapolated, 0.5 * (self._mean_before + end))
+
+
+class Coupled(Frozen):
+    """Flow and temperatures are one system (`solvers.coupled`), whose step brings both to its end."""
+
+    def flow_time(self, time: float, past: Past) -> float:
+        return time
+
+
+STEPPERS: Mapping[str, type[Frozen]] = {"frozen": Frozen, "quasi-steady": QuasiSteady, "transient": Coupled}
+"""By `model.flow_update`."""
