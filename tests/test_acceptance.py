@@ -51,8 +51,7 @@ def test_developed_flow_peak_and_shear():
     problem = problem_of(scene, MPI.COMM_SELF)
     problem.medium.flow_temperature.x.array[:] = 363.15
     problem.heat.unknown.x.array[:] = 363.15
-    problem.flow.guess_uniform()
-    problem.flow.solve()
+    problem.flow.start()
     profile = profile_near_wall(problem, points=2000)
     y, speed = np.array(profile["wall_distance"]), np.array(profile["speed"])
     assert speed[-1] == pytest.approx(3.526, rel=0.01)
@@ -77,8 +76,7 @@ def test_laminar_flow_against_the_independent_solution():
     )
     problem = problem_of(scene, MPI.COMM_SELF)
     problem.medium.flow_temperature.x.array[:] = 363.15
-    problem.flow.guess_uniform()
-    problem.flow.solve()
+    problem.flow.start()
     profile = profile_near_wall(problem, points=2000)
     y, speed = np.array(profile["wall_distance"]), np.array(profile["speed"])
     assert speed.max() == pytest.approx(7.701, rel=0.01)

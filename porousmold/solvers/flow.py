@@ -72,8 +72,8 @@ class NonlinearFlow(ABC):
         return self.solver.counts
 
     def start(self, time: float = 0.0, near: float = 0.0) -> None:
-        """Find the steady flow from the initial guess, or come as `near` as `SteadySolver.find` says; raises `SolveError` like
-        `solve`.
+        """Find the steady flow from the initial guess, or come as `near` as `SteadySolver.find` says; raises `SolveError` (named
+        with `time`).
 
         Where there are a laminar and a turbulent flow, the false transient, which starts from the beads' undamped
         turbulence, ends at the turbulent one.
@@ -83,28 +83,21 @@ class NonlinearFlow(ABC):
             self._fail(time)
         self.found()
 
-    def solve(self, time: float = 0.0) -> None:
-        """Converge the steady flow; raises `SolveError` (named with `time`) if it is not found.
+    def renew(self, time: float, tolerance: float) -> None:
+        """Follow a changed temperature until the update is below `tolerance`; raises `SolveError` (named with `time`).
 
-        From the initial guess for the present temperature, by Newton's method where that is near and by a false transient; in the
-        end by one from the present flow.
+        Where Newton's method from the present flow leads away, from the initial guess for the present temperature; in the end by
+        a false transient from the present flow.
         """
         self.counts.solves += 1
-        present = self.solution.arrays()
-        if not self._find_from_guess(time):
-            self.solution.set(present)
-            if not (self.solver.find(FIRST_PSEUDO_STEP, time) or self._find_by_continuation(time)):
+        if not self.solver.follow(tolerance, self.kept_iterations):
+            present = self.solution.arrays()
+            if not self._find_from_guess(time):
                 self.solution.set(present)
-                self._fail(time)
+                if not (self.solver.find(FIRST_PSEUDO_STEP, time) or self._find_by_continuation(time)):
+                    self.solution.set(present)
+                    self._fail(time)
         self.found()
-
-    def renew(self, time: float, tolerance: float) -> None:
-        """Follow a changed temperature until the update is below `tolerance`; raises `SolveError` like `solve`."""
-        self.counts.solves += 1
-        if self.solver.follow(tolerance, self.kept_iterations):
-            self.found()
-        else:
-            self.solve(time)
 
     def found(self) -> None:  # noqa: B027 - most flows have nothing that follows
         """Called with every flow that is found: for what follows from it."""

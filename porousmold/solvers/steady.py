@@ -45,7 +45,7 @@ MOST_NEWTON_ITERATIONS, HALF_OF_THEM, SMALL_AFTER_HALF = 16, 8, 0.7
 MOST_PSEUDO_STEPS = 150
 """Iterations from one initial guess after which another one is tried."""
 LEAST_REMAINDER = 0.1
-"""Part of the turbulence that a pseudo-time step leaves at least."""
+"""Part of the turbulence that a pseudo-time step, and one of turbulence that dies out, leaves at least."""
 
 KEPT_TOLERANCE = 0.005
 """Part of the tolerance that the error left by a reused Jacobian may be: its contraction is an estimate."""
@@ -298,7 +298,8 @@ class SteadySolver:
         self._count(self.system.iterate())
         if np.isfinite(step):
             self.counts.continuation_steps += 1
-        if np.isfinite(self.update) and np.isfinite(step):
+        # where it dies out k would go to and fro between small values of either sign, without end
+        if np.isfinite(self.update) and (np.isfinite(step) or not self.is_turbulent()):
             numbers = self._of_turbulence
             old, now = before[numbers], self._unknown.x.array[numbers]
             self._unknown.x.array[numbers] = np.where(old > 0.0, np.maximum(now, LEAST_REMAINDER * old), now)
@@ -319,7 +320,13 @@ class SteadySolver:
         return np.bincount(self._part_of_owned, weights=values * values, minlength=len(self._lengths)).astype(float)
 
     def _converged(self, update: float) -> bool:
-        """Whether the steady equations are solved, from the last update of all and that of the part that changes most."""
+        """Whether the steady equations are solved, from the last update of all and that of the part that changes most.
+
+        Where there is no more than a trace of turbulence velocity and pressure count alone: towards k = 0 its equations are singular.
+        """
+        if self.unknowns.turbulence and not self.is_turbulent():
+            motion = range(len(self.unknowns.motion))
+            return self._updates(self._previous.x.array, motion)[0] < CONVERGED_UPDATE and self.is_physical()
         return self.update < CONVERGED_UPDATE and update < CONVERGED_PARTS and self.is_physical()
 
     def _updates(self, before: Floats, parts: Sequence[int] = ()) -> tuple[float, float]:
