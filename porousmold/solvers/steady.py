@@ -322,7 +322,7 @@ class SteadySolver:
     def _converged(self, update: float) -> bool:
         """Whether the steady equations are solved, from the last update of all and that of the part that changes most.
 
-        Where there is no more than a trace of turbulence velocity and pressure count alone: towards k = 0 its equations are singular.
+        With no more than a trace of turbulence velocity and pressure count alone: towards k = 0 its equations are singular.
         """
         if self.unknowns.turbulence and not self.is_turbulent():
             motion = range(len(self.unknowns.motion))
