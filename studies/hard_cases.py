@@ -9,7 +9,7 @@ from mpi4py import MPI
 
 from porousmold import InputError, Scene, run
 from porousmold.errors import SolveError
-from studies.page import Page
+from studies.page import Page, strategies
 
 HERE = Path(__file__).parent
 MOLD, FRP, PIPE = HERE / "mold" / "aluminium.toml", HERE / "mold" / "frp.toml", HERE / "pipe" / "baseline.toml"
@@ -147,7 +147,7 @@ def _scene(path, settings, left_out):
 
 
 def told(path, settings):
-    """What happened, as the cells of a row."""
+    """What happened, as the cells of a row; whether that is good; and how the flows were found."""
     start = time.process_time()
     try:
         given = {name: value for name, value in settings.items() if value is not None}
@@ -155,27 +155,31 @@ def told(path, settings):
         scene = _scene(path, given, left_out)
         summary = run(scene, communicator=MPI.COMM_SELF).summary
     except InputError as refusal:
-        return ["refused", *[""] * 7, f"{time.process_time() - start:.0f}", str(refusal)[:140]], True
+        return ["refused", *[""] * 7, f"{time.process_time() - start:.0f}", str(refusal)[:140]], True, {}
     except SolveError as failure:
-        return ["**status 3**", *[""] * 7, f"{time.process_time() - start:.0f}", str(failure)[:140]], False
+        return ["**status 3**", *[""] * 7, f"{time.process_time() - start:.0f}", str(failure)[:140]], False, {}
     operation = scene.operation
     given = [operation.initial_temperature, *operation.inlet_temperature.range]
     low, high = summary["temperature_bounds"]
     over, under = max(0.0, high - max(given)), max(0.0, min(given) - low)
     heating = summary["heating_time"]
     good = over < 0.1 and under < 0.1 and abs(summary["energy_imbalance"]) < 1e-3
-    return [
-        "done" if good else "**out of bounds**",
-        f"{heating:.0f}" if heating else "not reached",
-        f"{summary['time_steps']} / {summary['rejected_steps']} / {summary['repeated_steps']}",
-        str(summary["newton_iterations"]["flow"]),
-        str(summary["continuation_steps"]),
-        f"{over:.3f}",
-        f"{under:.3f}",
-        f"{summary['energy_imbalance']:.0e}",
-        f"{time.process_time() - start:.0f}",
-        "; ".join(warning[:90] for warning in summary["warnings"]),
-    ], good
+    return (
+        [
+            "done" if good else "**out of bounds**",
+            f"{heating:.0f}" if heating else "not reached",
+            f"{summary['time_steps']} / {summary['rejected_steps']} / {summary['repeated_steps']}",
+            str(summary["newton_iterations"]["flow"]),
+            str(summary["continuation_steps"]),
+            f"{over:.3f}",
+            f"{under:.3f}",
+            f"{summary['energy_imbalance']:.0e}",
+            f"{time.process_time() - start:.0f}",
+            "; ".join(warning[:90] for warning in summary["warnings"]),
+        ],
+        good,
+        summary["flow_strategies"],
+    )
 
 
 def main():
@@ -196,12 +200,15 @@ def main():
         *("imbalance", "s", "warnings or reason"),
     )
     bad = count = 0
+    found = []
     with tempfile.TemporaryDirectory() as folder:
         for row, name, path, settings in cases(Path(folder)):
-            cells, good = told(path, settings)
+            cells, good, counts = told(path, settings)
+            found.append(counts)
             bad, count = bad + (not good), count + 1
             page.row(row, name, *cells)
     page.add("", f"{count} cases, {bad} failed or beyond 0.1 K or 1e-3 of the heat.")
+    page.add("", *strategies(found))
     page.write(out)
 
 

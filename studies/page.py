@@ -5,7 +5,8 @@ import statistics
 import subprocess
 import sys
 import time
-from collections.abc import Iterable, Sequence
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -43,6 +44,17 @@ class Page:
     def write(self, path: Path) -> None:
         """Write the page."""
         path.write_text("\n".join(self.lines).rstrip("\n") + "\n", encoding="utf-8")
+
+
+def strategies(of_runs: Iterable[Mapping[str, int]]) -> list[str]:
+    """Lines of a table of how the flows of some runs were found (`flow_strategies`): in how many runs, and how often."""
+    times: Counter[str] = Counter()
+    runs: Counter[str] = Counter()
+    for counts in of_runs:
+        times.update(counts)
+        runs.update(counts.keys())
+    found = [row((name, runs[name], count)) for name, count in times.most_common()]
+    return [row(("how a flow was found", "runs", "times")), "|---|---|---|", *found]
 
 
 def row(cells: Iterable[object]) -> str:

@@ -8,7 +8,6 @@ import argparse
 import json
 import multiprocessing
 import time
-from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -23,6 +22,7 @@ from porousmold.simulation.estimates import estimate
 from porousmold.simulation.running import RunInterrupted
 from porousmold.simulation.specs import specs_of
 from studies.hypercube import draws
+from studies.page import strategies
 
 HERE = Path(__file__).parent
 DOCS = HERE.parent / "docs"
@@ -184,16 +184,6 @@ def differences(results, sample, kind):
     return np.array([own / other - 1.0 for own, other in pairs if own and other])
 
 
-def table_of_strategies(outcomes):
-    """Rows of how the flows of some runs were found: in how many scenes, and how often."""
-    times, runs = Counter(), Counter()
-    for one in outcomes:
-        times.update(one.strategies)
-        runs.update(one.strategies.keys())
-    rows = [f"| {name} | {runs[name]} | {times[name]} |" for name in sorted(times, key=times.__getitem__, reverse=True)]
-    return ["| strategy | scenes | times |", "|---|---|---|", *rows]
-
-
 def write_page(path, drawn, results, sample):
     """The page and its picture."""
     own = {n: result for (n, kind), result in results.items() if kind == "own"}
@@ -243,7 +233,7 @@ def write_page(path, drawn, results, sample):
         "",
         "In a step with the Jacobian of an earlier one, or a renewed one; from a guess by Newton's method or a false transient.",
         "",
-        *table_of_strategies(own[n] for n in answered),
+        *strategies(own[n].strategies for n in answered),
         "",
         "## Scenes without an answer",
         "",
