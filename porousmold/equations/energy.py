@@ -39,7 +39,8 @@ from .flow import FlowEquations
 from .medium import Bed
 from .moving_beads import MovingBeads
 from .openings import Opening, flux_given
-from .stabilisation import Streamline, flux_density
+from .stabilisation import flux_density
+from .streamline import Streamline
 from .wall import Wall, volumetric_heat
 
 OF_ONE_TEMPERATURE = 0.25
@@ -155,10 +156,8 @@ class EnergyEquations:
         capacity = beads.density(bead_temperature) * beads.heat_capacity(bead_temperature)
         # with one temperature the beads' heat, too, is what the advection balances
         streamline = transport.streamline
-        lumped = streamline.lumped if self.two_temperatures else streamline.lumped_downstream
-        bead = lumped(volumetric_heat(beads, bead_temperature), capacity * ufl.grad(bead_temperature), bead_test)
-        for w, (f, v) in streamline.changes_across(bead_temperature, bead_test):
-            bead += w * lumped(capacity * f, capacity * ufl.grad(f), v)
+        stored = streamline.stored if self.two_temperatures else streamline.stored_downstream
+        bead = stored(volumetric_heat(beads, bead_temperature), capacity, bead_temperature, bead_test)
         if self.moving_beads is not None:
             upwinding = self.moving_beads.upwinding(transport.exchange, bead_test, streamline)
             bead += volumetric_heat(beads, bead_temperature) * upwinding
@@ -232,9 +231,6 @@ class EnergyEquations:
             difference = self.transfer.excess(temperature, bead_temperature)
             fluid += streamline.exchanged_downstream(transport.exchange, difference, test)
             bead -= streamline.exchanged(transport.exchange, difference, bead_test)
-            for w, (f, v, u) in streamline.changes_across(difference, test, bead_test):
-                fluid += w * streamline.exchanged_downstream(transport.exchange, f, v)
-                bead -= w * streamline.exchanged(transport.exchange, f, u)
         if bed.rev_vector is not None:
             of_fluid, of_beads = self._rev_fluxes(temperature, bead_temperature)
             fluid -= of_fluid * test

@@ -49,7 +49,7 @@ def energy_blocks(
     beads = (1.0 - bed.porosity) * bed.beads.density(temperature) * bed.beads.heat_capacity(temperature)
     stored, carried = inverse_time * of_cell(beads), of_cell(capacity * transport.mass_flux)
     conduction, along_beads = of_cell(transport.conduction), of_cell(transport.bead_conduction)
-    reach = of_cell(transport.streamline.along_flow)
+    reach = of_cell(transport.streamline.upwinded.reach)
     own = inverse_time * of_cell(equations.fluid_storage)
     form = ufl.dot(carried, ufl.grad(trial)) * (test + ufl.dot(reach, ufl.grad(test)))
     form += ufl.dot(flux_density(conduction, ufl.grad(trial)), ufl.grad(test))

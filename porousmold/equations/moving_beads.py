@@ -12,7 +12,7 @@ so that the discrete heat balance closes. The test functions are upwinded along 
     v + chi D v,    chi = c/sqrt(c^2 + r^2),    c = (1-phi) rho_s C_s |v_s|/(h/2),    r = a_v h_sf,
 
 in storage, advection and exchange alike, D v the change of v over half a cell along the motion. In monotone cells
-(`stabilisation.Streamline`) chi is 1 in the advection and 0 in what is stored and exchanged, which is lumped there. Drag, heat
+(`streamline.Streamline`) chi is 1 in the advection and 0 in what is stored and exchanged, which is lumped there. Drag, heat
 exchange, dispersion and the beads' sources of turbulence follow u - v_s. The porosity is that of the bed at rest.
 """
 
@@ -24,7 +24,8 @@ import ufl
 from ..laws.functions import Value
 from .coordinates import Coordinates
 from .medium import Bed
-from .stabilisation import Streamline, metric
+from .stabilisation import metric
+from .streamline import Streamline
 from .wall import volumetric_heat
 
 
