@@ -125,7 +125,8 @@ SIDES = {  # corners of the sides of a cell, in gmsh's order, by dimension and n
 SAME_PLACE = 1e-7
 """Distance of nodes, over the extent of their mesh, below which they are one where that is asked for."""
 TOUCHING = 1e-3
-"""Distance of sides of two regions, over their size, below which they are meant to be one."""
+"""Distance of sides of two regions, over their height, below which they are meant to be one: the sides of flat cells beside an
+interface come nearer to it than a part of their length."""
 
 
 def require_place(mesh: gmsh_model.PlainMesh, dimension: int, *, axisymmetric: bool) -> None:
@@ -162,10 +163,10 @@ def require_connection(mesh: gmsh_model.PlainMesh, names: Mapping[int, str]) -> 
     single = first[counts == 1]
     corners, owner = corners[single], owner[single]
     places = mesh.points[corners][:, :, :dimension]
-    middles, sizes = places.mean(axis=1), np.linalg.norm(np.ptp(places, axis=1), axis=1)
+    middles, heights = places.mean(axis=1), heights_of(places)
     for tag in np.unique(owner)[:-1]:
         own, others = owner == tag, owner > tag
-        near = distance_to_facets(middles[own], places[others]) < TOUCHING * sizes[own]
+        near = distance_to_facets(middles[own], places[others]) < TOUCHING * heights[own]
         if near.any():
             other = names[int(owner[others][cKDTree(middles[others]).query(middles[own][near][0])[1]])]
             where = ", ".join(f"{value:.4g}" for value in middles[own][near][0])
@@ -226,6 +227,17 @@ def _beside(facets: Facets, bed_side: Floats) -> dict[str, tuple[float, ...]]:
             corners = facets[tag].reshape(-1, len(bed_side))
             named[name] = tuple(corners[np.argmin(np.linalg.norm(corners - bed_side, axis=1))])
     return named
+
+
+def heights_of(facets: Floats) -> Floats:
+    """Length (m) of segments (n, 2, coordinates); area over the longest side of triangles and quadrilaterals."""
+    sides = np.linalg.norm(np.roll(facets, -1, axis=1) - facets, axis=2).max(axis=1)
+    if facets.shape[1] == 2:
+        return sides
+    diagonals = facets[:, 1] - facets[:, 0], facets[:, 2] - facets[:, 0]
+    if facets.shape[1] == 4:
+        diagonals = facets[:, 2] - facets[:, 0], facets[:, 3] - facets[:, 1]
+    return np.asarray(0.5 * np.linalg.norm(np.cross(*diagonals), axis=1) / np.maximum(sides, 1e-300))
 
 
 def distance_to_facets(points: Floats, facets: Floats) -> Any:

@@ -198,6 +198,35 @@ def test_a_wall_without_the_nodes_of_the_bed_is_refused(cells):
         require_connection(two_squares(cells, shared=False), {BED: "bed", WALL: "wall"})
 
 
+FLAT = """
+Point(1) = {0, 0, 0}; Point(2) = {0.05, 0, 0}; Point(3) = {0.05, 0.02, 0}; Point(4) = {0, 0.02, 0};
+Point(5) = {0.05, 0.022, 0}; Point(6) = {0, 0.022, 0};
+Line(1) = {1, 2}; Line(2) = {2, 3}; Line(3) = {4, 3}; Line(4) = {1, 4}; Line(5) = {4, 6}; Line(6) = {6, 5}; Line(7) = {3, 5};
+Curve Loop(1) = {1, 2, -3, -4}; Plane Surface(1) = {1};
+Curve Loop(2) = {3, 7, -6, -5}; Plane Surface(2) = {2};
+Transfinite Curve {1, 3, 6} = 2; Transfinite Curve {2, 4} = 21 Using Progression 1 / 1.6; Transfinite Curve {5, 7} = 2;
+Transfinite Surface {1}; Transfinite Surface {2};
+RECOMBINE
+bed[] = Extrude {0, 0, 0.03} { Surface {1}; Layers {2}; }; wall[] = Extrude {0, 0, 0.03} { Surface {2}; Layers {2}; };
+Physical Volume("bed") = {bed[1]}; Physical Volume("wall") = {wall[1]};
+Physical Surface("symmetry") = {bed[2]}; Physical Surface("outlet") = {bed[3]};
+Physical Surface("interface") = {bed[4]}; Physical Surface("inlet") = {bed[5]};
+Physical Surface("outer") = {wall[4]}; Physical Surface("side") = {1, 2, bed[0], wall[0]};
+"""
+
+
+@pytest.mark.parametrize("shape", ["tetrahedra", "hexahedra"])
+def test_flat_cells_beside_the_wall_are_connected_to_it(shape, tmp_path):
+    """Their sides, 1e3 times as long as high, come nearer to the wall than a thousandth of their length (it was refused)."""
+    text = FLAT.replace("RECOMBINE", "" if shape == "tetrahedra" else "Recombine Surface {1, 2};")
+    (tmp_path / "flat.geo").write_text(
+        text if shape == "tetrahedra" else text.replace("Layers {2};", "Layers {2}; Recombine;")
+    )
+    domain = from_file(MPI.COMM_SELF, tmp_path / "flat.geo", dimension=3)
+    one = fem.Constant(domain.mesh, 1.0)
+    assert integral(one * domain.cell_measure(1)(geometry.BED)) == pytest.approx(0.05 * 0.02 * 0.03)
+
+
 def test_a_wall_with_the_nodes_of_the_bed_is_none_the_worse_for_its_corners():
     require_connection(two_squares(1, shared=True), {BED: "bed", WALL: "wall"})
 
