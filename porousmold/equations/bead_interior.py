@@ -13,7 +13,6 @@ the flux is h/(1 + h Z) (T_f - T_s - W), and the modes are no unknowns of the eq
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 from ..laws.bead_interior import remaining_resistance
 from ..laws.functions import Value
@@ -26,9 +25,9 @@ class BeadInterior:
 
     eigenvalues: tuple[float, ...]
     beads: Solid
-    bead_diameter: Any
-    lag: Any
-    inverse_time: Any
+    bead_diameter: Value
+    lag: Value
+    inverse_time: Value
 
     def step_ratio(self, temperature: Value) -> Value:
         """c = R^2/(alpha theta) at the temperature (K) of the properties."""

@@ -2,7 +2,6 @@
 equations, by the laws that the bed has chosen."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import ufl
 
@@ -21,9 +20,9 @@ class BedHeatTransfer:
     coefficient, `interior` is what the beads have inside, None where they are isothermal."""
 
     flow: FlowEquations
-    flow_state: Any
-    flow_temperature: Any
-    exchange_factor: Any
+    flow_state: Value
+    flow_temperature: Value
+    exchange_factor: Value
     interior: BeadInterior | None
 
     @property

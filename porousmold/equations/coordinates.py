@@ -8,20 +8,20 @@ dimensions everything is what it says.
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import ufl
 from dolfinx import fem
 
 from ..laws.functions import Value
 from ..mesh import fenicsx
+from ..mesh.aliases import Mesh
 
 
 @dataclass(frozen=True)
 class Coordinates:
     """The measure and the differential operators of one kind of symmetry on one mesh."""
 
-    mesh: Any
+    mesh: Mesh
     axisymmetric: bool
 
     @property

@@ -15,7 +15,6 @@ In both the heat is convected by the curl of a stream function, which is exactly
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import ufl
 
@@ -83,7 +82,7 @@ def developed_residual(
 class CarriedByStreamfunction(FlowEquations):
     """`FlowEquations` whose mass flux is the curl of `streamfunction` (kg/s, or kg/s per metre of width)."""
 
-    streamfunction: Any = None
+    streamfunction: Value = None
 
     def mass_flux(self, state: FlowState, temperature: Value) -> Value:
         """The curl. About an axis the nodal values are joined by lines in r^2, not r: else the flux would not be uniform

@@ -26,7 +26,6 @@ C_f(T) grad T = grad h, of the same enthalpy as through inlet and outlet.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import ufl
 
@@ -54,7 +53,7 @@ class Interface:
     bed's cells and 0 in the wall's), else over the bed's boundary."""
 
     measure: ufl.Measure
-    in_bed: Any
+    in_bed: Value
 
     def integral(self, of_bed: Value, elsewhere: Value) -> Value:
         """Of `of_bed`, constant in each of the bed's cells and 0 in the wall's, times `elsewhere`, the same on both sides."""
@@ -70,13 +69,13 @@ class Transport:
     wall, a constant of each cell (None where beads are insulated), the `streamline` along which the cells are upwinded, and with
     one temperature `heat_conducted`, the heat (W/m3) that conduction brings to each node, a part of the upwinded balance."""
 
-    mass_flux: Any
-    conduction: Any
-    bead_conduction: Any
-    exchange: Any
-    touching: Any
+    mass_flux: Value
+    conduction: Value
+    bead_conduction: Value
+    exchange: Value
+    touching: Value
     streamline: Streamline
-    heat_conducted: Any = 0.0
+    heat_conducted: Value = 0.0
 
 
 @dataclass(frozen=True)
@@ -92,17 +91,17 @@ class EnergyEquations:
     """
 
     flow: FlowEquations
-    flow_state: Any
-    flow_temperature: Any
-    entrance: Any
+    flow_state: Value
+    flow_temperature: Value
+    entrance: Value
     wall: Wall
-    inlet_temperature: Any
+    inlet_temperature: Value
     inlet: ufl.Measure
     outlet: ufl.Measure
     dx_bed: ufl.Measure
     nodes_bed: ufl.Measure
     two_temperatures: bool = True
-    exchange_factor: Any = 1.0
+    exchange_factor: Value = 1.0
     straight: bool = True
     opening: Opening | None = None
     interface: Interface | None = None

@@ -10,7 +10,7 @@ upwinded for the same reason, whatever the equations do.
 """
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import ufl
 
@@ -23,20 +23,20 @@ class Temperatures(NamedTuple):
     """The `unknown` function with its part T (fluid and wall), and trial and test functions of T and T_s, the same twice with
     one temperature."""
 
-    unknown: Any
-    fluid: Any
-    trial: Any
-    trials: tuple[Any, Any]
-    tests: tuple[Any, Any]
+    unknown: Value
+    fluid: Value
+    trial: Value
+    trials: tuple[Value, Value]
+    tests: tuple[Value, Value]
 
 
 def energy_blocks(
     equations: EnergyEquations,
     temperatures: Temperatures,
-    temperature: Any,
-    monotone: Any,
-    inverse_time: Any,
-    of_cell: Callable[[Value], Any],
+    temperature: Value,
+    monotone: Value,
+    inverse_time: Value,
+    of_cell: Callable[[Value], Value],
 ) -> Value:
     """Bilinear form of both blocks, and of the wall.
 

@@ -19,7 +19,6 @@ Equal-order linear elements with SUPG and PSPG: the fine-scale velocity is -tau 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import ufl
 
@@ -38,9 +37,9 @@ class FlowScales:
     """Reference speed (m/s), pressure (Pa) and length (m, a bead's diameter), UFL constants: unknowns and equations are solved
     as multiples of them."""
 
-    speed: Any
-    pressure: Any
-    length: Any
+    speed: Value
+    pressure: Value
+    length: Value
 
     def transit_time(self) -> float:
         """Time (s) in which the flow passes a bead."""
@@ -55,7 +54,7 @@ class FlowState:
     pressure: ufl.core.expr.Expr
     turbulence: tuple[ufl.core.expr.Expr, ...] = ()
 
-    def speed(self, scales: Any) -> Value:
+    def speed(self, scales: Value) -> Value:
         """|u|, kept off zero by a thousandth of a percent of the reference."""
         return sqrt(ufl.dot(self.velocity, self.velocity) + (1e-5 * scales.speed) ** 2)
 
@@ -66,14 +65,14 @@ class Momentum:
     `fine_scale_velocity` (m/s) the stabilisation's -tau r, `speed` that past the beads (m/s); `turbulence` is the model's state,
     None for laminar flow."""
 
-    density: Any
-    viscosity: Any
-    effective_viscosity: Any
-    speed: Any
-    turbulence: Any
-    stress: Any
-    force: Any
-    fine_scale_velocity: Any
+    density: Value
+    viscosity: Value
+    effective_viscosity: Value
+    speed: Value
+    turbulence: Value
+    stress: Value
+    force: Value
+    fine_scale_velocity: Value
 
 
 @dataclass(frozen=True)

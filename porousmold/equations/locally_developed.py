@@ -15,7 +15,6 @@ one. About a node the profiles follow a power law of G, f = f_n exp[s_n (ln G - 
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import ufl
 
@@ -30,15 +29,15 @@ LEAST_DRIVE = 1e-9
 class NodalProfile:
     """A profile at the nodes: its `value` f_n and `slope` s_n, functions."""
 
-    value: Any
-    slope: Any
+    value: Value
+    slope: Value
 
 
 @dataclass(frozen=True)
 class NodalProfiles:
     """Profiles about the nodes' own `logarithm` g_n of G: m, then those of the turbulence's unknowns."""
 
-    logarithm: Any
+    logarithm: Value
     fields: tuple[NodalProfile, ...]
 
     def at(self, logarithm: Value) -> list[Value]:
@@ -55,11 +54,11 @@ class LocallyDeveloped:
     """
 
     equations: FlowEquations
-    pressure: Any
-    temperature: Any
+    pressure: Value
+    temperature: Value
     profiles: NodalProfiles
-    at_boundary: Any
-    conductance: Any
+    at_boundary: Value
+    conductance: Value
 
     @property
     def _density(self) -> Value:
@@ -129,7 +128,7 @@ class LocallyDeveloped:
 class CarriedByPressure(FlowEquations):
     """`FlowEquations` whose mass flux is that of a `LocallyDeveloped` flow."""
 
-    local: Any = None
+    local: Value = None
 
     def mass_flux(self, state: FlowState, temperature: Value) -> Value:
         return self.local.mass_flux

@@ -1,7 +1,6 @@
 """Properties of bed, beads and fluid for the equations, as UFL expressions and property laws."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import ufl
 
@@ -20,17 +19,17 @@ class Bed:
     x[0] (m/s; None at rest)."""
 
     porosity: ufl.core.expr.Expr
-    bulk_porosity: Any
+    bulk_porosity: Value
     wall_distance: ufl.core.expr.Expr
-    bead_diameter: Any
+    bead_diameter: Value
     beads: Solid
     drag: DragLaw
     nusselt: NusseltCorrelation
     rev_vector: ufl.core.expr.Expr | None = None
     bead_conduction: BeadConduction = BEAD_CONDUCTION_LAWS["bulk"]
     dispersion: Dispersion = DISPERSION_LAWS["none"]
-    emissivity: Any = 0.0
-    bead_velocity: Any = None
+    emissivity: Value = 0.0
+    bead_velocity: Value = None
 
     def reynolds_number(self, density: Value, speed: Value, viscosity: Value) -> Value:
         """Local superficial bead Reynolds number (eq. 6.12)."""
@@ -42,7 +41,7 @@ class FluidState:
     """The fluid's laws and the absolute pressure that belongs to gauge pressure 0 (Pa)."""
 
     fluid: Fluid
-    reference_pressure: Any
+    reference_pressure: Value
 
     def density(self, gauge_pressure: Value, temperature: Value) -> Value:
         """Density in kg/m3 at a gauge pressure (Pa) and temperature (K)."""

@@ -17,7 +17,6 @@ exchange, dispersion and the beads' sources of turbulence follow u - v_s. The po
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import ufl
 
@@ -36,9 +35,9 @@ class MovingBeads:
 
     bed: Bed
     coordinates: Coordinates
-    velocity: Any
+    velocity: Value
     sign: float
-    inlet_temperature: Any
+    inlet_temperature: Value
     entering: ufl.Measure
     leaving: ufl.Measure
     dx: ufl.Measure

@@ -6,7 +6,7 @@ and, for the momentum that comes in, as flux times (u - u_in).
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import ufl
 
@@ -29,11 +29,11 @@ class Opening:
     """
 
     ds: ufl.Measure
-    pressure: Any = None
-    mass_flux: Any = None
-    velocity: Any = None
-    temperature: Any = None
-    mean_square: Any = None
+    pressure: Value = None
+    mass_flux: Value = None
+    velocity: Value = None
+    temperature: Value = None
+    mean_square: Value = None
 
 
 def residual(

@@ -5,14 +5,13 @@ axes), tau = [ (a.G a) + (12/4)^2 m^2 G:G + s^2 ]^-1/2 for advection a, diffusio
 h/2|a|, h^2/12m and 1/s, direction by direction (Shakib, Hughes, Johan, CMAME 89 (1991) 141-219).
 """
 
-from typing import Any
-
 import ufl
 
 from ..laws.functions import Value
+from ..mesh.aliases import Mesh
 
 
-def metric(mesh: Any) -> Value:
+def metric(mesh: Mesh) -> Value:
     """G = 4 K^T K of the mesh's cells."""
     inverse = ufl.JacobianInverse(mesh)
     return 4.0 * inverse.T * inverse

@@ -8,7 +8,7 @@ cell by cell. D f = reach.grad f is half the change of f over a cell along the f
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import ufl
 from dolfinx import fem
@@ -16,6 +16,7 @@ from ufl.checks import is_cellwise_constant
 
 from ..laws.functions import Value
 from ..mesh import fenicsx
+from ..mesh.aliases import Mesh
 from .coordinates import Coordinates
 from .stabilisation import flux_density, is_tensor, metric
 
@@ -106,8 +107,8 @@ class Upwinded(CellForms):
     """Second order: `reach` is half a cell along the flow (a vector, m), `upwind` is chi = 2 tau |a|/h, 1 where the flow wins
     over conduction across the cell and over exchange, 0 where it loses."""
 
-    reach: Any
-    upwind: Any
+    reach: Value
+    upwind: Value
 
     def along(self, function: Value) -> Value:
         """D f."""
@@ -154,7 +155,7 @@ class Monotone(CellForms):
         return self.stored(value, capacity, function, test)
 
     @abstractmethod
-    def changes_across(self, *functions: Any) -> list[tuple[Any, tuple[Any, ...]]]:
+    def changes_across(self, *functions: Value) -> list[tuple[Value, tuple[Value, ...]]]:
         """Weights with the functions' changes across the cell: what lumps a product, added up."""
 
 
@@ -165,19 +166,19 @@ class Lumped(Monotone):
     (W/m3/K) as keeps every node an average of its upstream neighbour and its beads. What crosses the other sides is upwinded from
     node to node, and all is lumped `across` the flow, too."""
 
-    reach: Any
-    fitting: Any
-    exchange: Any
-    from_middle: Any
+    reach: Value
+    fitting: Value
+    exchange: Value
+    from_middle: Value
     across: tuple[Crossing, ...]
 
     def along(self, function: Value) -> Value:
         """D f."""
         return ufl.dot(self.reach, ufl.grad(function))
 
-    def changes_across(self, *functions: Any) -> list[tuple[Any, tuple[Any, ...]]]:
+    def changes_across(self, *functions: Value) -> list[tuple[Value, tuple[Value, ...]]]:
         """For linear f and g, the integral of f g + 2/3 (h/2)^2 f' g' is that of their product at the nodes."""
-        terms: list[tuple[Any, tuple[Any, ...]]] = [(1.0, functions)]
+        terms: list[tuple[Value, tuple[Value, ...]]] = [(1.0, functions)]
         for direction, square, _ in self.across:
             factor = 2.0 / 3.0 * square
             terms += [(w * factor, tuple(ufl.dot(direction, ufl.grad(f)) for f in changed)) for w, changed in terms]
@@ -254,13 +255,13 @@ class LumpedAtVertices(Monotone):
     (discrete upwinding: Guermond, Nazarov, Comput. Methods Appl. Mech. Eng. 272 (2014) 198-213).
     """
 
-    exchange: Any
-    vertices: Any
-    crossing: Any
+    exchange: Value
+    vertices: Value
+    crossing: Value
     dimension: int
 
     @classmethod
-    def of_cell(cls, mesh: Any, advection: Value, diffusion: Value, exchange: Value) -> "LumpedAtVertices":
+    def of_cell(cls, mesh: Mesh, advection: Value, diffusion: Value, exchange: Value) -> "LumpedAtVertices":
         """Of the cells for heat carried along `advection` (W/m2/K), conducted by `diffusion` (W/m/K) and exchanged."""
         jacobian, inverse, dimension = ufl.Jacobian(mesh), ufl.JacobianInverse(mesh), mesh.geometry.dim
         ones = ufl.as_vector([1.0] * dimension)
@@ -274,7 +275,7 @@ class LumpedAtVertices(Monotone):
         crossing = _largest(carried) + (dimension + 1.0) * ufl.max_value(_largest(conducted), 0.0)
         return cls(exchange, vertices, crossing, dimension)
 
-    def changes_across(self, *functions: Any) -> list[tuple[Any, tuple[Any, ...]]]:
+    def changes_across(self, *functions: Value) -> list[tuple[Value, tuple[Value, ...]]]:
         return []
 
     def _lumping(self, function: Value, test: Value) -> Value:
@@ -313,7 +314,7 @@ class Streamline:
 
     upwinded: Upwinded
     lumped: Monotone | None
-    monotone: Any
+    monotone: Value
 
     @classmethod
     def of(
@@ -400,7 +401,7 @@ class Streamline:
         """What upwinding adds to the test function in cells that are not monotone."""
         return (1.0 - self.monotone) * self.upwinded.upwinding(test)
 
-    def changes_across(self, *functions: Any) -> list[tuple[Any, tuple[Any, ...]]]:
+    def changes_across(self, *functions: Value) -> list[tuple[Value, tuple[Value, ...]]]:
         """Weights with the functions' changes across monotone cells."""
         return (
             [(self.monotone * w, changed) for w, changed in self.lumped.changes_across(*functions)]

@@ -22,7 +22,6 @@ what is stored and exchanged is lumped at the nodes.
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import ufl
 
@@ -36,7 +35,7 @@ from .stabilisation import metric
 class GivenDrag:
     """A drag law whose coefficient (kg/m3/s) is a field."""
 
-    field: Any
+    field: Value
 
     def coefficient(self, *of_the_bed: Value) -> Value:
         """The field."""
@@ -47,10 +46,10 @@ class GivenDrag:
 class SuspendedBeads:
     """Fields at the nodes: `velocity` v', `share` a, `theta`, and `yielding` a^2/(a rho_s/dt + beta) (m3 s/kg)."""
 
-    velocity: Any
-    share: Any
-    theta: Any
-    yielding: Any
+    velocity: Value
+    share: Value
+    theta: Value
+    yielding: Value
 
     def flux(self, state: FlowState) -> Value:
         """a v*, m/s."""
@@ -61,7 +60,9 @@ class SuspendedBeads:
         """On the gas (N/m3), with `drag` beta (1 - theta), beside what it resists to its own velocity."""
         return drag * self.velocity - self.theta * self.share * ufl.grad(state.pressure)
 
-    def residual(self, equations: FlowEquations, state: FlowState, test: Any, density: Any, dx: ufl.Measure) -> Value:
+    def residual(
+        self, equations: FlowEquations, state: FlowState, test: Value, density: Value, dx: ufl.Measure
+    ) -> Value:
         """Form of what the beads add to the mass balance, of its test function, scaled like it."""
         mass = -density * ufl.dot(self.flux(state), ufl.grad(test)) / equations.scales.speed
         return equations.coordinates.weight * mass * dx
@@ -75,19 +76,19 @@ class GasAmongBeads:
     Measures: `dx`, `nodes` (lumped there), `inlet` and `outlet`."""
 
     coordinates: Coordinates
-    flux: Any
-    porosity: Any
-    old_porosity: Any
-    capacity: Any
-    conductivity: Any
-    exchange: Any
-    heating: Any
+    flux: Value
+    porosity: Value
+    old_porosity: Value
+    capacity: Value
+    conductivity: Value
+    exchange: Value
+    heating: Value
     dx: ufl.Measure
     nodes: ufl.Measure
     inlet: ufl.Measure
     outlet: ufl.Measure
 
-    def correction(self, potential: Any, imbalance: Any) -> Value:
+    def correction(self, potential: Value, imbalance: Value) -> Value:
         """Form of div grad psi = `imbalance` (1/s, a field at the nodes)."""
         test = ufl.TestFunction(potential.function_space)
         return ufl.dot(ufl.grad(potential), ufl.grad(test)) * self.dx - imbalance * test * self.nodes
@@ -95,10 +96,10 @@ class GasAmongBeads:
     def imbalance(
         self,
         test: Value,
-        inverse_step: Any,
-        flux: Any,
-        inflow: Any,
-        out: Any,
+        inverse_step: Value,
+        flux: Value,
+        inflow: Value,
+        out: Value,
     ) -> Value:
         """Form of the volume that the gas gains beyond what `flux` (m/s) brings, with `out` and `inflow` at the boundary."""
         gained = inverse_step * (self.porosity - self.old_porosity) * test * self.nodes
@@ -106,12 +107,12 @@ class GasAmongBeads:
 
     def residual(
         self,
-        temperature: Any,
-        old: Any,
-        inverse_step: Any,
-        inflow: Any,
-        inlet_temperature: Any,
-        out: Any,
+        temperature: Value,
+        old: Value,
+        inverse_step: Value,
+        inflow: Value,
+        inlet_temperature: Value,
+        out: Value,
     ) -> Value:
         """Form of the heat balance, W against the test; `out` (m/s) leaves through the outlet, `inflow` enters."""
         test = ufl.TestFunction(temperature.function_space)

@@ -9,7 +9,6 @@ A thin wall (`ThinWall`) has no cells: its storage and its conduction along the 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import ufl
 
@@ -30,10 +29,10 @@ class OuterWall:
     to `ambient` (K), which is large and dark."""
 
     ds: ufl.Measure
-    heat_flux: Any = None
-    coefficient: Any = None
-    ambient: Any = None
-    emissivity: Any = None
+    heat_flux: Value = None
+    coefficient: Value = None
+    ambient: Value = None
+    emissivity: Value = None
 
     def into_wall(self, temperature: Value) -> Value:
         """Heat flux into the wall, W/m2."""
@@ -55,8 +54,8 @@ class ThinWall:
     """
 
     ds: ufl.Measure
-    volume: Any
-    outer_area: Any
+    volume: Value
+    outer_area: Value
     nodes: ufl.Measure
 
 
@@ -68,8 +67,8 @@ class WallLayer:
     solid: Solid
     dx: ufl.Measure
     nodes: ufl.Measure
-    source: Any = None
-    degree: Any = None
+    source: Value = None
+    degree: Value = None
 
     def stored_heat(self, temperature: Value) -> Value:
         """Heat per volume, that of the reaction to come included, J/m3."""
@@ -85,7 +84,7 @@ class Wall:
     `outer` exchanges heat with the surroundings; `thin` where the wall has no cells."""
 
     coordinates: Coordinates
-    distance: Any
+    distance: Value
     layers: Sequence[WallLayer] = ()
     outer: OuterWall | None = None
     thin: ThinWall | None = None

@@ -8,3 +8,9 @@ Constant: TypeAlias = Any
 """A dolfinx constant: its `value` can be set."""
 Expression: TypeAlias = Any
 """A UFL expression or form."""
+Mesh: TypeAlias = Any
+"""A dolfinx mesh."""
+Space: TypeAlias = Any
+"""A dolfinx function space."""
+Form: TypeAlias = Any
+"""A compiled dolfinx form."""

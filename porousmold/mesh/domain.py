@@ -22,12 +22,13 @@ from scipy.optimize import brentq
 
 from ..arrays import Booleans, Floats, Integers
 from . import fenicsx, ranks
-from .aliases import Communicator, Constant
+from .aliases import Communicator, Constant, Expression, Mesh
 
 BED, WALL = 1, 2
 INLET, OUTLET, INTERFACE, OUTER, SYMMETRY, SIDE = 1, 2, 3, 4, 5, 6
 
-Marked: TypeAlias = Sequence[tuple[int, Callable[[Floats], Booleans]]]
+Marker: TypeAlias = Callable[[Floats], Booleans]
+Marked: TypeAlias = Sequence[tuple[int, Marker]]
 """Tags, each with a function that tells which of the points (coordinates, points) it belongs to."""
 
 FACETS = {
@@ -37,6 +38,10 @@ FACETS = {
     "hexahedron": "quadrilateral",
 }
 """Of cells."""
+
+
+Stations: TypeAlias = Callable[[float], dict[str, tuple[float, ...]]]
+"""Gives named points (m) at a fraction of the length."""
 
 
 @dataclass
@@ -51,13 +56,13 @@ class Domain:
     axisymmetric: bool
     wall_distance: ufl.core.expr.Expr
     length: float
-    stations: Callable[[float], dict[str, tuple[float, ...]]]
+    stations: Stations
     straight: bool = False
     layers: int = 1
     columns: tuple[Floats, Floats] | None = None
 
     @property
-    def communicator(self) -> Any:
+    def communicator(self) -> Communicator:
         return self.mesh.comm
 
     @property
@@ -71,11 +76,11 @@ class Domain:
         return range(WALL, WALL + self.layers)
 
     @property
-    def wall_cells(self) -> Any:
+    def wall_cells(self) -> Integers:
         """Local cells of the wall, sorted."""
         return self.cells(*self.wall_tags)
 
-    def wall_measure(self, quadrature_degree: int) -> Any:
+    def wall_measure(self, quadrature_degree: int) -> ufl.Measure:
         """dx over the whole wall."""
         dx = self.cell_measure(quadrature_degree)
         return functools.reduce(operator.add, (dx(tag) for tag in self.wall_tags))
@@ -89,15 +94,15 @@ class Domain:
         """A number as UFL constant, so that another value needs no new compilation."""
         return fem.Constant(self.mesh, float(value))
 
-    def cells(self, *tags: Any) -> Any:
+    def cells(self, *tags: int) -> Integers:
         """Local cells with any of the tags, sorted."""
         return np.sort(np.concatenate([self.cell_tags.find(tag) for tag in tags]).astype(np.int32))
 
-    def facets(self, tag: int) -> Any:
+    def facets(self, tag: int) -> Integers:
         """Local facets with the tag."""
         return self.facet_tags.find(tag)
 
-    def entrance(self) -> Any:
+    def entrance(self) -> fem.Function:
         """Function that is 1 in the cells with a node on the inlet, else 0."""
         dimension = self.mesh.topology.dim
         nodes = fem.Function(fenicsx.lagrange_space(self.mesh))
@@ -109,39 +114,39 @@ class Domain:
         cells.x.array[fenicsx.dof_table(cells.function_space)[:, 0]] = touched
         return cells
 
-    def in_bed(self) -> Any:
+    def in_bed(self) -> fem.Function:
         """Function that is 1 in the bed's cells, else 0."""
         cells = fem.Function(fenicsx.cell_constant_space(self.mesh))
         cells.x.array[fenicsx.dof_table(cells.function_space)[self.cells(BED), 0]] = 1.0
         return cells
 
-    def cell_measure(self, quadrature_degree: int) -> Any:
+    def cell_measure(self, quadrature_degree: int) -> ufl.Measure:
         """dx with the regions' tags as subdomains."""
         metadata = {"quadrature_degree": quadrature_degree}
         return ufl.Measure("dx", domain=self.mesh, subdomain_data=self.cell_tags, metadata=metadata)
 
-    def nodal_measure(self) -> Any:
+    def nodal_measure(self) -> ufl.Measure:
         """dx with quadrature at the nodes, which makes what is stored at a node its own affair."""
         metadata = fenicsx.vertex_rule(fenicsx.cell_name(self.mesh))
         return ufl.Measure("dx", domain=self.mesh, subdomain_data=self.cell_tags, metadata=metadata)
 
-    def column_measure(self, quadrature_degree: int) -> Any:
+    def column_measure(self, quadrature_degree: int) -> ufl.Measure:
         """dx of a straight bed with quadrature at the nodes along the flow: every column of nodes is by itself."""
         rule = fenicsx.column_rule(fenicsx.flow_axis(self.mesh), quadrature_degree)
         return ufl.Measure("dx", domain=self.mesh, subdomain_data=self.cell_tags, metadata=rule)
 
-    def interface_measure(self, quadrature_degree: int) -> Any:
+    def interface_measure(self, quadrature_degree: int) -> ufl.Measure:
         """Measure of the facets between bed and wall: interior ones where the wall has cells, else the bed's boundary."""
         kind, metadata = "dS" if self.has_wall else "ds", {"quadrature_degree": quadrature_degree}
         measure = ufl.Measure(kind, domain=self.mesh, subdomain_data=self.facet_tags, metadata=metadata)
         return measure(INTERFACE)
 
-    def facet_measure(self, quadrature_degree: int) -> Any:
+    def facet_measure(self, quadrature_degree: int) -> ufl.Measure:
         """ds with the boundary's tags as subdomains."""
         metadata = {"quadrature_degree": quadrature_degree}
         return ufl.Measure("ds", domain=self.mesh, subdomain_data=self.facet_tags, metadata=metadata)
 
-    def nodal_facet_measure(self) -> Any:
+    def nodal_facet_measure(self) -> ufl.Measure:
         """ds with quadrature at the nodes."""
         metadata = fenicsx.vertex_rule(FACETS[fenicsx.cell_name(self.mesh)])
         return ufl.Measure("ds", domain=self.mesh, subdomain_data=self.facet_tags, metadata=metadata)
@@ -187,7 +192,7 @@ class Across:
     opposite_cells: tuple[int, ...] = ()
 
     @classmethod
-    def to_wall(cls, bed_nodes: Floats, layers: Sequence[Floats] = ()) -> Any:
+    def to_wall(cls, bed_nodes: Floats, layers: Sequence[Floats] = ()) -> "Across":
         """`bed_nodes` are distances from the wall, 0 to the bed's width; `layers` depths into each of the wall's, from 0."""
         places = [bed_nodes[-1] - bed_nodes[::-1]]
         for depths in layers:
@@ -195,7 +200,7 @@ class Across:
         return cls(np.concatenate(places), len(bed_nodes) - 1, True, tuple(len(depths) - 1 for depths in layers))
 
     @classmethod
-    def between_walls(cls, bed_nodes: Floats, layers: Sequence[Floats], opposite: Sequence[Floats]) -> Any:
+    def between_walls(cls, bed_nodes: Floats, layers: Sequence[Floats], opposite: Sequence[Floats]) -> "Across":
         """`bed_nodes` are distances from either wall, 0 to half of the bed's width; `layers` and those of the wall `opposite` are
         depths into each layer, from 0."""
         whole = np.concatenate([bed_nodes, 2.0 * bed_nodes[-1] - bed_nodes[-2::-1]])
@@ -227,7 +232,7 @@ class Across:
         return self.bed_begin + self.bed_cells
 
     @property
-    def cells(self) -> Any:
+    def cells(self) -> int:
         return len(self.nodes) - 1
 
     @property
@@ -238,7 +243,7 @@ class Across:
 
 def straight_bed(
     communicator: Communicator, axial_nodes: Floats, across: Sequence[Across], *, axisymmetric: bool = False
-) -> Any:
+) -> Domain:
     """Mesh of a straight bed along x[0] (`axial_nodes` from 0, m) with a wall outside it.
 
     `across` has one `Across` for x[1], and a second one for x[2] in three dimensions; the first is walled.
@@ -261,10 +266,10 @@ def straight_bed(
     )
 
 
-def _boundary_markers(across: Sequence[Across]) -> tuple[list[tuple[int, Any]], list[tuple[int, Any]]]:
+def _boundary_markers(across: Sequence[Across]) -> tuple[Marked, Marked]:
     """Tags with what marks their facets, on the unit square or cube: of the boundary, and inside."""
 
-    def in_bed(x: Floats, besides: int | None = None) -> Any:
+    def in_bed(x: Floats, besides: int | None = None) -> Booleans:
         return np.all(
             [
                 (x[axis] > (direction.bed_begin - 0.25) / direction.cells)
@@ -276,10 +281,10 @@ def _boundary_markers(across: Sequence[Across]) -> tuple[list[tuple[int, Any]], 
             axis=0,
         )
 
-    def at(axis: int, place: float) -> Any:
+    def at(axis: int, place: float) -> Marker:
         return lambda x: np.isclose(x[axis], place)
 
-    def in_bed_at(axis: int, place: float) -> Any:
+    def in_bed_at(axis: int, place: float) -> Marker:
         return lambda x: np.isclose(x[axis], place) & in_bed(x, besides=axis)
 
     exterior, interior = [(INLET, in_bed_at(0, 0.0)), (OUTLET, in_bed_at(0, 1.0))], []
@@ -313,7 +318,7 @@ def _stations(length: float, across: Sequence[Across], fraction: float) -> dict[
     return named
 
 
-def _wall_distance(domain: Any, across: Sequence[Across]) -> Any:
+def _wall_distance(domain: Mesh, across: Sequence[Across]) -> Expression:
     """Distance from the nearest wall (m, UFL)."""
     position = ufl.SpatialCoordinate(domain)
     ends = (float(direction.nodes[direction.bed_end]) for direction in across)
@@ -325,7 +330,7 @@ def _wall_distance(domain: Any, across: Sequence[Across]) -> Any:
     return wall_distance
 
 
-def _tag_regions(domain: Any, across: Sequence[Across]) -> Any:
+def _tag_regions(domain: Mesh, across: Sequence[Across]) -> Any:
     dimension = domain.topology.dim
     count = domain.topology.index_map(dimension).size_local + domain.topology.index_map(dimension).num_ghosts
     cells = np.arange(count, dtype=np.int32)
@@ -335,7 +340,7 @@ def _tag_regions(domain: Any, across: Sequence[Across]) -> Any:
     return mesh.meshtags(domain, dimension, cells, values)
 
 
-def _tag_boundary(domain: Any, exterior: Marked, interior: Marked) -> Any:
+def _tag_boundary(domain: Mesh, exterior: Marked, interior: Marked) -> Any:
     dimension = domain.topology.dim - 1
     found = [(tag, mesh.locate_entities_boundary(domain, dimension, where)) for tag, where in exterior]
     found += [(tag, mesh.locate_entities(domain, dimension, where)) for tag, where in interior]

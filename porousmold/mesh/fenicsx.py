@@ -14,7 +14,7 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -33,7 +33,7 @@ from ..errors import InputError
 from ..files.cache_folder import replacing_cache
 from ..files.subprocesses import forked
 from ..mpi import MPI
-from .aliases import Communicator, Expression
+from .aliases import Communicator, Expression, Form, Mesh, Space
 
 if threading.current_thread() is threading.main_thread():
     # PETSc takes the signal of a pipe that was closed, as by `| head`, for a crash; Python raises BrokenPipeError
@@ -121,7 +121,7 @@ def _quiet_compiler() -> Iterator[Any]:
         logging.disable(before)
 
 
-def lagrange_element(domain: Any, degree: int, components: int = 1) -> Any:
+def lagrange_element(domain: Mesh, degree: int, components: int = 1) -> Any:
     """Continuous Lagrange element on the mesh's cells, scalar or with a number of components."""
     if _basix_ufl is None:
         if components == 1:
@@ -131,25 +131,25 @@ def lagrange_element(domain: Any, degree: int, components: int = 1) -> Any:
     return _basix_ufl.element("Lagrange", domain.basix_cell(), degree, shape=shape)
 
 
-def mixed_space(domain: Any, elements: Sequence[Any]) -> Any:
+def mixed_space(domain: Mesh, elements: Sequence[Any]) -> Space:
     """Function space of the mixed element."""
     element = ufl.MixedElement(elements) if _basix_ufl is None else _basix_ufl.mixed_element(elements)
     return _space(domain, element)
 
 
-def lagrange_space(domain: Any, degree: int = 1, components: int = 1) -> Any:
+def lagrange_space(domain: Mesh, degree: int = 1, components: int = 1) -> Space:
     """Continuous Lagrange space of the degree."""
     return _space(domain, lagrange_element(domain, degree, components))
 
 
-def _space(domain: Any, element: Any) -> Any:
+def _space(domain: Mesh, element: Any) -> Space:
     with _quiet_compiler():
         if hasattr(fem, "functionspace"):
             return fem.functionspace(domain, element)
         return fem.FunctionSpace(domain, element)
 
 
-def cell_constant_space(domain: Any, components: int = 1) -> Any:
+def cell_constant_space(domain: Mesh, components: int = 1) -> Space:
     """Discontinuous space of one value per cell, scalar or with a number of components."""
     if _basix_ufl is None:
         if components == 1:
@@ -191,7 +191,7 @@ def column_rule(flow_axis: int, degree: int) -> dict[str, Any]:
     }
 
 
-def flow_axis(domain: Any) -> Any:
+def flow_axis(domain: Mesh) -> int:
     """Reference axis (0 or 1) of a rectangle mesh's cells along x[0] (a collective call)."""
     nodes = cell_vertices(domain)
     mine = None
@@ -201,13 +201,13 @@ def flow_axis(domain: Any) -> Any:
     return next(axis for axis in domain.comm.allgather(mine) if axis is not None)
 
 
-def evaluate(expression: Expression, domain: Any, points: Floats) -> Any:
+def evaluate(expression: Expression, domain: Mesh, points: Floats) -> Callable[[], Floats]:
     """Function that gives an expression's present values in all local cells at reference points: (cells, points x size)."""
     compiled = _expression_at(expression, domain, np.asarray(points))
     cells_map = domain.topology.index_map(domain.topology.dim)
     cells = np.arange(cells_map.size_local + cells_map.num_ghosts, dtype=np.int32)
 
-    def values() -> Any:
+    def values() -> Floats:
         try:
             result = compiled.eval(domain, cells)
         except TypeError:  # dolfinx 0.5
@@ -217,13 +217,13 @@ def evaluate(expression: Expression, domain: Any, points: Floats) -> Any:
     return values
 
 
-def cell_name(domain: Any) -> str:
+def cell_name(domain: Mesh) -> str:
     """Name of the mesh's cells, such as "quadrilateral"."""
     name = domain.ufl_cell().cellname
     return str(name() if callable(name) else name)  # of dolfinx 0.11 on a property
 
 
-def nodal_values(expression: Expression, space: Any) -> Any:
+def nodal_values(expression: Expression, space: Space) -> Floats:
     """The expression's values at the nodes of a scalar Lagrange space of degree 1; of a vector's entries, a row each."""
     shape = expression.ufl_shape
     target = lagrange_space(space.mesh, 1, *shape) if shape else space
@@ -237,7 +237,7 @@ class PointValues:
     """Values of expressions at the quadrature points of the cells, or in the cells' middles where no degree is given, as
     functions for forms: `add()` them all, then `compile()`; `renew()` evaluates them together, in a third of the time."""
 
-    def __init__(self, domain: Any, quadrature_degree: int | None = None) -> None:
+    def __init__(self, domain: Mesh, quadrature_degree: int | None = None) -> None:
         self._domain, self._degree = domain, quadrature_degree
         self._entries: list[Any] = []
         self._parts: list[tuple[fem.Function, slice, Floats]] = []
@@ -258,7 +258,7 @@ class PointValues:
             [[function[row * shape[1] + column] for column in range(shape[1])] for row in range(shape[0])]
         )
 
-    def _space(self, components: int) -> Any:
+    def _space(self, components: int) -> Space:
         if self._degree is None:
             return cell_constant_space(self._domain, components)
         if _basix_ufl is None:
@@ -299,7 +299,7 @@ class DeferredForm:
         _PENDING.append(self)
 
     @functools.cached_property
-    def form(self) -> Any:
+    def form(self) -> Form:
         """The compiled form (collective)."""
         if self._child is not None:
             with contextlib.suppress(ChildProcessError):
@@ -335,7 +335,7 @@ def _begin_to_compile(form: Expression) -> int | None:
     return forked(partial(compiled_form, form))
 
 
-def compiled_form(form: Expression) -> Any:
+def compiled_form(form: Expression) -> Form:
     """The UFL form, compiled (cached on disk by FFCx)."""
     with _quiet_compiler():
         try:
@@ -344,13 +344,13 @@ def compiled_form(form: Expression) -> Any:
             return fem.form(form, jit_params=_compiler_options())
 
 
-def compiled_expression(expression: Expression, space: Any) -> Any:
+def compiled_expression(expression: Expression, space: Space) -> Any:
     """The UFL expression, compiled for interpolation into the space."""
     points = space.element.interpolation_points
     return _expression_at(expression, space.mesh, points() if callable(points) else points)
 
 
-def _expression_at(expression: Expression, domain: Any, points: Floats) -> Any:
+def _expression_at(expression: Expression, domain: Mesh, points: Floats) -> Any:
     if expression.ufl_domain() is None:  # a number: dolfinx wants to know where it lives
         zeros = [fem.Constant(domain, 0.0)] * max(int(np.prod(expression.ufl_shape)), 1)
         expression += ufl.as_vector(zeros) if expression.ufl_shape else zeros[0]
@@ -381,25 +381,25 @@ def assemble_vector(vector: PETSc.Vec, form: Expression) -> None:
     vector.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
 
 
-def array_length(space: Any) -> int:
+def array_length(space: Space) -> int:
     """Length of the local array of a function of a space, ghosts included."""
     return int((space.dofmap.index_map.size_local + space.dofmap.index_map.num_ghosts) * space.dofmap.index_map_bs)
 
 
-def leaves(space: Any) -> list[tuple[Any, Integers]]:
+def leaves(space: Space) -> list[tuple[Space, Integers]]:
     """(space, numbers in the whole) of every scalar or vector part of a space."""
     if space.num_sub_spaces == 0 or space.dofmap.index_map_bs > 1:
         return [(space, np.arange(array_length(space)))]
     return [collapse(space, part) for part in range(space.num_sub_spaces)]
 
 
-def collapse(space: Any, index: int) -> tuple[Any, Integers]:
+def collapse(space: Space, index: int) -> tuple[Space, Integers]:
     """Collapsed subspace and the map from its unknowns to those of the mixed space (a collective call)."""
     subspace, numbers = space.sub(index).collapse()
     return subspace, np.asarray(numbers, dtype=np.int64).ravel()  # dolfinx 0.11 gives a list of such maps
 
 
-def box_mesh(communicator: Communicator, cells: Sequence[int]) -> Any:
+def box_mesh(communicator: Communicator, cells: Sequence[int]) -> Mesh:
     """Unit square or cube of cells[0] x cells[1] (x cells[2]) cells with ghost cells shared across facets."""
     flat = len(cells) == 2
     create: Any = mesh.create_rectangle if flat else mesh.create_box
@@ -410,7 +410,7 @@ def box_mesh(communicator: Communicator, cells: Sequence[int]) -> Any:
     return domain
 
 
-def _complete(domain: Any) -> None:
+def _complete(domain: Mesh) -> None:
     """Cell-cell and facet-cell connectivities, which locating and tagging entities need; a coordinate element that stays."""
     dimension = domain.topology.dim
     domain.topology.create_connectivity(dimension, dimension)
@@ -440,7 +440,7 @@ def mesh_of_gmsh(model: Any, communicator: Communicator, dimension: int) -> tupl
     return domain, cell_tags, facet_tags
 
 
-def cell_vertices(domain: Any) -> Any:
+def cell_vertices(domain: Mesh) -> Integers:
     """Geometry nodes of the local cells (owned and ghosts) as an array, one row a cell, in tensor order for quads."""
     nodes = domain.geometry.dofmap
     if hasattr(nodes, "array"):  # dolfinx 0.5: an adjacency list
@@ -448,7 +448,7 @@ def cell_vertices(domain: Any) -> Any:
     return np.asarray(nodes)
 
 
-def dof_table(space: Any) -> Any:
+def dof_table(space: Space) -> Integers:
     """Unknowns of the local cells of a scalar space as an array, one row a cell."""
     table = space.dofmap.list
     if hasattr(table, "array"):
@@ -456,6 +456,6 @@ def dof_table(space: Any) -> Any:
     return np.asarray(table)
 
 
-def write_mesh(file: Any, domain: Any) -> None:
+def write_mesh(file: Any, domain: Mesh) -> None:
     """Write the mesh into an open XDMF file."""
     file.write_mesh(domain)

@@ -16,7 +16,7 @@ from ..errors import InputError
 from ..files.units import FARTHEST
 from . import fenicsx, gmsh_model
 from .aliases import Communicator
-from .domain import BED, INLET, INTERFACE, OUTER, OUTLET, SIDE, SYMMETRY, WALL, Domain
+from .domain import BED, INLET, INTERFACE, OUTER, OUTLET, SIDE, SYMMETRY, WALL, Domain, Stations
 from .near_wall_cells import gaps, with_cells_at_wall
 
 BOUNDARY_NAMES = {
@@ -41,7 +41,7 @@ def from_file(
     cells_at_wall: Callable[[float], Floats] | None = None,
     trusted: bool = False,
     conventions: gmsh_model.Conventions | None = None,
-) -> Any:
+) -> Domain:
     """Domain of a gmsh file (.geo or .msh) whose physical groups are named bed, as the wall's `layers`, and by `BOUNDARY_NAMES`,
     unless `conventions` say otherwise (collective).
 
@@ -193,7 +193,7 @@ def joined(mesh: gmsh_model.PlainMesh) -> gmsh_model.PlainMesh:
     return gmsh_model.PlainMesh(mesh.points[first], cells, facets)
 
 
-def _along_curve(facets: Facets) -> tuple[float, Any]:
+def _along_curve(facets: Facets) -> tuple[float, Stations]:
     """Length (m) along a plane bed's interface, and its stations at a fraction of that."""
     corners = np.unique(facets[INTERFACE].reshape(-1, 2), axis=0)  # sorted along the flow
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))])
@@ -204,7 +204,7 @@ def _along_curve(facets: Facets) -> tuple[float, Any]:
     return float(along[-1]), stations
 
 
-def _along_surface(facets: Facets) -> tuple[float, Any]:
+def _along_surface(facets: Facets) -> tuple[float, Stations]:
     """Extent (m) of an interface in three dimensions along x[0], and its stations: where it is nearest to the bed's middle
     plane, which is at the lowest x[2] of `side` or, without that, half-way across."""
     nodes = np.unique(facets[INTERFACE].reshape(-1, 3), axis=0)
@@ -240,7 +240,7 @@ def heights_of(facets: Floats) -> Floats:
     return np.asarray(0.5 * np.linalg.norm(np.cross(*diagonals), axis=1) / np.maximum(sides, 1e-300))
 
 
-def distance_to_facets(points: Floats, facets: Floats) -> Any:
+def distance_to_facets(points: Floats, facets: Floats) -> Floats:
     """Distance (m) of points (n, coordinates) to the nearest of the facets (m, corners, coordinates): segments in a plane,
     triangles or quadrilaterals in space, each of these taken as two triangles."""
     if facets.shape[1] == 4:
@@ -257,7 +257,7 @@ def distance_to_facets(points: Floats, facets: Floats) -> Any:
     return result
 
 
-def _distances(points: Floats, facets: Floats) -> Any:
+def _distances(points: Floats, facets: Floats) -> Floats:
     """Distance of every point (n, coordinates) to each of its facets (n, facets, corners, coordinates)."""
     corners = np.moveaxis(facets, 2, 0)
     place = points[:, None]
@@ -275,7 +275,7 @@ def _distances(points: Floats, facets: Floats) -> Any:
     return result
 
 
-def _to_segment(place: Floats, first: Floats, last: Floats) -> Any:
+def _to_segment(place: Floats, first: Floats, last: Floats) -> Floats:
     along, offset = last - first, place - first
     fraction = np.clip(np.sum(offset * along, axis=-1) / np.sum(along**2, axis=-1), 0.0, 1.0)
     return np.linalg.norm(offset - fraction[..., None] * along, axis=-1)

@@ -1,14 +1,12 @@
 """Functions on a mesh whose two ends are alike, mirrored along the flow."""
 
-from typing import Any
-
 import numpy as np
 from dolfinx import fem
 from scipy.spatial import cKDTree
 
 from ..arrays import Floats, Integers
 from . import fenicsx
-from .aliases import Communicator
+from .aliases import Communicator, Space
 from .domain import Domain
 
 SAME_PLACE = 1e-9
@@ -23,7 +21,7 @@ class Mirror:
 
     def __init__(self, domain: Domain) -> None:
         self._length = domain.length
-        self._spaces: list[tuple[Any, list[_Part]]] = []
+        self._spaces: list[tuple[Space, list[_Part]]] = []
 
     def __call__(self, *functions: fem.Function) -> None:
         """Mirror the values of functions in place; the components of vectors stay as they are (collective)."""
@@ -38,7 +36,7 @@ class Mirror:
         for function in functions:
             function.x.array[:: function.function_space.dofmap.index_map_bs] *= -1.0
 
-    def _parts(self, space: Any) -> list["_Part"]:
+    def _parts(self, space: Space) -> list["_Part"]:
         for known, parts in self._spaces:
             if known is space or known == space:
                 return parts
@@ -50,7 +48,7 @@ class Mirror:
 class _Part:
     """The scalar or vector part of a space with some `numbers` in the whole."""
 
-    def __init__(self, space: Any, numbers: Integers, length: float) -> None:
+    def __init__(self, space: Space, numbers: Integers, length: float) -> None:
         self._communicator: Communicator = space.mesh.comm
         size, owned = space.dofmap.index_map_bs, space.dofmap.index_map.size_local
         self._numbers = numbers[: owned * size].reshape(owned, size)

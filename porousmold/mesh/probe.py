@@ -9,6 +9,7 @@ from dolfinx import fem
 
 from ..arrays import Floats
 from . import fenicsx, ranks
+from .domain import Domain
 
 TOLERANCE = 1e-6
 """How far, in the cell's own coordinates from 0 to 1, a point may lie outside a cell that is taken to hold it."""
@@ -20,7 +21,7 @@ class PointProbe:
     Raises `ValueError` naming a point that lies in no cell.
     """
 
-    def __init__(self, domain: Any, points: Floats) -> None:
+    def __init__(self, domain: Domain, points: Floats) -> None:
         self._communicator = domain.communicator
         points = np.asarray(points, dtype=float)
         corners = domain.mesh.geometry.x[fenicsx.cell_vertices(domain.mesh)][:, :, : domain.mesh.geometry.dim]
@@ -37,7 +38,7 @@ class PointProbe:
         ]
         self._count = len(points)
 
-    def __call__(self, function: fem.Function) -> Any:
+    def __call__(self, function: fem.Function) -> Floats:
         """Values at the points, one row a point, on every rank."""
         space = function.function_space
         table, components = fenicsx.dof_table(space), space.dofmap.index_map_bs
@@ -52,7 +53,7 @@ class PointProbe:
         """Gradients of the shape functions in every cell that holds a point: (number of the point, cell, gradients)."""
         return [(number, cell, _gradients(point, corners)) for number, cell, point, corners in self._holders]
 
-    def steepness(self, function: fem.Function) -> Any:
+    def steepness(self, function: fem.Function) -> Floats:
         """Largest magnitude of a scalar function's gradient at each point, over all cells that hold it, on every rank."""
         table, values = fenicsx.dof_table(function.function_space), function.x.array
         result = np.zeros(self._count)
@@ -61,13 +62,13 @@ class PointProbe:
         return ranks.maximum(self._communicator, result)
 
 
-def _gradients(point: Floats, corners: Floats) -> Any:
+def _gradients(point: Floats, corners: Floats) -> Floats:
     """Gradients of the cell's shape functions at the point: (functions, coordinates)."""
     slopes = _slopes(_reference_coordinates(point, corners), len(corners))
     return slopes @ np.linalg.inv(corners.T @ slopes)
 
 
-def _locate(point: Floats, corners: Floats) -> Any:
+def _locate(point: Floats, corners: Floats) -> list[tuple[int, Floats]]:
     """The cells that hold the point, each with the weights of its corners."""
     low, high = corners.min(axis=1), corners.max(axis=1)
     room = TOLERANCE * (high - low)
@@ -77,7 +78,7 @@ def _locate(point: Floats, corners: Floats) -> Any:
         place = _reference_coordinates(point, corners[cell])
         weights = _shape_functions(place, len(corners[cell]))
         if weights.min() >= -TOLERANCE:
-            found.append((cell, weights))
+            found.append((int(cell), weights))
     return found
 
 
@@ -86,7 +87,7 @@ def _factors(place: Floats) -> list[Any]:
     return [np.array([1.0 - s, s]) for s in place]
 
 
-def _product(factors: Sequence[Floats]) -> Any:
+def _product(factors: Sequence[Floats]) -> Floats:
     """Products of one entry of each factor, the first one's varying fastest."""
     result = np.ones(1)
     for factor in factors:
@@ -94,7 +95,7 @@ def _product(factors: Sequence[Floats]) -> Any:
     return result
 
 
-def _shape_functions(place: Floats, count: int | None) -> Any:
+def _shape_functions(place: Floats, count: int | None) -> Floats:
     if count == len(place) + 1:  # a triangle
         return np.array([1.0 - sum(place), *place])
     return _product(_factors(place))
@@ -113,7 +114,7 @@ def _slopes(place: Floats, count: int | None) -> Floats:
     return np.column_stack(columns)
 
 
-def _reference_coordinates(point: Floats, corners: Floats) -> Any:
+def _reference_coordinates(point: Floats, corners: Floats) -> Floats:
     """Newton's method on the cell's (multi)linear map; one iteration is exact for simplices and parallelepipeds."""
     count, dimension = corners.shape
     place = np.full(dimension, 1.0 / (dimension + 1) if count == dimension + 1 else 0.5)

@@ -3,23 +3,21 @@
 The reductions are of numpy buffers: mpi4py's reductions of Python objects take ten times as long.
 """
 
-from typing import Any
-
 import numpy as np
 from dolfinx import fem
 from mpi4py import MPI
 from numpy.typing import ArrayLike
 
 from ..arrays import Floats
-from .aliases import Communicator
+from .aliases import Communicator, Form
 
 
-def total(communicator: Communicator, values: ArrayLike) -> Any:
+def total(communicator: Communicator, values: ArrayLike) -> Floats:
     """Sum over the ranks, by elements: a number of a number, an array of an array."""
     return _reduced(communicator, values, MPI.SUM)
 
 
-def maximum(communicator: Communicator, values: ArrayLike) -> Any:
+def maximum(communicator: Communicator, values: ArrayLike) -> Floats:
     """Largest over the ranks, by elements."""
     return _reduced(communicator, values, MPI.MAX)
 
@@ -41,13 +39,13 @@ def largest_magnitude(communicator: Communicator, values: Floats) -> float:
     return float(_reduced(communicator, np.max(np.abs(values), initial=0.0), MPI.MAX))
 
 
-def integral(communicator: Communicator, form: Any) -> float:
+def integral(communicator: Communicator, form: Form) -> float:
     """Value of a compiled scalar form."""
     return float(total(communicator, fem.assemble_scalar(form)))
 
 
-def _reduced(communicator: Communicator, values: ArrayLike, operation: MPI.Op) -> Any:
+def _reduced(communicator: Communicator, values: ArrayLike, operation: MPI.Op) -> Floats:
     result = np.array(values, dtype=float)
     if communicator.size > 1:
         communicator.Allreduce(MPI.IN_PLACE, result, op=operation)
-    return result if result.ndim else float(result)
+    return result if result.ndim else result[()]

@@ -18,13 +18,14 @@ along its axis, because REVs overlap: samples within a block are not independent
 neighbouring blocks are not independent either, and the errors are too small.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
-from ..arrays import Floats
+from ..arrays import Booleans, Floats, Integers
 from ..errors import InputError
 from .packing import Packing
 
@@ -36,11 +37,11 @@ SAMPLES = 1000
 LARGEST_GRID = 5_000_000
 
 
-def _broadcast(rev_radius: float, bead_radius: float, distance: Floats) -> Any:
+def _broadcast(rev_radius: ArrayLike, bead_radius: ArrayLike, distance: ArrayLike) -> Sequence[Floats]:
     return np.broadcast_arrays(*(np.asarray(value, float) for value in (rev_radius, bead_radius, distance)))
 
 
-def lens_volume(rev_radius: float, bead_radius: float, distance: Floats) -> Floats:
+def lens_volume(rev_radius: ArrayLike, bead_radius: ArrayLike, distance: ArrayLike) -> Floats:
     """Volume (m³) that a bead takes from an REV, eq. 5.59 with the nested cases; arrays in m that broadcast, R and r > 0."""
     rev, bead, s = _broadcast(rev_radius, bead_radius, distance)
     nested = s <= np.abs(rev - bead)
@@ -51,7 +52,7 @@ def lens_volume(rev_radius: float, bead_radius: float, distance: Floats) -> Floa
     return np.where(nested, whole, np.where(s >= rev + bead, 0.0, lens))
 
 
-def lens_area(rev_radius: float, bead_radius: float, distance: Floats) -> Floats:
+def lens_area(rev_radius: ArrayLike, bead_radius: ArrayLike, distance: ArrayLike) -> Floats:
     """Surface (m²) of an REV that lies within a bead, eq. 5.60 with the nested cases; as `lens_volume`."""
     rev, bead, s = _broadcast(rev_radius, bead_radius, distance)
     nested = s <= np.abs(rev - bead)
@@ -60,7 +61,7 @@ def lens_area(rev_radius: float, bead_radius: float, distance: Floats) -> Floats
     return np.where(nested, whole, np.where(s >= rev + bead, 0.0, cap))
 
 
-def rev_porosities(packing: Packing, centres: Any, radii: Any) -> tuple[Any, ...]:
+def rev_porosities(packing: Packing, centres: Floats, radii: Floats) -> tuple[Floats, Floats]:
     """(phi_V, phi_A), arrays (m), of REVs with centres (m, 3) and radii (m) > 0 in m.
 
     Raises `InputError` where periodic sides are so close that an REV would meet a bead twice.
@@ -105,19 +106,19 @@ class MeasuredProfile:
         return bool(self.position[-1] >= 0.5 * MAXIMUM_DIAMETER_RATIO)
 
     @property
-    def bulk_porosity(self) -> Any:
+    def bulk_porosity(self) -> float:
         """Mean phi_V where the averaging sphere has its full size, y >= D_max / 2; the last phi_V if none has."""
         bulk = self.position >= 0.5 * MAXIMUM_DIAMETER_RATIO
         return float(np.average(self.phi_v[bulk], weights=self.samples[bulk])) if bulk.any() else float(self.phi_v[-1])
 
     @property
-    def largest_difference(self) -> tuple[Any, ...]:
+    def largest_difference(self) -> tuple[float, float]:
         """(phi_V - phi_A where it is largest in size, its place y/d)."""
         at = int(np.argmax(np.abs(self.phi_v - self.phi_a)))
         return float(self.phi_v[at] - self.phi_a[at]), float(self.position[at])
 
 
-def _limits(packing: Packing, bed_height: float | None) -> tuple[Any, ...]:
+def _limits(packing: Packing, bed_height: float | None) -> tuple[float, float]:
     """Lowest and highest centre (m) of an REV of full size in the bed (step 5 of the thesis).
 
     Raises `InputError` for a bed that none fits into, or one that ends below `bed_height`.
@@ -131,7 +132,7 @@ def _limits(packing: Packing, bed_height: float | None) -> tuple[Any, ...]:
     return 0.5 * largest, high - 0.5 * largest
 
 
-def _profile(packing: Packing, points: Floats, distance: Floats, group: Any, groups: Any) -> Any:
+def _profile(packing: Packing, points: Floats, distance: Floats, group: Integers, groups: int) -> MeasuredProfile:
     """A `MeasuredProfile` of REVs at points, whose wall distances are in the groups given."""
     diameter = packing.bead_diameter
     radii = np.minimum(distance, 0.5 * MAXIMUM_DIAMETER_RATIO * diameter)
@@ -148,7 +149,7 @@ def _profile(packing: Packing, points: Floats, distance: Floats, group: Any, gro
     return MeasuredProfile(*(np.concatenate((start, column)) for start, column in zip(first, columns, strict=True)))
 
 
-def _block_error(values: Floats, height: Any, group: Any, groups: Any) -> Floats:
+def _block_error(values: Floats, height: Floats, group: Integers, groups: int) -> Floats:
     """Standard errors (groups) of group means from the scatter of blocks of the bed along z; nan from a single block."""
     low, high = height.min(), height.max()
     block = np.minimum((BLOCKS * (height - low) / max(high - low, 1e-300)).astype(int), BLOCKS - 1)
@@ -162,7 +163,7 @@ def _block_error(values: Floats, height: Any, group: Any, groups: Any) -> Floats
     return np.where(used > 1, np.sqrt(spread / np.maximum(used - 1, 1) / np.maximum(used, 1)), np.nan)
 
 
-def grid_profile(packing: Packing, spacing: float = 5e-3, bed_height: float | None = None) -> Any:
+def grid_profile(packing: Packing, spacing: float = 5e-3, bed_height: float | None = None) -> MeasuredProfile:
     """The thesis's profile: REVs at the nodes of a grid of `spacing` (m) about the axis, averaged per wall distance.
 
     Raises `InputError` for a bed too low for its averaging spheres, or more than `LARGEST_GRID` nodes.
@@ -182,8 +183,8 @@ def grid_profile(packing: Packing, spacing: float = 5e-3, bed_height: float | No
 
 
 def stratified_profile(
-    packing: Packing, bed_height: float | None = None, samples: int = SAMPLES, strata: Any = STRATA, seed: int = 1
-) -> Any:
+    packing: Packing, bed_height: float | None = None, samples: int = SAMPLES, strata: Floats = STRATA, seed: int = 1
+) -> MeasuredProfile:
     """A finer profile: REVs in each of the strata of y/d that the bed reaches, drawn evenly over their volume.
 
     `samples` in each where the REV has its full size, and up to ten times as many where it is smaller and scatters more.
@@ -196,8 +197,8 @@ def stratified_profile(
 
 
 def stratified_points(
-    packing: Packing, low: Any, high: Any, samples: Floats, strata: Any, seed: int
-) -> tuple[Any, ...]:
+    packing: Packing, low: float, high: float, samples: Integers, strata: Floats, seed: int
+) -> tuple[Floats, Integers, Floats]:
     """Points (m, 3) between heights low and high (m), `samples` (one number each) in the strata of y/d, with the numbers
     of their strata; and the edges of the strata that the container reaches by at least half their width."""
     rng = np.random.default_rng(seed)
@@ -224,7 +225,9 @@ def stratified_points(
     return np.concatenate(points), np.concatenate(groups), strata
 
 
-def _even_points(rng: np.random.Generator, number: Any, half_x: Any, half_y: Any, low: Any, high: Any) -> Any:
+def _even_points(
+    rng: np.random.Generator, number: int, half_x: float, half_y: float, low: float, high: float
+) -> Floats:
     return rng.uniform((-half_x, -half_y, low), (half_x, half_y, high), (number, 3))
 
 
@@ -235,7 +238,7 @@ def thin_shell_porosity(
     depth: float = 5.0,
     samples: int = 10_000,
     seed: int = 1,
-) -> tuple[Any, ...]:
+) -> tuple[Floats, Floats, Floats]:
     """(y/d, void fraction, standard error) of shells of `width` (in d) along the wall down to `depth` (in d).
 
     The void fraction of a shell oscillates with wall distance, unlike that of the REVs. Points are drawn evenly in each
@@ -251,7 +254,7 @@ def thin_shell_porosity(
     return 0.5 * (strata[1:] + strata[:-1]), void, _block_error(1.0 - within, points[:, 2], group, len(strata) - 1)
 
 
-def _within_beads(packing: Packing, places: Any) -> Any:
+def _within_beads(packing: Packing, places: Floats) -> Booleans:
     """Which wrapped points lie within a bead: for each size of bead, is the nearest one close enough?"""
     within = np.zeros(len(places), bool)
     # sizes within a fiftieth of the mean count as one: continuous distributions have as many as beads

@@ -22,13 +22,17 @@ Arrays: `body` (n, 9) position, velocity, spin; `load` (n, 6) force, torque; `si
 """
 
 import math
-from typing import Any
+from typing import TypeAlias
 
 import numpy as np
 from numba import njit
 
 from ..arrays import Floats, Integers
 
+Pairs: TypeAlias = tuple[Integers, Integers, Floats, Floats]
+"""A Verlet list (`renew_pairs`)."""
+Walls: TypeAlias = tuple[Floats, float, Floats, Floats]
+Material: TypeAlias = tuple[float, float, float, float, float]
 SPRING_RATIO = 2.0 / 7.0
 FIXED = 1e30
 """Mass of a bead that nothing moves."""
@@ -38,7 +42,7 @@ STRESSES = 4
 
 def material_of(
     stiffness: float, restitution: float, friction: float, *, spin_decay: float = 0.0, ratio: float = SPRING_RATIO
-) -> tuple[float, ...]:
+) -> Material:
     """What `advance` takes as material; `ratio` is that of tangential to normal stiffness."""
     return stiffness, 2.0 * _damping(restitution) * math.sqrt(stiffness), friction, spin_decay, ratio
 
@@ -48,7 +52,7 @@ def contact_time(stiffness: float, restitution: float, mass: float = 1.0) -> flo
     return math.pi * math.sqrt(0.5 * mass / (stiffness * (1.0 - _damping(restitution) ** 2)))
 
 
-def no_pairs(count: int) -> tuple[Integers, Integers, Floats, Floats]:
+def no_pairs(count: int) -> Pairs:
     """The Verlet list of so many beads before the first one is made."""
     return np.zeros(count + 1, np.int64), np.zeros(0, np.int64), np.zeros(0), np.zeros((0, 3))
 
@@ -62,13 +66,13 @@ def _damping(restitution: float) -> float:
 def place(
     rng: np.random.Generator,
     position: Floats,
-    radius: Any,
-    low: Any,
-    high: Any,
-    cylinder_radius: Any,
-    period: Any,
-    largest_tries: Any,
-) -> Any:  # pragma: no cover
+    radius: Floats,
+    low: Floats,
+    high: Floats,
+    cylinder_radius: float,
+    period: Floats,
+    largest_tries: int,
+) -> int:  # pragma: no cover
     """Random sequential placing, in the order given, without overlap; gives the number of beads placed.
 
     position (n, 3) is filled; beads lie within the box `low` to `high`, but for its periodic sides, and within the
@@ -112,7 +116,7 @@ def place(
 
 
 @njit(cache=True)
-def _grid(span: Any, size: Floats, period: Any, count: int) -> Any:  # pragma: no cover
+def _grid(span: Floats, size: float, period: Floats, count: int) -> Integers:  # pragma: no cover
     """Cells of at least `size` along each side, some ten per bead at most; a periodic side has one cell or at least three,
     so that none is met twice."""
     cells = np.empty(3, np.int64)
@@ -125,7 +129,7 @@ def _grid(span: Any, size: Floats, period: Any, count: int) -> Any:  # pragma: n
 
 
 @njit(cache=True)
-def _around(cell: Any, cells: Any, period: Any, found: Any) -> Any:  # pragma: no cover
+def _around(cell: Integers, cells: Integers, period: Floats, found: Integers) -> int:  # pragma: no cover
     """Fills `found` (27) with the numbers of the cell and its neighbours; gives how many."""
     count = 0
     for da in range(-1, 2):
@@ -148,8 +152,15 @@ def _around(cell: Any, cells: Any, period: Any, found: Any) -> Any:  # pragma: n
 
 @njit(cache=True, error_model="numpy", fastmath=True)
 def _pairs(
-    place: Floats, cell: Any, first: Any, cells: Any, skin: float, period: Any, start: Any, partner: Any
-) -> Any:  # pragma: no cover
+    place: Floats,
+    cell: Integers,
+    first: Integers,
+    cells: Integers,
+    skin: float,
+    period: Floats,
+    start: Integers,
+    partner: Integers,
+) -> int:  # pragma: no cover
     """Fills start and partner of a Verlet list; gives the number of pairs, of which those that fit are in `partner`."""
     total = 0
     for i in range(start.size - 1):
@@ -186,15 +197,15 @@ def _pairs(
 
 @njit(cache=True, error_model="numpy", fastmath=True)
 def renew_pairs(
-    body: Any,
+    body: Floats,
     size: Floats,
-    name: Floats,
-    wall_spring: Any,
-    pairs: Any,
+    name: Integers,
+    wall_spring: Floats,
+    pairs: Pairs,
     skin: float,
-    period: Any,
-    dashpot_rate: Any,
-) -> tuple[Any, ...]:  # pragma: no cover
+    period: Floats,
+    dashpot_rate: float,
+) -> Pairs:  # pragma: no cover
     """Puts the beads into the order of their cells and gives the Verlet list (start, partner, dashpot, spring).
 
     body, size, wall_spring and name (n; each bead's first number) are reordered in place and periodic positions wrapped.
@@ -262,20 +273,20 @@ def renew_pairs(
 
 @njit(error_model="numpy", fastmath=True, inline="always")
 def _friction(
-    spring: Any,
-    at: Any,
-    nx: Any,
-    ny: Any,
-    nz: Any,
-    vx: Any,
-    vy: Any,
-    vz: Any,
-    normal: Any,
-    stiffness: Any,
-    dashpot: Any,
+    spring: Floats,
+    at: int,
+    nx: float,
+    ny: float,
+    nz: float,
+    vx: float,
+    vy: float,
+    vz: float,
+    normal: float,
+    stiffness: float,
+    dashpot: float,
     friction: float,
     dt: float,
-) -> tuple[Any, ...]:  # pragma: no cover
+) -> tuple[float, float, float]:  # pragma: no cover
     """Tangential force of spring[at], which is stretched, turned into the tangent plane and cut by Coulomb's law."""
     along = spring[at, 0] * nx + spring[at, 1] * ny + spring[at, 2] * nz
     sx = spring[at, 0] - along * nx + vx * dt
@@ -294,20 +305,20 @@ def _friction(
 
 @njit(cache=True, error_model="numpy", fastmath=True)
 def advance(
-    body: Any,
-    load: Any,
+    body: Floats,
+    load: Floats,
     size: Floats,
-    pairs: Any,
-    walls: Any,
-    wall_spring: Any,
-    material: Any,
-    gravity: Any,
+    pairs: Pairs,
+    walls: Walls,
+    wall_spring: Floats,
+    material: Material,
+    gravity: Floats,
     dt: float,
     steps: int,
     slack: float,
-    contacts: Any = None,
-    bonds: Any = None,
-) -> Any:  # pragma: no cover
+    contacts: tuple[Floats, Floats, Floats] | None = None,
+    bonds: Floats | None = None,
+) -> tuple[int, float]:  # pragma: no cover
     """Up to `steps` steps, fewer if the Verlet list may have become too short; gives the number of steps done and the slack left.
 
     walls: planes (w, 4; inward unit normal and offset), cylinder radius (0 for none), period (2; 0 for none), velocities of the

@@ -7,8 +7,9 @@ longer. The start at a solid fraction of 0.30 keeps the layers at the wall sharp
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from scipy.optimize import root_scalar
@@ -16,6 +17,7 @@ from scipy.optimize import root_scalar
 from ..arrays import Floats
 from ..errors import InputError, SolveError
 from . import dynamics
+from .container import Container
 from .packing import Packing
 
 LARGEST_KINETIC_ENERGY, LARGEST_RESIDUAL_FORCE = 1e-6, 1e-2
@@ -37,6 +39,9 @@ LONGEST_SETTLING = 100.0
 STEPS_BETWEEN_CHECKS = 200
 # in largest diameters: an averaging sphere of 5.5 d must not meet both images of a bead
 SMALLEST_PERIOD = 7.0
+
+
+Progress: TypeAlias = Callable[[float, float, float], None]
 
 
 @dataclass(frozen=True)
@@ -65,7 +70,7 @@ class Mixture:
             raise InputError("mixture", str(self.diameters), "must have diameters within a factor of 5")
 
     @property
-    def _number_shares(self) -> Any:
+    def _number_shares(self) -> Floats:
         numbers = np.array(self.shares, float) / max(self.shares)
         if self.by == "mass":
             numbers /= np.array(self.diameters) ** 3
@@ -76,7 +81,7 @@ class Mixture:
         """Mean over the number of beads (m³)."""
         return float(np.pi / 6.0 * (self._number_shares * np.array(self.diameters) ** 3).sum())
 
-    def draw(self, number: Any) -> Any:
+    def draw(self, number: int) -> Floats:
         """Diameters (number) in m, largest first; counts by largest remainder, so that they are the nearest whole ones."""
         exact = self._number_shares * number
         counts = np.floor(exact).astype(int)
@@ -89,16 +94,16 @@ class Mixture:
 
 
 def pack(
-    container: Any,
-    mixture: Any,
+    container: Container,
+    mixture: Mixture,
     *,
-    beads: Any = None,
+    beads: int | None = None,
     bed_height: float | None = None,
     void_fraction: float | None = None,
     friction: float | None = None,
     seed: int = 1,
-    progress: Any = None,
-) -> Any:
+    progress: Progress | None = None,
+) -> Packing:
     """A packing at rest of a `Mixture` in a container (`packing.container`), as `Packing`.
 
     beads: how many; without it as many as fill the container a little above `bed_height` (m). void_fraction: reached to
@@ -118,7 +123,7 @@ def pack(
     trials: dict[float, Packing] = {}
     aim = void_fraction
 
-    def excess(root_of_friction: Any) -> Any:
+    def excess(root_of_friction: float) -> float:
         friction = root_of_friction**2
         if friction not in trials:
             trials[friction] = _poured(container, diameters, friction, settings, progress)
@@ -142,14 +147,14 @@ def pack(
 
 
 def _checked(
-    container: Any,
-    mixture: Any,
-    beads: Any,
+    container: Container,
+    mixture: Mixture,
+    beads: int | None,
     bed_height: float | None,
     void_fraction: float | None,
     friction: float | None,
     seed: int,
-) -> Any:
+) -> int:
     largest = max(mixture.diameters)
     if largest >= container.smallest_width:
         raise InputError(
@@ -189,7 +194,9 @@ def _checked(
     return beads
 
 
-def _poured(container: Any, diameters: Floats, friction: float, settings: Any, progress: Any) -> Any:
+def _poured(
+    container: Container, diameters: Floats, friction: float, settings: dict[str, Any], progress: Progress | None
+) -> Packing:
     """One packing: placed, dropped, at rest."""
     unit = diameters.mean()
     count = diameters.size
@@ -240,7 +247,7 @@ def _poured(container: Any, diameters: Floats, friction: float, settings: Any, p
     return Packing(body[back, :3] * unit, 2.0 * size[back, 0] * unit, container, made)
 
 
-def _placed(container: Any, size: Floats, solid_height: Any, seed: int, unit: float) -> tuple[Any, ...]:
+def _placed(container: Container, size: Floats, solid_height: float, seed: int, unit: float) -> tuple[Floats, float]:
     """Bodies (n, 9) at rest without contact, and the height of their column."""
     body = np.zeros((len(size), 9))
     place, radius = np.empty((len(size), 3)), size[:, 0].copy()

@@ -9,9 +9,10 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from ..arrays import Floats
+from ..arrays import Booleans, Floats, Integers
 from ..errors import InputError
 from ..files.units import FARTHEST
+from .container import Container
 
 HELD = 0.1
 """Gap between beads, over their diameter, up to which one holds the other."""
@@ -34,7 +35,7 @@ class Packing:
 
     positions: Floats
     diameters: Floats
-    container: Any
+    container: Container
     made: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -76,7 +77,7 @@ class Packing:
                 raise InputError("packing", f"{found.sum()} of {count} beads", what + first)
 
     @cached_property
-    def reaching(self) -> Floats:
+    def reaching(self) -> Booleans:
         """Which beads (n) reach into a wall or the floor by more than `REACH` of their diameter."""
         return np.asarray(self._gaps < (0.5 - REACH) * self.diameters)
 
@@ -85,7 +86,7 @@ class Packing:
         """Distance (n) of the centres to the nearest wall or the floor, negative outside, in m."""
         return np.asarray(np.min([self.container.wall_distance(self.positions), *self._plane_distances()], axis=0))
 
-    def _plane_distances(self) -> list[Any]:
+    def _plane_distances(self) -> list[Floats]:
         return [self.positions @ np.array(plane[:3]) + plane[3] for plane in self.container.planes]
 
     def settled(self) -> tuple["Packing", int]:
@@ -123,23 +124,23 @@ class Packing:
         """Height (m) of an even bed with the same centre of gravity: twice the mean height of the solid."""
         return float(2.0 * np.average(self.positions[:, 2], weights=self.diameters**3))
 
-    def void_fraction(self, high: Any = None, low: float = 0.0) -> float:
+    def void_fraction(self, high: float | None = None, low: float = 0.0) -> float:
         """Of the container between heights low and high (m; default 0 and the levelled height), spheres cut exactly."""
         high = self.levelled_height if high is None else high
         radii, heights = 0.5 * self.diameters, self.positions[:, 2]
 
-        def below(plane: Any) -> Any:
+        def below(plane: float) -> float:
             depth = np.clip(plane - heights + radii, 0.0, 2.0 * radii)
-            return (np.pi * depth**2 * (radii - depth / 3.0)).sum()
+            return float((np.pi * depth**2 * (radii - depth / 3.0)).sum())
 
         return float(1.0 - (below(high) - below(low)) / (self.container.cross_section * (high - low)))
 
     @cached_property
-    def tree(self) -> Any:
+    def tree(self) -> cKDTree:
         """k-d tree of the centres in the coordinates of `wrapped`."""
         return cKDTree(self.wrapped(self.positions), boxsize=(*self.container.period, 0.0))
 
-    def wrapped(self, points: Floats) -> Any:
+    def wrapped(self, points: Floats) -> Floats:
         """Points in the coordinates of `tree`: periodic ones within [0, period)."""
         points = np.array(points, float)
         for axis, period in enumerate(self.container.period):
@@ -156,7 +157,7 @@ class Packing:
         return steps
 
     @cached_property
-    def contacts(self) -> tuple[Any, ...]:
+    def contacts(self) -> tuple[Integers, Floats]:
         """(pairs (m, 2), overlaps (m) in m) of beads that touch."""
         pairs = self.tree.query_pairs(self.diameters.max(), output_type="ndarray")
         step = self.shortest(self.positions[pairs[:, 1]] - self.positions[pairs[:, 0]])
@@ -165,13 +166,13 @@ class Packing:
         return pairs[touching], overlap[touching]
 
     @property
-    def mean_overlap(self) -> Any:
+    def mean_overlap(self) -> float:
         """Of the contacts between beads, each over the mean diameter of its two (0 without contacts)."""
         pairs, overlap = self.contacts
         return float((overlap / self.diameters[pairs].mean(axis=1)).mean()) if overlap.size else 0.0
 
     @property
-    def coordination_number(self) -> Any:
+    def coordination_number(self) -> float:
         """Contacts per bead with other beads, walls and floor."""
         gaps = self._plane_distances()
         if self.container.radius > 0.0:
@@ -180,6 +181,6 @@ class Packing:
         return (2 * len(self.contacts[1]) + walls) / self.diameters.size
 
     @property
-    def bead_coordination_number(self) -> Any:
+    def bead_coordination_number(self) -> float:
         """Contacts per bead with other beads alone."""
         return 2 * len(self.contacts[1]) / self.diameters.size

@@ -1,12 +1,15 @@
 """Blower, heater and returned air of a scene: the curve's file, and how much of the tool is computed."""
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..errors import InputError
 from ..files.tables import read_columns
+
+if TYPE_CHECKING:
+    from .scene import Scene
 
 KEY = "operation.blower"
 LOOP_KEYS = ("blower", "blower_pressure", "heater_power", "recirculation", "duct_conductance", "energy_price")
@@ -29,17 +32,17 @@ def read_curve(path: Path) -> tuple[tuple[float, ...], tuple[float, ...]]:
     return tuple(flows.tolist()), tuple(rises.tolist())
 
 
-def has_air_loop(scene: Any) -> bool:
+def has_air_loop(scene: "Scene") -> bool:
     """Whether the inlet's temperature follows from a heater and returned air."""
     return any(getattr(scene.operation, name) is not None for name in LOOP_KEYS)
 
 
-def is_round(scene: Any) -> bool:
+def is_round(scene: "Scene") -> bool:
     """Whether the whole tool is computed: about an axis."""
     return bool(scene.geometry.kind == "pipe" or scene.geometry.symmetry == "axisymmetric")
 
 
-def share_of(scene: Any) -> float:
+def share_of(scene: "Scene") -> float:
     """How many times what is computed the whole tool is: half a cavity (or the whole) per metre of width, a quarter of one that
     has a width, as many as the scene says of a mesh in three dimensions."""
     if is_round(scene):

@@ -1,6 +1,6 @@
 """Consistency checks of the keys of a scene: a violated rule raises an `InputError` that names a key."""
 
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from ..errors import InputError
 from ..laws.material_library import SOLIDS
@@ -12,6 +12,9 @@ from .schema import KEYS
 from .sensors import sensor_names
 from .series import TimeSeries
 from .tolerances import tolerance_of
+
+if TYPE_CHECKING:
+    from .scene import Scene
 
 ASKED: tuple[Literal["within", "above", "below", "spread", "cured"], ...] = (
     "within",
@@ -30,7 +33,7 @@ SMALLEST_RATIO = 10.0
 """Bead diameters that a bed is wide at least."""
 
 
-def check_together(scene: Any) -> None:
+def check_together(scene: "Scene") -> None:
     """Every rule, in the order in which a user would fill in the file."""
     for rule in (
         _geometry,
@@ -56,17 +59,17 @@ def check_together(scene: Any) -> None:
         rule(scene)
 
 
-def _need(scene: Any, table: str, name: str) -> None:
+def _need(scene: "Scene", table: str, name: str) -> None:
     if getattr(getattr(scene, table), name) is None:
         raise InputError(f"{table}.{name}", None, f"is missing; {KEYS[table][name].meaning}", scene.source)
 
 
-def _refuse(scene: Any, full_name: str, allowed: str) -> None:
+def _refuse(scene: "Scene", full_name: str, allowed: str) -> None:
     table, name = full_name.split(".")
     raise InputError(full_name, getattr(getattr(scene, table), name), allowed, scene.source)
 
 
-def _geometry(scene: Any) -> None:
+def _geometry(scene: "Scene") -> None:
     _need(scene, "geometry", "kind")
     kind = scene.geometry.kind
     for name in GEOMETRIES[kind].needed:
@@ -98,7 +101,7 @@ def _geometry(scene: Any) -> None:
         raise InputError("operation.inlet_temperature", None, allowed, scene.source)
 
 
-def _drive(scene: Any) -> None:
+def _drive(scene: "Scene") -> None:
     operation = scene.operation
     check_phases(scene)
     if has_phases(scene):
@@ -125,7 +128,7 @@ def _drive(scene: Any) -> None:
         raise InputError("operation.pressure_drop", operation.pressure_drop.range[1], allowed, scene.source)
 
 
-def _blower(scene: Any, drives: list[str]) -> None:
+def _blower(scene: "Scene", drives: list[str]) -> None:
     operation, model = scene.operation, scene.model
     if drives:
         raise InputError(f"operation.{drives[0]}", None, "cannot be combined with a blower", scene.source)
@@ -140,7 +143,7 @@ def _blower(scene: Any, drives: list[str]) -> None:
         _refuse(scene, "model.flow_update", "must be 'quasi-steady' or 'frozen' with a blower")
 
 
-def _air_loop(scene: Any) -> None:
+def _air_loop(scene: "Scene") -> None:
     operation = scene.operation
     if operation.blower_flow is not None and operation.blower_pressure is None:
         _need(scene, "operation", "blower_pressure")
@@ -159,7 +162,7 @@ def _air_loop(scene: Any) -> None:
         _refuse(scene, "operation.mold_width", "has no place in three dimensions")
 
 
-def _flow_and_mesh(scene: Any) -> None:
+def _flow_and_mesh(scene: "Scene") -> None:
     model, geometry = scene.model, scene.geometry
     anywhere = geometry.width is not None or geometry.kind == "mesh"
     if anywhere and model.flow == "plug":
@@ -182,7 +185,7 @@ def _flow_and_mesh(scene: Any) -> None:
                 _refuse(scene, "model.bead_modes", f"cannot be combined with model.{name} {value!r}")
 
 
-def _wall(scene: Any) -> None:
+def _wall(scene: "Scene") -> None:
     model, operation = scene.model, scene.operation
     if scene.geometry.kind == "mesh":
         if model.wall != "conjugate":
@@ -196,7 +199,7 @@ def _wall(scene: Any) -> None:
         raise InputError("operation.wall_temperature", None, allowed, scene.source)
 
 
-def _layers(scene: Any) -> None:
+def _layers(scene: "Scene") -> None:
     wall, model, is_mesh = scene.wall, scene.model, scene.geometry.kind == "mesh"
     _opposite_wall(scene)
     if not scene.layers:
@@ -228,7 +231,7 @@ def _layers(scene: Any) -> None:
         names[name] = place
 
 
-def _opposite_wall(scene: Any) -> None:
+def _opposite_wall(scene: "Scene") -> None:
     geometry, is_whole = scene.geometry, scene.geometry.cavity == "whole"
     if is_whole and not scene.wall.opposite_layer:
         _refuse(scene, "geometry.cavity", "needs the other wall's layers, [[wall.opposite_layer]]")
@@ -238,11 +241,11 @@ def _opposite_wall(scene: Any) -> None:
         _refuse(scene, "geometry.width", "has no place with geometry.cavity 'whole', which is a plane model")
 
 
-def _cures(scene: Any, material: str | None) -> bool:
-    return getattr(scene.materials.get(material, SOLIDS.get(material or "")), "cure", None) is not None
+def _cures(scene: "Scene", material: str | None) -> bool:
+    return getattr(scene.materials.get(material or "", SOLIDS.get(material or "")), "cure", None) is not None
 
 
-def _cure(scene: Any) -> None:
+def _cure(scene: "Scene") -> None:
     layers = [layer.material for layer in scene.layers.values()]
     if _cures(scene, scene.bed.bead_material):
         _refuse(scene, "bed.bead_material", "must not cure: only the wall and its layers do")
@@ -253,7 +256,7 @@ def _cure(scene: Any) -> None:
         _refuse(scene, "model.flow_update", "must not be 'transient' with a material that cures")
 
 
-def _bed(scene: Any) -> None:
+def _bed(scene: "Scene") -> None:
     geometry, bed, limit = scene.geometry, scene.bed, POROSITY_MODELS[scene.bed.porosity_model].largest_bulk_porosity
     if bed.porosity_profile is None and bed.bulk_porosity > limit:
         _refuse(scene, "bed.bulk_porosity", f"must be <= {limit:g} with porosity_model {bed.porosity_model!r}")
@@ -277,7 +280,7 @@ def _bed(scene: Any) -> None:
             _refuse(scene, "solver.first_cell", f"must be < {width / 2:g} m, half the bed")
 
 
-def _moving_beads(scene: Any) -> None:
+def _moving_beads(scene: "Scene") -> None:
     operation, model = scene.operation, scene.model
     moves = operation.bead_velocity != 0.0
     if moves != (operation.bead_inlet_temperature is not None):
@@ -300,7 +303,7 @@ def _moving_beads(scene: Any) -> None:
             _refuse(scene, f"model.{name}", f"must be {needed!r} with operation.bead_velocity")
 
 
-def _series(scene: Any) -> None:
+def _series(scene: "Scene") -> None:
     """No series begins when the run is over: its times would be those of a clock or a calendar."""
     for name, series in series_of(scene).items():
         begins, end = series.times[0], scene.operation.end_time
@@ -312,7 +315,7 @@ def _series(scene: Any) -> None:
             raise InputError(name, series.source, allowed, scene.source)
 
 
-def series_of(scene: Any) -> dict[str, TimeSeries]:
+def series_of(scene: "Scene") -> dict[str, TimeSeries]:
     """Every `TimeSeries` of a scene's operation, by the name of its key."""
     return {
         f"operation.{name}": value
@@ -321,7 +324,7 @@ def series_of(scene: Any) -> dict[str, TimeSeries]:
     }
 
 
-def _temperatures(scene: Any) -> None:
+def _temperatures(scene: "Scene") -> None:
     operation = scene.operation
     first = (operation.initial_temperature,) if scene.start is None else scene.start.range
     difference = max(abs(value - one) for value in operation.inlet_temperature.values for one in first)
@@ -335,7 +338,7 @@ def _temperatures(scene: Any) -> None:
         _refuse(scene, "operation.heating_margin", allowed)
 
 
-def _is_heated_otherwise(scene: Any) -> bool:
+def _is_heated_otherwise(scene: "Scene") -> bool:
     """Whether heat comes from elsewhere than with the fluid: beads, wall, surroundings or sources."""
     operation, layers = scene.operation, scene.layers.values()
     series = (
@@ -351,7 +354,7 @@ def _is_heated_otherwise(scene: Any) -> bool:
     )
 
 
-def _outer_wall(scene: Any) -> None:
+def _outer_wall(scene: "Scene") -> None:
     operation = scene.operation
     given = (operation.outer_heat_flux, operation.outer_coefficient, operation.outer_emissivity)
     if scene.model.wall in ("insulated", "fixed-temperature") and any(one is not None for one in given):
@@ -365,14 +368,14 @@ def _outer_wall(scene: Any) -> None:
         _refuse(scene, "operation.outer_coefficient", "and operation.ambient_temperature must be given together")
 
 
-def _solver(scene: Any) -> None:
+def _solver(scene: "Scene") -> None:
     if scene.solver.accuracy is not None:
         for name in ("mesh_refinement", "axial_refinement", "step_refinement"):
             if scene.is_given(f"solver.{name}"):
                 _refuse(scene, f"solver.{name}", "is chosen by solver.accuracy")
 
 
-def _liquid(scene: Any) -> None:
+def _liquid(scene: "Scene") -> None:
     if not scene.is_given("fluid.density"):
         return
     for name in ("viscosity", "heat_capacity", "conductivity"):
@@ -380,7 +383,7 @@ def _liquid(scene: Any) -> None:
             raise InputError(f"fluid.{name}", None, "is missing: a liquid needs all four properties", scene.source)
 
 
-def _targets(scene: Any) -> None:
+def _targets(scene: "Scene") -> None:
     layers = {layer.name or layer.material: layer for layer in scene.layers.values()}
     names: list[str] = []
     for number, target in enumerate(scene.target.list or (), start=1):
@@ -410,25 +413,25 @@ def target_name(target: Any) -> str:
     return target.name or f"{target.place} {next(name for name in ASKED if getattr(target, name) is not None)}"
 
 
-def _state(scene: Any) -> None:
+def _state(scene: "Scene") -> None:
     state, length = scene.operation.initial_state, scene.geometry.length
     if state is not None and length is not None and abs(state.length / length - 1.0) > SAME_LENGTH:
         allowed = f"is of a bed of {state.length:.6g} m: geometry.length is {length:g} m"
         raise InputError("operation.initial_state", str(state.folder), allowed, scene.source)
 
 
-def _heated_place(scene: Any) -> None:
+def _heated_place(scene: "Scene") -> None:
     layers = [layer.name or layer.material for layer in scene.layers.values()]
     if scene.operation.heated_place not in (known := [*RESERVED_PLACES, *layers]):
         _refuse(scene, "operation.heated_place", f"must be one of {', '.join(known)}")
 
 
-def _output(scene: Any) -> None:
+def _output(scene: "Scene") -> None:
     if scene.output.every is not None and scene.output.times is not None:
         _refuse(scene, "output.every", "cannot be combined with output.times")
 
 
-def _tolerances(scene: Any) -> None:
+def _tolerances(scene: "Scene") -> None:
     for name, value in scene.tolerance:
         if scene.is_given(f"tolerance.{name}"):
             tolerance_of(name, value, scene.source)

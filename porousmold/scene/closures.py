@@ -22,7 +22,10 @@ both against measurements.
 """
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .scene import Scene
 
 THESIS = "thesis"
 CLOSURES: Mapping[str, Mapping[str, Any]] = {
@@ -58,7 +61,7 @@ def completed(tables: Mapping[str, Any]) -> dict[str, Any]:
     return result
 
 
-def departures(scene: Any) -> dict[str, Any]:
+def departures(scene: "Scene") -> dict[str, Any]:
     """{"table.key": value} of what a scene has otherwise than its set of closures; a fluid that is no air is no departure."""
     values = {name: _value(scene, name) for name in CLOSURES[scene.model.closures]}
     if values["fluid.material"] not in {closures["fluid.material"] for closures in CLOSURES.values()}:
@@ -70,6 +73,6 @@ def departures(scene: Any) -> dict[str, Any]:
     return {name: value for name, value in values.items() if value != CLOSURES[scene.model.closures][name]}
 
 
-def _value(scene: Any, full_name: str) -> Any:
+def _value(scene: "Scene", full_name: str) -> Any:
     table, name = full_name.split(".")
     return getattr(getattr(scene, table), name)

@@ -9,11 +9,14 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 from ..errors import InputError
 from .keys import Table
 from .series import ProfileSeries, TimeSeries
+
+if TYPE_CHECKING:
+    from .scene import Scene
 
 DRIVES = ("pressure_drop", "inlet_velocity", "mass_flow")
 Side = Literal["above", "below"]
@@ -37,17 +40,17 @@ class Phase:
     limit: float = 0.0
 
 
-def has_phases(scene: Any) -> bool:
+def has_phases(scene: "Scene") -> bool:
     """Whether the run consists of [[operation.phase]]."""
     return scene.operation.phase is not None
 
 
-def reverses(scene: Any) -> bool:
+def reverses(scene: "Scene") -> bool:
     """Whether the flow comes from the outlet at some time."""
     return any(phase.sign < 0 for phase in phases_of(scene))
 
 
-def phases_of(scene: Any) -> tuple[Phase, ...]:
+def phases_of(scene: "Scene") -> tuple[Phase, ...]:
     """The phases of a scene, once through; none where the flow keeps its direction all the time."""
     operation = scene.operation
     if operation.phase is not None:
@@ -64,7 +67,7 @@ def phases_of(scene: Any) -> tuple[Phase, ...]:
     return tuple(_pieces(drive.thinned(), operation.inlet_temperature.thinned(), back.thinned()))
 
 
-def drive_of(scene: Any) -> TimeSeries | None:
+def drive_of(scene: "Scene") -> TimeSeries | None:
     """The series of what drives the flow, None with a blower or phases."""
     return next((value for name in DRIVES if (value := getattr(scene.operation, name)) is not None), None)
 
@@ -88,7 +91,7 @@ def _values(values: Sequence[float]) -> TimeSeries:
     return TimeSeries(tuple(float(number) for number in range(len(values))), tuple(values), corners=())
 
 
-def _of_table(number: int, phase: Table, scene: Any) -> Phase:
+def _of_table(number: int, phase: Table, scene: "Scene") -> Phase:
     name = drive_name(scene.operation.phase)
     strength = (getattr(phase, name) if name else None) or 0.0
     side = next((side for side in ENDS if getattr(phase, f"until_outlet_{side}") is not None), None)
@@ -136,7 +139,7 @@ def _sign(value: float) -> int:
     return (value > 0.0) - (value < 0.0)
 
 
-def check_phases(scene: Any) -> None:
+def check_phases(scene: "Scene") -> None:
     """Refuse (`InputError`) phases without a drive, an end or a temperature, and reversal where it is not to be had."""
     operation = scene.operation
     if operation.phase is not None:
@@ -168,7 +171,7 @@ def check_phases(scene: Any) -> None:
         raise InputError("operation.gravity", operation.gravity, allowed, scene.source)
 
 
-def _check_models(scene: Any) -> None:
+def _check_models(scene: "Scene") -> None:
     operation = scene.operation
     if scene.model.flow_update != "quasi-steady":
         allowed = "must be 'quasi-steady' where the flow reverses or has phases"
@@ -186,7 +189,7 @@ def _check_models(scene: Any) -> None:
         raise InputError("operation.outer_heat_flux", flux.source, allowed, scene.source)
 
 
-def _check_period(scene: Any) -> None:
+def _check_period(scene: "Scene") -> None:
     operation = scene.operation
     if operation.phase is not None:
         allowed = "cannot be combined with [[operation.phase]]"
@@ -203,7 +206,7 @@ def _check_period(scene: Any) -> None:
         raise InputError("operation.reversal_period", period, allowed, scene.source)
 
 
-def _check_table(scene: Any) -> None:
+def _check_table(scene: "Scene") -> None:
     operation, where = scene.operation, scene.source
     for other in ("inlet_temperature", "programme", "return_temperature", "blower", "blower_pressure", *DRIVES):
         if scene.is_given(f"operation.{other}"):
@@ -231,7 +234,7 @@ def _check_table(scene: Any) -> None:
             raise InputError(f"{place}.duration", None, "is missing, and so is until_outlet_above or _below", where)
 
 
-def _check_limit(scene: Any, place: str, side: Side, limit: float) -> None:
+def _check_limit(scene: "Scene", place: str, side: Side, limit: float) -> None:
     """Refuse an outlet temperature that nothing given in the scene can bring about."""
     operation = scene.operation
     sources = (

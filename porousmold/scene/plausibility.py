@@ -1,13 +1,16 @@
 """What in a scene is possible, but looks like a slip: a length in mm given as m, a pressure drop in kPa given as Pa."""
 
-from typing import Any
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .scene import Scene
 
 COLDEST, HOTTEST = 200.0, 1500.0
 SMALLEST_PRESSURE_DROP = 20.0
 THICKEST_WALL, LARGEST_BEAD, LONGEST_BED = 0.3, 0.1, 30.0
 
 
-def implausible_values(scene: Any) -> list[str]:
+def implausible_values(scene: "Scene") -> list[str]:
     """One sentence for every value that no shop floor has."""
     found = []
     for name, value in scene.operation:
