@@ -99,7 +99,7 @@ def _printed(text: object) -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def _status_of(command: Callable[..., Any], options: argparse.Namespace) -> Any:
+def _status_of(command: Callable[..., Any], options: argparse.Namespace) -> int:
     """Exit status of a command; its errors are printed in one line. An internal error aborts all ranks: no rank waits
     for one that has failed."""
     try:
@@ -162,13 +162,13 @@ def _on_one_rank(command: Callable[..., Any], options: argparse.Namespace) -> An
     return status
 
 
-def _rank() -> Any:
+def _rank() -> int:
     from .mpi import MPI
 
     return MPI.COMM_WORLD.rank
 
 
-def _parser() -> Any:
+def _parser() -> argparse.ArgumentParser:
     parser = _Parser(
         prog="porousmold", description="Heating and cooling of bead-filled molds and pipes.", epilog=STATUSES
     )
@@ -248,7 +248,7 @@ class _Parser(argparse.ArgumentParser):
         sys.exit(_end(BAD_INPUT, f"{message} (see {self.prog} --help)"))
 
 
-def _run(options: argparse.Namespace) -> Any:
+def _run(options: argparse.Namespace) -> int:
     from .output.console import Bar, MarchProgress, log_to_console, summary_text
     from .output.picture_process import PictureProcess
     from .scene.scene import Scene
@@ -305,7 +305,7 @@ def _run(options: argparse.Namespace) -> Any:
     return DONE
 
 
-def _check(options: argparse.Namespace) -> Any:
+def _check(options: argparse.Namespace) -> int:
     from .scene.scene import Scene
 
     scene = Scene.load(options.scene, settings_of(options), allow_extensions=options.allow_extensions)
@@ -336,7 +336,7 @@ def _keys(options: argparse.Namespace) -> int:
     return DONE
 
 
-def _show(options: argparse.Namespace) -> Any:
+def _show(options: argparse.Namespace) -> int:
     from .output.pictures import animate, draw
 
     if _rank() == 0:

@@ -3,16 +3,16 @@
 import argparse
 import json
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from ..errors import InputError
 from ..files.atomic_files import output_file, output_folder
 from ..files.units import to_si
+from ..output.console import Commands
 
 
-def add_commands(commands: Any) -> None:
+def add_commands(commands: Commands) -> None:
     """Add both to the subparsers of the command line."""
     rotameter = commands.add_parser(
         "rotameter", help="inlet velocity and temperature of a scene from a logger's readings"

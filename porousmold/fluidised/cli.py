@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from ..files.atomic_files import output_file, output_folder
-from ..output.console import add_extension_option, add_settings_option, settings_of
+from ..output.console import Commands, add_extension_option, add_settings_option, settings_of
+from ..output.result_keys import Summary
 
 
-def add_commands(commands: Any) -> None:
+def add_commands(commands: Commands) -> None:
     """Add the command to the program's subparsers."""
     command = commands.add_parser("fluidised", help="heating time of a wall in contact with a fluidised bed")
     command.add_argument("scene", metavar="SCENE.toml")
@@ -51,9 +52,7 @@ def _fluidised(options: argparse.Namespace) -> str:
     return "\n".join(lines)
 
 
-def write_tables(
-    out: Path, summary: Mapping[str, Any], units: Mapping[str, str], rows: Iterable[Iterable[Any]]
-) -> None:
+def write_tables(out: Path, summary: Summary, units: Mapping[str, str], rows: Iterable[Iterable[Any]]) -> None:
     """history.csv with a unit for each column, and result.json."""
     with output_file(out / "history.csv") as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)

@@ -22,6 +22,7 @@ from ..laws.materials import Fluid, Solid
 from ..laws.nusselt import NUSSELT_CORRELATIONS
 from ..mesh import domain as geometry
 from ..mesh import fenicsx
+from ..mesh.aliases import Form
 from ..mpi import MPI
 from ..solvers.newton import NewtonSystem, free_systems
 from .column_grid import ColumnGrid
@@ -236,6 +237,6 @@ class _Gas:
         return self.viscosity_of
 
 
-def _assembled(function: fem.Function, form: Any) -> None:
+def _assembled(function: fem.Function, form: Form) -> None:
     """A linear form into the array of a function."""
     fenicsx.assemble_vector(fenicsx.petsc_vector(function), form)

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.animation import FuncAnimation, PillowWriter
+from matplotlib.axes import Axes
 
 from ..output.figures import STYLE, plt, save
 
@@ -37,7 +38,7 @@ def draw_column(path: Path, column: Any) -> Path:
         return save(figure, path)
 
 
-def draw_beads(axes: Any, column: Any, places: Any, temperatures: Any) -> Any:
+def draw_beads(axes: Axes, column: Any, places: Any, temperatures: Any) -> Any:
     """The beads as dots, in mm."""
     axes.set(
         xlim=(-500.0 * column.given.width, 500.0 * column.given.width),

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 
 from ..output.figures import STYLE, plt, save
@@ -60,7 +61,7 @@ def draw_moving_droplet(path: Path, column: Any, pictures: list[Any]) -> Path:
     """An animation (GIF) of (time, places, temperatures in °C), with the droplet of those times; gives the path."""
     times = np.array([row["time"] for row in column.rows])
 
-    def droplet(axes: Any) -> Any:
+    def droplet(axes: Axes) -> Any:
         circle = axes.add_patch(_circle(0.0, 0.0, 1e-3))
 
         def move(time: float) -> None:

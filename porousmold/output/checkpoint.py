@@ -20,7 +20,7 @@ from dolfinx import fem
 from ..arrays import Floats
 from ..errors import InputError
 from ..mesh import fenicsx
-from ..mesh.aliases import Communicator
+from ..mesh.aliases import Communicator, Space
 from ..solvers.state import Stateful
 
 NAME = "checkpoint.h5"
@@ -29,7 +29,7 @@ NAME = "checkpoint.h5"
 class NodeOrder:
     """Brings arrays of one function space into the order that no partition changes, and back (collective)."""
 
-    def __init__(self, space: Any) -> None:
+    def __init__(self, space: Space) -> None:
         self._communicator, self._length = space.mesh.comm, fenicsx.array_length(space)
         self._function_space = space
         self._parts = []
@@ -76,7 +76,7 @@ class NodeOrders:
     def __init__(self) -> None:
         self._orders: list[tuple[Any, NodeOrder]] = []
 
-    def of(self, space: Any) -> NodeOrder:
+    def of(self, space: Space) -> NodeOrder:
         """Made at the first meeting (collective)."""
         for known, order in self._orders:
             if known is space or known == space:

@@ -2,11 +2,11 @@
 
 import json
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
 
 from ..errors import InputError
+from .result_keys import Summary
 
 THESIS = """@phdthesis{sun2021,
   author = {Sun, Yixun},
@@ -40,7 +40,7 @@ def citations(folder: Path) -> str:
     return "\n\n".join(entries)
 
 
-def _sources(summary: Mapping[str, Any]) -> dict[str, list[str]]:
+def _sources(summary: Summary) -> dict[str, list[str]]:
     """{source: what it is used for}, but for the thesis alone and the scene itself."""
     used = [(what, text) for what, text in summary["sources"].items()]
     for owner, material in summary["materials"].items():

@@ -7,12 +7,16 @@ import sys
 import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from ..errors import InputError
 from ..scene.geometries import modelled_part
 from ..scene.scene import Scene
 from .quantities import ENERGY_GIVEN, ENERGY_NAMES, JOULES_A_KWH
+from .result_keys import Summary
+
+Commands: TypeAlias = "argparse._SubParsersAction[Any]"
+"""What commands are added to."""
 
 STARTING = "{desc}, {elapsed} elapsed"
 CASES = "{desc} |{bar}| {n:.0f}/{total:.0f}, {elapsed} elapsed, {remaining} left"
@@ -199,7 +203,7 @@ def outer_wall_text(operation: Mapping[str, Any]) -> str:
     return "adiabatic, no heat loss (see operation.outer_coefficient)"
 
 
-def summary_text(scene: Scene, summary: Mapping[str, Any], out: Path, pictures: Sequence[Path]) -> str:
+def summary_text(scene: Scene, summary: Summary, out: Path, pictures: Sequence[Path]) -> str:
     """The short readable end of a run."""
     margin, place = scene.operation.heating_margin, scene.operation.heated_place.replace("_", " ")
     modelled = modelled_part(dict(scene.geometry))

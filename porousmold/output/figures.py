@@ -10,6 +10,7 @@ import matplotlib
 if "matplotlib.pyplot" not in sys.modules and not os.environ.get("MPLBACKEND", "").startswith("module://"):
     matplotlib.use("Agg")
 import matplotlib.pyplot as plt
+from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from ..errors import OutputError
@@ -19,7 +20,7 @@ from ..files.atomic_files import whole_file
 STYLE = {"font.size": 11, "axes.grid": True, "grid.alpha": 0.3, "figure.dpi": 130, "axes.titley": 1.0}
 
 
-def save(figure: Any, path: Path) -> Any:
+def save(figure: Figure, path: Path) -> Any:
     """Write the picture in matplotlib's present savefig.format, close it, and give its path, with that ending. Names of the
     user's that look like formulas but are none stand as text. Raises `OutputError` where there is no room."""
     path = path.with_suffix(f".{plt.rcParams['savefig.format']}")
@@ -33,7 +34,7 @@ def save(figure: Any, path: Path) -> Any:
     return path
 
 
-def _save(figure: Any, path: Path, kind: str) -> None:
+def _save(figure: Figure, path: Path, kind: str) -> None:
     try:
         figure.savefig(path, format=kind)
     except ValueError:  # what mathtext raises

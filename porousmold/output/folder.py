@@ -16,11 +16,12 @@ from ..files.atomic_files import Lock, locked, whole_file
 from ..files.tables import text_cells
 from ..files.xdmf import one_grid_a_time
 from ..mesh import fenicsx
-from ..mesh.aliases import Communicator
+from ..mesh.aliases import Communicator, Mesh
 from ..scene.scene import Scene
 from ..solvers.state import Stateful
 from .checkpoint import NAME, Checkpoint, NodeOrders, packed, read
 from .quantities import Columns
+from .result_keys import Summary
 from .stored import LOCK, checksum_of, read_table
 
 COMPARISON = ("comparison.json", "comparison.png")
@@ -179,7 +180,7 @@ class RunFolder:
                 if profiles is not None:
                     self._write_table("profiles.csv", profiles)
 
-    def write_summary(self, summary: dict[str, Any], scene: Scene, accuracy: float | None = None) -> None:
+    def write_summary(self, summary: Summary, scene: Scene, accuracy: float | None = None) -> None:
         """scene.toml and, when all else is there, result.json (rank 0 writes); an `accuracy` chose the scene's refinements."""
         chosen = "" if accuracy is None else f"# solver.accuracy = {accuracy:g} chose the refinements in [solver]\n"
         with self._in_run() as first:
@@ -198,7 +199,7 @@ class RunFolder:
         with whole_file(self.path / name) as temporary:
             temporary.write_text(text, encoding="utf-8")
 
-    def write_fields(self, mesh: Any, snapshots: Iterable[tuple[float, Sequence[Any]]]) -> None:
+    def write_fields(self, mesh: Mesh, snapshots: Iterable[tuple[float, Sequence[Any]]]) -> None:
         """fields.xdmf and fields.h5 of functions at times (s) (collective)."""
         part = self.path / FIELDS_PART
         with self._in_run() as first:

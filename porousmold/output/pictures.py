@@ -12,6 +12,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.animation import FuncAnimation, PillowWriter
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from scipy import sparse
 
@@ -19,7 +21,8 @@ from ..arrays import Floats, Integers
 from ..errors import InputError
 from ..files.xdmf import read_fields
 from .figures import STYLE, plt, save
-from .quantities import ENERGY_GIVEN, ENERGY_NAMES, JOULES_A_KWH, Columns, quantity
+from .quantities import ENERGY_GIVEN, ENERGY_NAMES, JOULES_A_KWH, History, quantity
+from .result_keys import Summary
 from .slices import slice_of, triangles_of
 from .stored import locked_folder, read_table
 from .surface import draw_surface, in_three_dimensions
@@ -96,27 +99,27 @@ def time_unit(end: float) -> tuple[str, float]:
     )
 
 
-def marks_of(summary: Mapping[str, Any]) -> dict[str, float]:
+def marks_of(summary: Summary) -> dict[str, float]:
     """Times (s) to be marked in pictures, of the content of result.json, by what they are called there."""
     sign, size = time_unit(summary["end_time"])
     times = {"heated": summary["heating_time"], **summary["targets"]}
     return {f"{name}, {time / size:.4g} {sign}": time for name, time in times.items() if time is not None}
 
 
-def _temperatures(folder: Path, history: Columns, marks: Mapping[str, float]) -> Path:
+def _temperatures(folder: Path, history: History, marks: Mapping[str, float]) -> Path:
     figure, axes = plt.subplots(figsize=(9.5, 5.0))
     figure.subplots_adjust(left=0.08, right=0.8, bottom=0.11, top=0.97)
     draw_temperatures(axes, history, marks)
     return save(figure, folder / "temperatures.png")
 
 
-def _time_axis(history: Any) -> tuple[Floats, str, float]:
+def _time_axis(history: History) -> tuple[Floats, str, float]:
     """Times as they are drawn, their unit, and the factor on seconds."""
     sign, size = time_unit(history["time"][-1])
     return np.array(history["time"]) / size, sign, 1.0 / size
 
 
-def draw_temperatures(axes: Any, history: Any, marks: Mapping[str, float]) -> None:
+def draw_temperatures(axes: Axes, history: History, marks: Mapping[str, float]) -> None:
     """Draw temperatures against time: `history` has columns by name, `marks` times (s) by what they are called."""
     times, unit, scale = _time_axis(history)
     labels = list(dict.fromkeys(name.rsplit("_", 1)[1] for name in history if name.startswith("temperature_")))
@@ -141,7 +144,7 @@ def draw_temperatures(axes: Any, history: Any, marks: Mapping[str, float]) -> No
     axes.legend(handles=entries, fontsize=9, loc="center left", bbox_to_anchor=(1.01, 0.5))
 
 
-def _is_seen(place: str, history: Any) -> bool:
+def _is_seen(place: str, history: History) -> bool:
     """Whether a place has curves of its own: the wall's outside has none where it is as warm as the bed side."""
     if place != "outer":
         return True
@@ -152,7 +155,7 @@ def _is_seen(place: str, history: Any) -> bool:
     )
 
 
-def _mark(axes: Any, marks: Mapping[str, float], scale: float) -> list[Any]:
+def _mark(axes: Axes, marks: Mapping[str, float], scale: float) -> list[Any]:
     """Vertical lines at times (s), drawn times the scale, and their entries of the legend."""
     colours = ["tab:red", "tab:green", "tab:purple", "tab:orange", "tab:brown"]
     entries = []
@@ -163,13 +166,13 @@ def _mark(axes: Any, marks: Mapping[str, float], scale: float) -> list[Any]:
     return entries
 
 
-def _layers_of(history: Any) -> list[str]:
+def _layers_of(history: History) -> list[str]:
     """Names of the wall's layers that have columns of their own."""
     plain = ("temperature", "wall", "bed", "bed_side")
     return [name.removeprefix("lowest_") for name in history if name.startswith("lowest_") and name[7:] not in plain]
 
 
-def _skin(folder: Path, history: Columns, marks: Mapping[str, float]) -> Path:
+def _skin(folder: Path, history: History, marks: Mapping[str, float]) -> Path:
     """How hot the wall's layers are, how even the wall's bed side is, where it is coldest and hottest, and how far layers have
     cured."""
     times, unit, scale = _time_axis(history)
@@ -211,7 +214,7 @@ def _skin(folder: Path, history: Columns, marks: Mapping[str, float]) -> Path:
     return save(figure, folder / "skin.png")
 
 
-def _supply(folder: Path, history: Columns, energy: Mapping[str, float]) -> Path:
+def _supply(folder: Path, history: History, energy: Mapping[str, float]) -> Path:
     """Powers of heater and blower against time, and where their energy went."""
     times, unit, _ = _time_axis(history)
     figure, (powers, uses) = plt.subplots(1, 2, figsize=(11.0, 3.8), width_ratios=(1.3, 1.0))
@@ -275,7 +278,7 @@ def _profile_label(label: str) -> str:
     return label if rest == "s" else f"end of {rest}, cycle {first}"
 
 
-def _draw_cycles(axes: Any, cycles: Sequence[Mapping[str, Any]]) -> None:
+def _draw_cycles(axes: Axes, cycles: Sequence[Mapping[str, Any]]) -> None:
     for name, words in (
         ("energy_efficiency", "energy"),
         ("exergy_efficiency", "exergy"),
@@ -315,7 +318,7 @@ class _Section(NamedTuple):
     triangles: Floats
     weights: Any
 
-    def draw(self, axes: Any, fields: Mapping[str, Floats], levels: Floats) -> Any:
+    def draw(self, axes: Axes, fields: Mapping[str, Floats], levels: Floats) -> Any:
         """Draw the field of a time as filled contours, with the interface of bed and wall."""
         bed, values = self.weights @ fields["in_bed"] > 0.99, self.weights @ fields[self.field] - 273.15
         in_bed = np.all(bed[self.triangles], axis=1)
@@ -380,7 +383,7 @@ def _fields(folder: Path) -> Path:
     return save(figure, folder / "fields.png")
 
 
-def _colour_bar(figure: Any, drawn: Any, ticks: list[float]) -> None:
+def _colour_bar(figure: Figure, drawn: Any, ticks: list[float]) -> None:
     figure.colorbar(drawn, cax=figure.add_axes((0.9, 0.12, 0.015, 0.8)), label="temperature in °C", ticks=ticks)
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -147,3 +147,7 @@ class Recorded(np.ndarray[Any, np.dtype[np.float64]]):
 
     def __array_finalize__(self, source: object) -> None:
         self.unit = getattr(source, "unit", "")
+
+
+History: TypeAlias = Columns | Mapping[str, Recorded]
+"""Columns by name."""

@@ -16,6 +16,7 @@ from .console import closures_text, kept_text, outer_wall_text
 from .pictures import draw, fields_with_slider
 from .quantities import ENERGY_GIVEN, ENERGY_NAMES, JOULES_A_KWH
 from .report_page import Block, Markup, Picture, Section, Sentence, Table, rendered
+from .result_keys import Summary
 from .stored import read_study
 from .study_pictures import draw_study
 
@@ -64,7 +65,7 @@ def _of_run(folder: Path) -> tuple[str, list[Section]]:
     return title or f"Heating of a {scene['geometry']['kind']}: {folder.name}", sections
 
 
-def _headline(summary: dict[str, Any], scene: dict[str, Any]) -> list[Block]:
+def _headline(summary: Summary, scene: Summary) -> list[Block]:
     """How it ended, targets and heating time."""
     parts: list[Block] = []
     time = summary["heating_time"]
@@ -83,7 +84,7 @@ def _headline(summary: dict[str, Any], scene: dict[str, Any]) -> list[Block]:
     return parts
 
 
-def _results(summary: dict[str, Any], scene: dict[str, Any]) -> list[Block]:
+def _results(summary: Summary, scene: Summary) -> list[Block]:
     bounds = summary["temperature_bounds"] or [float("nan")] * 2
     layers = [
         [f"{name} at the end", f"{low - 273.15:.1f} to {high - 273.15:.1f}", "°C"]
@@ -108,7 +109,7 @@ def _results(summary: dict[str, Any], scene: dict[str, Any]) -> list[Block]:
     ]  # fmt: skip
 
 
-def _keys(summary: dict[str, Any], scene: dict[str, Any]) -> list[Block]:
+def _keys(summary: Summary, scene: Summary) -> list[Block]:
     """The scene as it was run."""
     given = summary["given"]
     rows = [
@@ -157,7 +158,7 @@ def _value(value: Any) -> Any:
     return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else value
 
 
-def _targets(summary: Any) -> list[Block]:
+def _targets(summary: Summary) -> list[Block]:
     rows = [
         [
             name,
@@ -169,7 +170,7 @@ def _targets(summary: Any) -> list[Block]:
     return [Table(["name", "asks for", "met at", ""], rows)] if rows else []
 
 
-def _energy(summary: Any) -> list[Block]:
+def _energy(summary: Summary) -> list[Block]:
     energy = summary["energy"]
     if energy is None:
         return []
@@ -185,12 +186,12 @@ def _energy(summary: Any) -> list[Block]:
     return [Sentence(sentence), Table(["of", "energy", "unit", ""], rows)]
 
 
-def _sources(summary: Any) -> list[Block]:
+def _sources(summary: Summary) -> list[Block]:
     rows = [[name, source] for name, source in summary["sources"].items()]
     return [Sentence(f"Set of closures: {closures_text(summary['closures'])}"), Table(["of", "source"], rows)]
 
 
-def _materials(summary: Any) -> list[Block]:
+def _materials(summary: Summary) -> list[Block]:
     rows = [
         [owner, entry["material"], name.replace("_", " "), float(law["value"]), law["unit"], law["source"]]
         for owner, entry in summary["materials"].items()

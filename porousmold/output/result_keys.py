@@ -2,9 +2,12 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 from ..scene.json_schema import DIALECT
+
+Summary: TypeAlias = Mapping[str, Any]
+"""What result.json holds."""
 
 
 @dataclass(frozen=True)

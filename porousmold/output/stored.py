@@ -3,13 +3,13 @@
 import csv
 import hashlib
 import json
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
 from ..files.atomic_files import Lock, locked
 from .quantities import Columns
+from .result_keys import Summary
 
 LOCK = ".lock"
 """File that a process which writes the folder holds."""
@@ -45,7 +45,7 @@ def read_study(folder: Path) -> tuple[list[dict[str, Any]], list[str]]:
     return entries, head
 
 
-def checksum_of(summary: Mapping[str, Any], folder: Path) -> str:
+def checksum_of(summary: Summary, folder: Path) -> str:
     """SHA-256 of the content of result.json, but for itself, and of history.csv, if that is there."""
     content = json.dumps({name: value for name, value in summary.items() if name != "checksum"})
     text = json.dumps(json.loads(content), sort_keys=True)

@@ -6,18 +6,25 @@ import math
 import sys
 from pathlib import Path
 from time import monotonic
-from typing import Any
+from typing import TYPE_CHECKING
 
 from ..errors import InputError
 from ..files.atomic_files import output_file
 from ..files.units import to_si, whole_number
-from ..output.console import PART, Bar
+from ..output.console import PART, Bar, Commands
 from .packing import Packing
+
+if TYPE_CHECKING:
+    from .averaging import MeasuredProfile
+    from .container import Container
+    from .files import Placement
+    from .fitting import Fits
+    from .generator import Mixture
 
 SIZES = ("diameter", "width", "depth", "gap")
 
 
-def add_commands(commands: Any) -> None:
+def add_commands(commands: Commands) -> None:
     """Add both to the subparsers of the command line; each handler takes the parsed options and gives its text."""
     pack = commands.add_parser("pack", help="generate a packing: beads poured into a container (DEM)")
     _add_container(pack)
@@ -102,7 +109,7 @@ def _add_container(parser: argparse.ArgumentParser) -> None:
                         help="where its middle stands across: x, y (of axis y: z, x; of axis x: y, z)")  # fmt: skip
 
 
-def _container(options: argparse.Namespace) -> Any:
+def _container(options: argparse.Namespace) -> "Container | None":
     from .container import container
 
     sizes = _sizes(options)
@@ -117,7 +124,7 @@ def _sizes(options: argparse.Namespace) -> dict[str, float]:
     return {name: to_si(f"--{name}", text, "m") for name in SIZES if (text := getattr(options, name)) is not None}
 
 
-def _placed(options: argparse.Namespace) -> tuple[Any, Any]:
+def _placed(options: argparse.Namespace) -> "tuple[Container | None, Placement | None]":
     """Container and placement of the packing that a file has; a box or slab without sizes is that of the dump."""
     from .files import Placement, placed_bounds
 
@@ -127,7 +134,7 @@ def _placed(options: argparse.Namespace) -> tuple[Any, Any]:
     return _container(options), Placement(options.axis, to_si("--floor", options.floor, "m"), (first, second))
 
 
-def _settled(options: argparse.Namespace, bead_diameter: float | None) -> Any:
+def _settled(options: argparse.Namespace, bead_diameter: float | None) -> Packing:
     """The packing of the options without beads in flight; what is left out, and beads that reach into walls, are said."""
     from .files import read_packing
     from .packing import REACH
@@ -142,7 +149,7 @@ def _settled(options: argparse.Namespace, bead_diameter: float | None) -> Any:
     return packing
 
 
-def _optional(options: argparse.Namespace, name: str, unit: str) -> Any:
+def _optional(options: argparse.Namespace, name: str, unit: str) -> float | None:
     text = getattr(options, name.replace("-", "_"))
     value = None if text is None else to_si(f"--{name}", text, unit)
     if value is not None and value < 0.0:
@@ -150,12 +157,12 @@ def _optional(options: argparse.Namespace, name: str, unit: str) -> Any:
     return value
 
 
-def _whole(options: argparse.Namespace, name: str) -> Any:
+def _whole(options: argparse.Namespace, name: str) -> int | None:
     text = getattr(options, name)
     return None if text is None else whole_number(f"--{name}", text)
 
 
-def _mixture(options: argparse.Namespace) -> Any:
+def _mixture(options: argparse.Namespace) -> "Mixture":
     from .generator import Mixture
 
     if (options.bead_diameter is None) == (options.mixture is None):
@@ -172,7 +179,7 @@ def _mixture(options: argparse.Namespace) -> Any:
     return Mixture(tuple(diameters), tuple(shares), options.fractions)
 
 
-def _pack(options: argparse.Namespace) -> Any:
+def _pack(options: argparse.Namespace) -> str | None:
     box, mixture = _container(options), _mixture(options)
     if box is None:
         raise InputError("--container", None, "is missing: cylinder, box or slab")
@@ -190,7 +197,7 @@ def _pack(options: argparse.Namespace) -> Any:
             bed_height=bed_height,
             void_fraction=_optional(options, "void-fraction", ""),
             friction=_optional(options, "friction", ""),
-            seed=_whole(options, "seed"),
+            seed=whole_number("--seed", options.seed),
             progress=_Progress(bar),
         )
     finally:
@@ -235,7 +242,7 @@ class _Progress:
         self._bar.show(round(max(done, 0.0), 3), 1.0, text, PART)
 
 
-def _porosity(options: argparse.Namespace) -> Any:
+def _porosity(options: argparse.Namespace) -> str | None:
     from ..laws.porosity_profile import write_profile
     from .averaging import grid_profile, stratified_profile, thin_shell_porosity
     from .files import check_writable
@@ -324,7 +331,7 @@ def _conductivity(options: argparse.Namespace) -> str:
     )
 
 
-def _porosity_text(packing: Packing, profile: Any, fits: Any, bed_height: float | None) -> str:
+def _porosity_text(packing: Packing, profile: "MeasuredProfile", fits: "Fits", bed_height: float | None) -> str:
     from .fitting import model_scores, r_squared
 
     difference, place = profile.largest_difference

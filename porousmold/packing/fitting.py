@@ -5,16 +5,19 @@ R² = 1 - sum (phi - law)² / sum (phi - mean phi)² over the points, each count
 
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Any
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from scipy.optimize import least_squares, minimize_scalar
 
 from ..arrays import Floats
-from ..laws.porosity import POROSITY_MODELS
+from ..laws.porosity import POROSITY_MODELS, PorosityModel
+
+if TYPE_CHECKING:
+    from .averaging import MeasuredProfile
 
 
-def r_squared(values: Floats, predicted: Any) -> float:
+def r_squared(values: Floats, predicted: Floats) -> float:
     """Coefficient of determination of predictions for values (arrays of one shape)."""
     values = np.asarray(values, float)
     return float(1.0 - ((values - predicted) ** 2).sum() / ((values - values.mean()) ** 2).sum())
@@ -29,7 +32,7 @@ class Score:
     fitted: float
 
 
-def model_scores(position: Floats, porosity: Floats, bulk_porosity: float = 0.4) -> Any:
+def model_scores(position: Floats, porosity: Floats, bulk_porosity: float = 0.4) -> dict[str, Score]:
     """`Score` of every exponential law for porosities at wall distances `position` (in bead diameters)."""
     position = np.asarray(position, float)
     scores = {}
@@ -37,8 +40,8 @@ def model_scores(position: Floats, porosity: Floats, bulk_porosity: float = 0.4)
         if name == "constant":
             continue
 
-        def error(bulk: Any, law: Any = law) -> Any:
-            return ((law(position, 1.0, bulk) - porosity) ** 2).sum()
+        def error(bulk: float, law: PorosityModel = law) -> float:
+            return float(((law(position, 1.0, bulk) - porosity) ** 2).sum())
 
         best = float(minimize_scalar(error, bounds=(0.2, min(0.6, law.largest_bulk_porosity)), method="bounded").x)
         scores[name] = Score(r_squared(porosity, law(position, 1.0, bulk_porosity)), best,
@@ -53,17 +56,20 @@ class PiecewiseLinear:
     knots: Floats
     values: Floats
 
-    def __call__(self, position: Floats) -> Any:
+    def __call__(self, position: Floats) -> Floats:
         """Porosity at wall distances in bead diameters."""
         return np.interp(position, self.knots, self.values)
 
 
-def profile_fits(profile: Any) -> Any:
+Fits: TypeAlias = tuple[PiecewiseLinear, PiecewiseLinear]
+
+
+def profile_fits(profile: "MeasuredProfile") -> Fits:
     """The piecewise-linear fits of phi_V and phi_A of a `MeasuredProfile`."""
-    return tuple(piecewise_linear(profile.position, values) for values in (profile.phi_v, profile.phi_a))
+    return piecewise_linear(profile.position, profile.phi_v), piecewise_linear(profile.position, profile.phi_a)
 
 
-def piecewise_linear(position: Floats, porosity: Floats, segments: int = 4) -> Any:
+def piecewise_linear(position: Floats, porosity: Floats, segments: int = 4) -> PiecewiseLinear:
     """The continuous piecewise-linear least-squares fit with free knots that is 1 at the wall (thesis, figure 5.4).
 
     `segments` lines and a constant beyond the last knot. The values at given knots follow from linear least squares;
@@ -72,13 +78,13 @@ def piecewise_linear(position: Floats, porosity: Floats, segments: int = 4) -> A
     """
     position, porosity = np.asarray(position, float), np.asarray(porosity, float)
 
-    def fitted(knots: Floats) -> Any:
+    def fitted(knots: Floats) -> PiecewiseLinear:
         knots = np.append(0.0, knots)
         hats = np.column_stack([np.interp(position, knots, row) for row in np.eye(knots.size)])
         values = np.linalg.lstsq(hats[:, 1:], porosity - hats[:, 0], rcond=None)[0]
         return PiecewiseLinear(knots, np.concatenate(([1.0], values)))
 
-    def residuals(knots: Floats) -> Any:
+    def residuals(knots: Floats) -> Floats:
         return fitted(knots)(position) - porosity
 
     places = np.linspace(0.35, np.sqrt(min(4.0, position.max())), 16) ** 2

@@ -6,19 +6,23 @@ import io
 import json
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..errors import InputError
 from ..files.atomic_files import output_file, output_folder
 from ..files.units import to_si, whole_number
-from ..output.console import Bar
+from ..output.console import Bar, Commands
+
+if TYPE_CHECKING:
+    from .falling_head import Levels
+    from .measurement import Test
 
 LEAST, GREATEST, GRID = 1e-12, 1e-5, 22
 
 
-def add_commands(commands: Any) -> None:
+def add_commands(commands: Commands) -> None:
     """Add both to the subparsers of the command line."""
     measured = commands.add_parser("permeability", help="permeability of a bed from a falling-head test")
     measured.add_argument(
@@ -92,7 +96,7 @@ def _finite(values: Any) -> dict[str, Any]:
     return {name: value if np.isfinite(value) else None for name, value in values.items()}
 
 
-def _summary(test: Any, levels: Any, found: Any) -> str:
+def _summary(test: "Test", levels: "Levels", found: Any) -> str:
     setup = test.setup
     lines = [
         f"{len(levels.flow_rate)} intervals over {levels.time[-1]:.6g} s; set-up c0 = {setup.outlet_resistance:.4g} Pa s/m3, "

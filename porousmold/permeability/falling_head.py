@@ -31,6 +31,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.optimize import OptimizeWarning, curve_fit
 
 from ..arrays import Floats
@@ -59,24 +60,24 @@ class Setup:
     outlet_pressure: float = 0.0
 
     @property
-    def specific_weight(self) -> Any:
+    def specific_weight(self) -> float:
         """rho g, N/m3."""
         return self.density * GRAVITY
 
-    def simplified(self, approach: Any) -> tuple[Any, ...]:
+    def simplified(self, approach: str) -> tuple["Setup", float]:
         """(set-up without what the approach neglects, length whose weight drives the liquid through the bed)."""
         if approach == "complete":
             return self, self.bed_length
         bare = replace(self, outlet_resistance=0.0, outlet_pressure=0.0)
         return bare, self.bed_length if approach == "gravity" else 0.0
 
-    def rate_and_offset(self, permeability: float, approach: str = "complete") -> tuple[Any, ...]:
+    def rate_and_offset(self, permeability: float, approach: str = "complete") -> tuple[float, float]:
         """(rate in 1/s, H in m) of the exponential fall (eq. 4.13, 4.15, 4.17) for a permeability in m2."""
         setup, weighing = self.simplified(approach)
         resistance = setup.viscosity * setup.bed_length / permeability + setup.outlet_resistance * setup.cross_section
         return setup.specific_weight / resistance, weighing - setup.outlet_pressure / setup.specific_weight
 
-    def level(self, time: Any, permeability: float, approach: str = "complete") -> Any:
+    def level(self, time: ArrayLike, permeability: float, approach: str = "complete") -> Floats:
         """h (m) at times (s)."""
         rate, offset = self.rate_and_offset(permeability, approach)
         return (self.initial_head + offset) * np.exp(-rate * np.asarray(time)) - offset
@@ -86,7 +87,7 @@ class Setup:
         rate, offset = self.rate_and_offset(permeability)
         return float(np.log1p(self.initial_head / offset) / rate)
 
-    def mass(self, time: Any, permeability: float) -> Any:
+    def mass(self, time: ArrayLike, permeability: float) -> Floats:
         """Mass (kg) that has run out at times (s)."""
         return (self.initial_head - self.level(time, permeability)) * self.cross_section * self.density
 
@@ -100,7 +101,7 @@ class Levels:
     flow_rate: Floats
 
 
-def levels_of(setup: Any, time: Any, mass: Floats, interval: float = 2.0) -> Any:
+def levels_of(setup: Setup, time: Floats, mass: Floats, interval: float = 2.0) -> Levels:
     """`Levels` from time (s) and mass (kg) on the scale (eq. 4.4-4.6), over intervals of at least `interval` seconds.
 
     The mass at the end of an interval is that of the parabola through the readings within half an interval of it, which
@@ -123,7 +124,7 @@ def levels_of(setup: Any, time: Any, mass: Floats, interval: float = 2.0) -> Any
     return Levels(ends - ends[0], level, -np.diff(level) * setup.cross_section / np.diff(ends))
 
 
-def _mass_at(moment: Any, time: Any, mass: Floats, reach: Any) -> float:
+def _mass_at(moment: float, time: Floats, mass: Floats, reach: float) -> float:
     first, last = np.searchsorted(time, [moment - reach - 1e-9, moment + reach + 1e-9])
     if last - first < 4:
         return float(np.interp(moment, time, mass))
@@ -144,7 +145,7 @@ class Estimate:
     determination: float | None = None
 
 
-def instantaneous(setup: Any, levels: Any, approach: str = "complete") -> Any:
+def instantaneous(setup: Setup, levels: Levels, approach: str = "complete") -> Floats:
     """k (m2) in every interval (eq. 4.11, 4.14, 4.16), at the mean level of an exponential fall within it."""
     simple, weighing = setup.simplified(approach)
     offset = setup.rate_and_offset(1.0, approach)[1]
@@ -157,14 +158,14 @@ def instantaneous(setup: Any, levels: Any, approach: str = "complete") -> Any:
     return levels.flow_rate / setup.cross_section * setup.viscosity * setup.bed_length / driving
 
 
-def mean_of(values: Any) -> Any:
+def mean_of(values: Floats) -> Estimate:
     """`Estimate` of the mean of independent values, its interval by the normal distribution."""
     mean, deviation = float(np.mean(values)), float(np.std(values, ddof=1))
     half = 1.96 * deviation / np.sqrt(len(values))
     return Estimate(mean, deviation, (mean - half, mean + half))
 
 
-def globally(setup: Any, levels: Any, approach: str = "complete") -> Any:
+def globally(setup: Setup, levels: Levels, approach: str = "complete") -> Estimate:
     """`Estimate` by the fit of the whole fall (eq. 4.13, 4.15, 4.17) to the levels: least squares in h, ln k unknown.
 
     Its deviation is that of the fit and that of the first level, from which all others are counted: `FIRST_LEVEL` times the
@@ -205,13 +206,13 @@ def globally(setup: Any, levels: Any, approach: str = "complete") -> Any:
     )
 
 
-def fit_baseline(setup: Any, levels: Any) -> tuple[Any, ...]:
+def fit_baseline(setup: Setup, levels: Levels) -> tuple[float, float]:
     """(c0 in Pa s/m3, c1 in Pa) from a run without beads: rho g (h + L) = c0 Q + c1 all along its exponential fall.
 
     Raises `RuntimeError` where there is no such fall.
     """
 
-    def fall(time: Any, rate: Any, offset: float) -> Any:
+    def fall(time: Floats, rate: float, offset: float) -> Floats:
         return (setup.initial_head + offset) * np.exp(-rate * time) - offset
 
     first, last = levels.level[0], levels.level[-1]
@@ -229,7 +230,7 @@ def fit_baseline(setup: Any, levels: Any) -> tuple[Any, ...]:
     return setup.specific_weight / (rate * setup.cross_section), (setup.bed_length - offset) * setup.specific_weight
 
 
-def reynolds_number(setup: Any, levels: Any, bead_diameter: Any) -> Any:
+def reynolds_number(setup: Setup, levels: Levels, bead_diameter: float) -> float:
     """Largest particle Reynolds number rho U d/mu of the test with beads of `bead_diameter` (m)."""
     fastest = float(np.max(levels.flow_rate)) / setup.cross_section
     return setup.density * fastest * bead_diameter / setup.viscosity

@@ -75,7 +75,7 @@ class Test:
     warnings: tuple[str, ...] = ()
 
 
-def read_setup(path: Path) -> Any:
+def read_setup(path: Path) -> Test:
     """`Test` of a TOML file. Raises `InputError` naming the key."""
     path = Path(path)
     values = checked_values(read_toml("setup", path), SETUP, path.parent, str(path))
@@ -102,7 +102,8 @@ def read_setup(path: Path) -> Any:
                          "or both setup.outlet_resistance and setup.outlet_pressure must be given", str(path))  # fmt: skip
     area = given.cross_section or 0.25 * np.pi * given.pipe_diameter**2
     setup = Setup(given.bed_length, area, given.initial_head, density, viscosity)
-    baseline, warnings = None, ()
+    baseline: Levels | None = None
+    warnings: tuple[str, ...] = ()
     if given.baseline is not None:
         empty = replace(setup, initial_head=given.baseline_head or given.initial_head)
         baseline, warnings = read_levels(given.baseline, empty, given.averaging_time, "setup.baseline")
@@ -121,7 +122,7 @@ def read_setup(path: Path) -> Any:
     return Test(setup, given.averaging_time, bed.bead_diameter, bed.porosity, baseline, warnings)
 
 
-def read_levels(path: Path, setup: Any, averaging_time: Any, key: str = "DATA") -> tuple[Any, ...]:
+def read_levels(path: Path, setup: Setup, averaging_time: float, key: str = "DATA") -> tuple[Levels, tuple[str, ...]]:
     """(`Levels`, warnings) of a CSV file `time [s], mass [g]` or `time [s], level [mm]`.
 
     Raises `InputError` for anything that cannot be such a test.
@@ -165,7 +166,7 @@ def read_levels(path: Path, setup: Any, averaging_time: Any, key: str = "DATA") 
         raise InputError(key, str(path), str(error)) from error
 
 
-def evaluate(test: Any, levels: Any) -> dict[str, Any]:
+def evaluate(test: Test, levels: Levels) -> dict[str, Any]:
     """What a test tells: 'approaches' {approach: {'instantaneous', 'global'}}, 'predictions', 'reynolds_number', 'warnings'."""
     setup, warnings = test.setup, list(test.warnings)
     approaches = {}

@@ -1,12 +1,16 @@
 """Pictures of a falling-head test, like figures 4.7, 4.10 and 4.11 of the thesis."""
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..output.figures import STYLE, plt, save
 from .falling_head import APPROACHES, instantaneous
+
+if TYPE_CHECKING:
+    from .falling_head import Levels
+    from .measurement import Test
 
 _LABELS = {
     "complete": "set-up and gravity (4.11, 4.13)",
@@ -15,7 +19,7 @@ _LABELS = {
 }
 
 
-def draw_test(path: Path, test: Any, levels: Any, found: Any) -> Path:
+def draw_test(path: Path, test: "Test", levels: "Levels", found: Any) -> Path:
     """Instantaneous permeabilities; levels with the fitted falls and, where it was measured, the baseline. Gives the path."""
     setup, middle = test.setup, 0.5 * (levels.time[1:] + levels.time[:-1])
     with plt.rc_context(STYLE):

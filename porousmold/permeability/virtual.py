@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from .falling_head import globally, levels_of
+from .falling_head import Setup, globally, levels_of
 
 MOST_READINGS = 400
 """Of a virtual test: more bring nothing new."""
@@ -44,14 +44,14 @@ class Accuracy:
 
 
 def virtual_test(
-    setup: Any,
+    setup: Setup,
     permeability: float,
-    errors: Any,
+    errors: ReadingErrors,
     random: np.random.Generator,
     *,
     reading_interval: float = 2.0,
-    believed_head: Any = None,
-) -> Any:
+    believed_head: float | None = None,
+) -> float:
     """Relative error of the permeability that one virtual test gives; NaN where it gives none.
 
     setup: `Setup`; random: numpy generator; reading_interval: s between readings, changed for 20 to `MOST_READINGS` of them;
@@ -74,7 +74,9 @@ def virtual_test(
     return found / permeability - 1.0 if 1e-3 < found / permeability < 1e3 else float("nan")
 
 
-def accuracy(setup: Any, permeability: float, errors: Any, *, samples: int = 100, seed: int = 1) -> Any:
+def accuracy(
+    setup: Setup, permeability: float, errors: ReadingErrors, *, samples: int = 100, seed: int = 1
+) -> Accuracy:
     """`Accuracy` by Monte Carlo."""
     random = np.random.default_rng(seed)
     found = np.array([virtual_test(setup, permeability, errors, random) for _ in range(samples)])

@@ -24,6 +24,8 @@ both against measurements.
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from .keys import Settings, Tables
+
 if TYPE_CHECKING:
     from .scene import Scene
 
@@ -50,7 +52,7 @@ CLOSURES: Mapping[str, Mapping[str, Any]] = {
 }
 
 
-def completed(tables: Mapping[str, Any]) -> dict[str, Any]:
+def completed(tables: Tables) -> Settings:
     """The tables of a scene with what its set of closures gives where they leave it open."""
     result = dict(tables)
     chosen = tables.get("model", {}).get("closures", THESIS)
@@ -61,7 +63,7 @@ def completed(tables: Mapping[str, Any]) -> dict[str, Any]:
     return result
 
 
-def departures(scene: "Scene") -> dict[str, Any]:
+def departures(scene: "Scene") -> Settings:
     """{"table.key": value} of what a scene has otherwise than its set of closures; a fluid that is no air is no departure."""
     values = {name: _value(scene, name) for name in CLOSURES[scene.model.closures]}
     if values["fluid.material"] not in {closures["fluid.material"] for closures in CLOSURES.values()}:

@@ -19,6 +19,11 @@ from ..files.units import to_si
 from .series import TimeSeries, read_channel, read_series
 from .start import LastState, Profile
 
+Settings: TypeAlias = dict[str, Any]
+"""Values by the names of keys, full ones or those of a table."""
+Tables: TypeAlias = Mapping[str, Any]
+"""Tables as a TOML file has them."""
+
 INFINITY = float("inf")
 COLDEST_WITHOUT_UNIT = 150.0
 """Temperature (K) below which a number needs a unit."""
@@ -122,9 +127,9 @@ def unit_and_meaning(schema: Schema, full_name: str) -> tuple[str, str]:
     return key.unit, key.meaning
 
 
-def flat(tables: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+def flat(tables: Tables, prefix: str = "") -> Settings:
     """{"table.key": value} of nested tables; of tables in a list "table[1].key"."""
-    found: dict[str, Any] = {}
+    found: Settings = {}
     for name, value in tables.items():
         full_name = prefix.removesuffix(".") if name == "list" else f"{prefix}{name}"
         if isinstance(value, Mapping):
@@ -143,9 +148,7 @@ def unknown(name: str, known: Collection[str]) -> str:
     return "is not a known key" + (f"; did you mean {near[0]!r}?" if near else "")
 
 
-def checked_values(
-    tables: Mapping[str, Any], schema: Schema, base: Path, where: str | None
-) -> dict[str, dict[str, Any]]:
+def checked_values(tables: Tables, schema: Schema, base: Path, where: str | None) -> dict[str, Settings]:
     """{table: {name: value}} of all keys, defaults where nothing is given. `base` is the folder that files are relative to.
 
     Raises `InputError` for an unknown name or an impossible value.
@@ -160,7 +163,7 @@ def checked_values(
     }
 
 
-def checked_names(tables: Mapping[str, Any], schema: Schema, where: str | None) -> dict[str, Any]:
+def checked_names(tables: Tables, schema: Schema, where: str | None) -> Settings:
     """A copy of the tables, all of whose names are known (else `InputError`)."""
     for table, content in tables.items():
         if table not in schema:

@@ -10,12 +10,12 @@ from ..files.tables import existing_file, read_toml
 from ..laws.material_files import read_materials
 from ..laws.material_library import FLUIDS, SOLIDS
 from ..laws.materials import Fluid, Solid
-from .keys import Key, Schema
+from .keys import Key, Schema, Tables
 
 FILE = "file"
 
 
-def materials_file(given: Mapping[str, Any], base: Path, where: str | None) -> Path | None:
+def materials_file(given: Tables, base: Path, where: str | None) -> Path | None:
     """The file that [materials] names, if any. Raises `InputError` where it is not there."""
     if FILE not in given or isinstance(given[FILE], dict):
         return None

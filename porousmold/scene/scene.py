@@ -19,7 +19,19 @@ from ..laws.porosity_profile import PorosityProfile
 from .checks import check_together
 from .closures import completed
 from .geometries import GEOMETRIES
-from .keys import LISTED, Table, checked_names, checked_values, flat, full_names, key_of, unit_and_meaning, unknown
+from .keys import (
+    LISTED,
+    Settings,
+    Table,
+    Tables,
+    checked_names,
+    checked_values,
+    flat,
+    full_names,
+    key_of,
+    unit_and_meaning,
+    unknown,
+)
 from .materials import own_materials, schema_with
 from .phases import drive_name, representative
 from .programme import series_of
@@ -53,10 +65,8 @@ class Scene:
     tolerance: Table
     extensions: Table
 
-    def __init__(
-        self, tables: Mapping[str, Any], source: str | Path | None = None, *, allow_extensions: bool = False
-    ) -> None:
-        found: dict[str, Any] = {"source": str(source) if source else None, "allow_extensions": allow_extensions}
+    def __init__(self, tables: Tables, source: str | Path | None = None, *, allow_extensions: bool = False) -> None:
+        found: Settings = {"source": str(source) if source else None, "allow_extensions": allow_extensions}
         base = Path(source).parent if source else Path()
         if not tables:
             allowed = "is empty: it needs at least [geometry], [bed] and [operation]"
@@ -129,7 +139,7 @@ class Scene:
     def load(
         cls,
         path: str | Path | Mapping[str, Any],
-        settings: Mapping[str, Any] | None = None,
+        settings: Tables | None = None,
         *,
         allow_extensions: bool = False,
     ) -> "Scene":
@@ -146,7 +156,7 @@ class Scene:
                 raise InputError(error.key, error.value, error.allowed, "--set") from None
             raise
 
-    def changed(self, settings: Mapping[str, Any]) -> "Scene":
+    def changed(self, settings: Tables) -> "Scene":
         """A copy with other values {"table.key": value}; None takes a value away."""
         tables = _with(copy.deepcopy(dict(self._given)), settings)
         return Scene(tables, self.source, allow_extensions=self.allow_extensions)
@@ -189,7 +199,7 @@ class Scene:
         return getattr(entries[number - 1], listed["key"]) if 1 <= number <= len(entries) else None
 
     @property
-    def layers(self) -> dict[str, Any]:
+    def layers(self) -> Settings:
         """The layers of the wall and of the wall opposite, each from the bed outwards, by their keys; a plain wall has none."""
         return {
             f"wall.{name}[{number}]": layer
@@ -211,9 +221,9 @@ class Scene:
         names += [f"operation.{drive_name(self.operation.phase)}"] if self.operation.phase else []
         return names + (["wall.material"] if self.wall.layer else [])
 
-    def as_tables(self) -> dict[str, dict[str, Any]]:
+    def as_tables(self) -> dict[str, Settings]:
         """Every key with its value, defaults included, ready for TOML; keys without a value are left out."""
-        tables: dict[str, dict[str, Any]] = {}
+        tables: dict[str, Settings] = {}
         for table, keys in KEYS.items():
             content = {}
             for name in keys:
@@ -243,9 +253,9 @@ def _as_toml(value: Any) -> Any:
     return str(value) if isinstance(value, Path) else value
 
 
-def _with_absolute_files(given: Mapping[str, Any], base: Path) -> dict[str, Any]:
+def _with_absolute_files(given: Tables, base: Path) -> Settings:
     """Tables of materials whose files are named from the root."""
-    result: dict[str, Any] = {}
+    result: Settings = {}
     for name, value in given.items():
         if isinstance(value, dict):
             result[name] = _with_absolute_files(value, base)
@@ -261,23 +271,23 @@ def _checked_mesh(path: Path, source: str | None, *, trusted: bool) -> str:
     return "".join(hashlib.sha256(file.read_bytes()).hexdigest() for file in merged_files(path))
 
 
-def _with_lists_in_tables(tables: Mapping[str, Any]) -> Mapping[str, Any]:
+def _with_lists_in_tables(tables: Tables) -> Tables:
     """The tables with [[target]] as the list of a table, as every key stands in one."""
     return {name: {"list": value} if isinstance(value, list) else value for name, value in tables.items()}
 
 
-def _flat_tolerances(tables: Mapping[str, Any]) -> Mapping[str, Any]:
+def _flat_tolerances(tables: Tables) -> Tables:
     """The tables with [tolerance] by full names: `wall.thickness = "2 %"` there is a table in a table to TOML."""
     given = tables.get("tolerance")
     if not isinstance(given, dict):
         return tables
-    flat: dict[str, Any] = {}
+    flat: Settings = {}
     for name, value in given.items():
         flat |= {f"{name}.{key}": entry for key, entry in value.items()} if isinstance(value, dict) else {name: value}
     return {**tables, "tolerance": flat}
 
 
-def _with(tables: dict[str, Any], settings: Mapping[str, Any]) -> dict[str, Any]:
+def _with(tables: Settings, settings: Tables) -> Settings:
     """The tables with settings {"table.key": value} on top; None takes a value away."""
     for full_name, value in settings.items():
         if (listed := LISTED.fullmatch(full_name)) is not None:
@@ -306,7 +316,7 @@ def _with(tables: dict[str, Any], settings: Mapping[str, Any]) -> dict[str, Any]
     return tables
 
 
-def _list_of(tables: Mapping[str, Any], name: str) -> list[dict[str, Any]]:
+def _list_of(tables: Tables, name: str) -> list[Settings]:
     """The list of tables of a name, as a scene or a file has it; empty where there is none."""
     table, _, key = name.partition(".")
     found = tables.get(table, {})

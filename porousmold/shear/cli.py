@@ -13,7 +13,7 @@ from ..errors import InputError, SolveError
 from ..files.atomic_files import output_file, output_folder
 from ..files.stop_signals import StopSignals, acknowledge
 from ..files.units import to_si, whole_number
-from ..output.console import PART, Bar
+from ..output.console import PART, Bar, Commands
 
 FRAMES = 60
 COLUMNS = (
@@ -33,7 +33,7 @@ COLUMNS = (
 """Of the table, all without units."""
 
 
-def add_commands(commands: Any) -> None:
+def add_commands(commands: Commands) -> None:
     """Add the command to the program's subparsers."""
     shear = commands.add_parser("shear", help="heat conducted and carried by beads that two walls shear")
     for option, default, text in (

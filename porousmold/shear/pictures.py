@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.animation import FuncAnimation, PillowWriter
+from matplotlib.axes import Axes
 
 from ..output.figures import STYLE, plt, save
 
@@ -36,7 +37,7 @@ def draw_shear(path: Path, results: list[Any]) -> Path:
         return save(figure, path)
 
 
-def _fluxes(axes: Any, results: list[Any]) -> None:
+def _fluxes(axes: Axes, results: list[Any]) -> None:
     """Conduction (full marks) and convection (open ones) over what varies."""
     key, name = _varied([result.cell for result in results])
     groups: dict[tuple[Any, ...], list[Any]] = {}

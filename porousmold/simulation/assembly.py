@@ -28,7 +28,7 @@ from ..laws.functions import Value
 from ..laws.materials import Solid
 from ..mesh import domain as geometry
 from ..mesh import fenicsx, ranks
-from ..mesh.aliases import Communicator
+from ..mesh.aliases import Communicator, Form
 from ..mesh.domain import Domain
 from ..mesh.from_gmsh import from_file
 from ..scene.geometries import BedSize
@@ -445,7 +445,7 @@ def _bed_volume(domain: Domain) -> float:
     return _integral(domain, domain.constant(1.0) * domain.cell_measure(QUADRATURE_DEGREE)(geometry.BED))
 
 
-def _integral(domain: Domain, form: Any) -> float:
+def _integral(domain: Domain, form: Form) -> float:
     """Over all ranks (collective)."""
     return ranks.integral(domain.communicator, fenicsx.compiled_form(form))
 

@@ -12,6 +12,7 @@ from ..arrays import Floats
 from ..laws.turbulence_models import LocalFlow
 from ..mesh import domain as geometry
 from ..mesh import fenicsx
+from ..mesh.aliases import Space
 from ..mesh.probe import PointProbe
 from ..output.quantities import Columns
 from ..solvers.state import Arrays
@@ -126,7 +127,7 @@ def _between(snapshots: Sequence[tuple[float, Arrays]], times: Floats, time: flo
 class _FieldsOfTheBed:
     """Where bed and wall are, the porosity, and the eddy viscosity of the present flow, as functions."""
 
-    def __init__(self, problem: Problem, space: Any) -> None:
+    def __init__(self, problem: Problem, space: Space) -> None:
         self._problem, domain = problem, problem.domain
         mesh = domain.mesh
         self._nodes = fem.locate_dofs_topological(space, mesh.topology.dim, domain.cells(geometry.BED))

@@ -15,7 +15,7 @@ from ..equations.flow import FlowEquations
 from ..errors import InputError
 from ..mesh import domain as geometry
 from ..mesh import fenicsx, ranks
-from ..mesh.aliases import Communicator
+from ..mesh.aliases import Communicator, Form
 from ..mesh.domain import Domain
 from ..mesh.mirror import Mirror
 from ..mesh.probe import PointProbe
@@ -75,7 +75,7 @@ class Balances:
     def __init__(self, communicator: Communicator, no_flow: float, **forms: Any) -> None:
         self._communicator, self._no_flow, self._forms = communicator, no_flow, _Forms(**forms)
 
-    def _value(self, form: Any) -> float:
+    def _value(self, form: Form) -> float:
         """Value of a compiled scalar form, the sum over all ranks."""
         return ranks.integral(self._communicator, form.form)
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Floats
+from ..mesh.aliases import Space
 from ..output.quantities import Columns
 from ..solvers.state import ArrayOf, Arrays, Saved
 from .accuracy import AT_END, PEAKS, Answer, Answers
@@ -251,7 +252,7 @@ class Recorder:
 
     def save(self) -> Saved:
         """Everything recorded."""
-        arrays: dict[str, tuple[Any, Floats]] = {}
+        arrays: dict[str, tuple[Space, Floats]] = {}
         for number, (_, snapshot) in enumerate(self.snapshots):
             arrays |= self._problem.solution.spaces_of(snapshot, f"snapshot/{number}/")
         numbers = {

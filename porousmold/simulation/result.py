@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..output.quantities import Columns, Recorded, quantity
+from ..output.result_keys import Summary
 
 if TYPE_CHECKING:
     import pandas
     import xarray
+    from matplotlib.axes import Axes
 
 
 @dataclass(repr=False)
@@ -22,12 +24,12 @@ class Result:
     """What a run gives: `summary` is the content of result.json, `history` the recorded columns as arrays with a `unit`;
     `recalled` tells that it was done before and stood in the folder."""
 
-    summary: dict[str, Any]
+    summary: Summary
     history: dict[str, Recorded]
     recalled: bool = False
 
     @classmethod
-    def of(cls, summary: dict[str, Any], columns: Columns, *, recalled: bool = False) -> "Result":
+    def of(cls, summary: Summary, columns: Columns, *, recalled: bool = False) -> "Result":
         """Of a summary and the history's columns."""
         return cls(summary, {name: Recorded.of(name, columns[name]) for name in columns}, recalled)
 
@@ -40,7 +42,7 @@ class Result:
         """Heating time of the whole wall, s; None if not reached."""
         return self.summary["heating_time"]
 
-    def plot(self, axes: Any = None) -> Any:
+    def plot(self, axes: "Axes | None" = None) -> "Axes":
         """Draw the temperatures against time into axes of matplotlib, new ones by default; gives the axes."""
         from ..output.figures import plt
         from ..output.pictures import draw_temperatures, marks_of

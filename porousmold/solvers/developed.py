@@ -27,6 +27,7 @@ from ..equations.flow import FlowEquations
 from ..laws.materials import Fluid
 from ..laws.turbulence_models import TurbulentUnknown
 from ..mesh import fenicsx
+from ..mesh.aliases import Space
 from ..mesh.domain import BED, INTERFACE, Domain
 from .equilibrium import local_equilibrium
 from .flow import NonlinearFlow, unknowns_outside
@@ -326,7 +327,7 @@ class DevelopedFlow(NonlinearFlow):
         return fields
 
 
-def unit(space: Any) -> fem.Function:
+def unit(space: Space) -> fem.Function:
     """Function that is 1 everywhere."""
     function = fem.Function(space)
     function.x.array[:] = 1.0

@@ -1,7 +1,6 @@
 """Initial guess of a flow: local equilibrium of pressure gradient, drag and bead turbulence."""
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import ufl
@@ -12,6 +11,7 @@ from ..laws.functions import number_of
 from ..laws.materials import Fluid
 from ..laws.turbulence_models import LocalFlow
 from ..mesh import fenicsx
+from ..mesh.aliases import Space
 
 SMALLEST_DRIVE = 1e-6
 """Of the largest drive in the bed: a guess does not flow backwards."""
@@ -20,7 +20,7 @@ SMALLEST_DRIVE = 1e-6
 def local_equilibrium(
     equations: FlowEquations,
     fluid: Fluid,
-    space: Any,
+    space: Space,
     gradient: float | Floats,
     temperature: Floats,
     gauge_pressure: Floats,

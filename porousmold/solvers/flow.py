@@ -15,6 +15,7 @@ from ..errors import SolveError
 from ..laws.functions import Value
 from ..laws.turbulence_models import TurbulentUnknown
 from ..mesh import fenicsx, ranks
+from ..mesh.aliases import Space
 from ..mesh.domain import BED, INTERFACE, SIDE, SYMMETRY, Domain
 from .newton import Beside, NewtonSystem
 from .protocols import FlowCounts, Observer
@@ -290,7 +291,7 @@ class FullFlow(NonlinearFlow):
         } | self.turbulent_factors()
 
 
-def constrained_unknowns(domain: Domain, space: Any, turbulent_unknowns: Sequence[TurbulentUnknown]) -> Integers:
+def constrained_unknowns(domain: Domain, space: Space, turbulent_unknowns: Sequence[TurbulentUnknown]) -> Integers:
     """Unknowns that are held at 0: the velocity and what else is 0 at the wall, the velocity across planes of symmetry, all in
     the wall."""
     constrained = [unknowns_outside(domain, space, range(2 + len(turbulent_unknowns)), BED)]
@@ -304,7 +305,7 @@ def constrained_unknowns(domain: Domain, space: Any, turbulent_unknowns: Sequenc
     return np.concatenate(constrained)
 
 
-def unknowns_outside(domain: Domain, space: Any, parts: Iterable[int], tag: int) -> Integers:
+def unknowns_outside(domain: Domain, space: Space, parts: Iterable[int], tag: int) -> Integers:
     """Local unknowns of the mixed space's parts that no cell with the tag touches: where the field does not live."""
     dimension = domain.mesh.topology.dim
     outside = []

@@ -11,6 +11,7 @@ from petsc4py import PETSc
 from ..arrays import Floats
 from ..laws.functions import Value
 from ..mesh import fenicsx
+from ..mesh.aliases import Space
 from .multigrid import Preconditioner, Thinned
 
 GROWN = 1.4
@@ -114,7 +115,7 @@ class Jacobian:
             self._iterations.count(linear_solver.getIterationNumber(), linear_solver.getTolerances()[0])
 
     def renew_as_before(
-        self, array_of: Callable[[int, Any], Floats], constants: Sequence[Any], number: int, linear_solver: Any
+        self, array_of: Callable[[int, Space], Floats], constants: Sequence[Any], number: int, linear_solver: Any
     ) -> None:
         """Make that which `made_with` (its arrays by `array_of(number, space)`) told of, whatever the present."""
         now = [function.x.array.copy() for function in self._coefficients]

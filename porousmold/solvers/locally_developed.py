@@ -20,6 +20,7 @@ from ..errors import SolveError
 from ..laws.functions import Value
 from ..laws.materials import Fluid
 from ..mesh import fenicsx, ranks
+from ..mesh.aliases import Form, Space
 from ..mesh.domain import BED, INLET, OUTLET, Domain
 from .developed_profiles import ProfileTable
 from .multigrid import LEAST_UNKNOWNS, Preconditioner
@@ -83,7 +84,7 @@ class LocallyDevelopedFlow:
         self.counts = FlowCounts()
         self.observe: Observer = silent
 
-    def _build(self, space: Any, quadrature_degree: int) -> None:
+    def _build(self, space: Space, quadrature_degree: int) -> None:
         domain, test = self.domain, ufl.TestFunction(space)
         dimension = domain.mesh.topology.dim
         cells, facets = domain.cell_measure(quadrature_degree), domain.facet_measure(quadrature_degree)
@@ -112,7 +113,7 @@ class LocallyDevelopedFlow:
         self._energies = [fenicsx.DeferredForm(self._at_nodes(part)) for part in self.state.turbulence[:1]]
         self._logarithm_form = fenicsx.DeferredForm(self._at_nodes(self.local.logarithm))
 
-    def _preconditioner(self, space: Any) -> Preconditioner | None:
+    def _preconditioner(self, space: Space) -> Preconditioner | None:
         mesh = self.domain.mesh
         if space.dofmap.index_map.size_global < LEAST_UNKNOWNS[mesh.topology.dim]:
             return None
@@ -252,7 +253,7 @@ class LocallyDevelopedFlow:
         factor, nodes = self._nodal
         return expression * factor * nodes
 
-    def _mean_at_nodes(self, form: Any, result: fem.Function) -> None:
+    def _mean_at_nodes(self, form: Form, result: fem.Function) -> None:
         """Values at the nodes, the mean of what the cells around have there (collective)."""
         vector = fenicsx.petsc_vector(result)
         fenicsx.assemble_vector(vector, form)

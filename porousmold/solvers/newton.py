@@ -20,6 +20,7 @@ from petsc4py import PETSc
 from ..arrays import Floats, Integers
 from ..laws.functions import Value
 from ..mesh import fenicsx, ranks
+from ..mesh.aliases import Space
 from .field_splits import split_fields
 from .jacobian import Jacobian
 from .multigrid import Preconditioner, use_multigrid
@@ -224,7 +225,7 @@ class NewtonSystem:
         """Have the next iteration assemble and factorise the Jacobian anew."""
         self._jacobian.is_due = True
 
-    def factorise_again(self, array_of: Callable[[int, Any], Floats], constants: Sequence[Any] | None) -> None:
+    def factorise_again(self, array_of: Callable[[int, Space], Floats], constants: Sequence[Any] | None) -> None:
         """Make the Jacobian that `factored_at` (its arrays by `array_of(number, space)`) told of, whatever the present."""
         if constants is not None:
             self._jacobian.renew_as_before(array_of, constants, self._present, self._linear_solver)

@@ -8,10 +8,11 @@ from typing import Any, NamedTuple, Protocol
 from dolfinx import fem
 
 from ..arrays import Floats
+from ..mesh.aliases import Space
 
 Arrays = dict[str, Floats]
 """Of functions, by their names."""
-ArrayOf = Callable[[str, Any], Floats]
+ArrayOf = Callable[[str, Space], Floats]
 """Gives the local array of a saved name and its function space (collective)."""
 
 
@@ -20,7 +21,7 @@ class Saved:
     """What a checkpoint holds of a part of a simulation: `numbers` ready for JSON, `arrays` by name, with their spaces."""
 
     numbers: dict[str, Any] = field(default_factory=dict)
-    arrays: dict[str, tuple[Any, Floats]] = field(default_factory=dict)
+    arrays: dict[str, tuple[Space, Floats]] = field(default_factory=dict)
 
 
 class Stateful(Protocol):
@@ -91,7 +92,7 @@ class State:
         for name, part in self._numbers.items():
             part.restore(numbers[name])
 
-    def spaces_of(self, arrays: Arrays, prefix: str = "") -> dict[str, tuple[Any, Floats]]:
+    def spaces_of(self, arrays: Arrays, prefix: str = "") -> dict[str, tuple[Space, Floats]]:
         """Arrays of its functions for a checkpoint, under names with a prefix."""
         return {f"{prefix}{name}": (f.function_space, arrays[name]) for name, f in self.functions.items()}
 

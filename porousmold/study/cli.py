@@ -7,13 +7,17 @@ import re
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError
 from ..files.stop_signals import StopSignals
 from ..files.units import to_si
-from ..output.console import Bar, add_extension_option, add_settings_option, settings_of
+from ..output.console import Bar, Commands, add_extension_option, add_settings_option, settings_of
 from ..output.stored import read_study
+
+if TYPE_CHECKING:
+    from .definition import Study
+    from .running import Row
 
 DONE, REFUSED, FAILED, INTERRUPTED = 0, 2, 3, 130
 """Exit statuses: of a study in which cases were refused, or failed, too."""
@@ -21,7 +25,7 @@ MOST_RUNS = 8
 """That compare models: the fullest one, and one for each simplification."""
 
 
-def add_commands(commands: Any) -> None:
+def add_commands(commands: Commands) -> None:
     """Add the commands to the program's subparsers."""
     study = commands.add_parser("study", help="run the cases of the parameter study in STUDY.toml")
     study.add_argument("study", metavar="STUDY.toml")
@@ -114,7 +118,7 @@ def _add_quantity(command: argparse.ArgumentParser) -> None:
     )
 
 
-def _sensitivity(options: argparse.Namespace) -> Any:
+def _sensitivity(options: argparse.Namespace) -> int:
     from ..scene.scene import Scene
 
     scene, step = (
@@ -243,7 +247,7 @@ def _solve_for(options: argparse.Namespace) -> int:
     return DONE
 
 
-def _optimum(options: argparse.Namespace) -> Any:
+def _optimum(options: argparse.Namespace) -> int:
     from .optimum import load, search, summary_text, write
 
     study, aim = load(options.study, allow_extensions=options.allow_extensions)
@@ -273,7 +277,7 @@ def _interrupted(out: Path, *, first: bool) -> int:
     return INTERRUPTED
 
 
-def _study(options: argparse.Namespace) -> Any:
+def _study(options: argparse.Namespace) -> int:
     from .definition import Study
 
     study, part = Study.load(options.study, allow_extensions=options.allow_extensions), _part(options.part)
@@ -315,7 +319,7 @@ def _study(options: argparse.Namespace) -> Any:
     return DONE
 
 
-def summary_text(study: Any, rows: Sequence[Any], out: Path, pictures: Sequence[Path] = ()) -> str:
+def summary_text(study: "Study", rows: "Sequence[Row]", out: Path, pictures: Sequence[Path] = ()) -> str:
     """The short readable end of a study: how many cases ended how, the range of what was recorded, the reasons."""
     counts = {status: sum(row.status == status for row in rows) for status in ("done", "failed", "refused", "missing")}
     from .definition import unit_of_record

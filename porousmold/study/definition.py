@@ -5,7 +5,7 @@ import hashlib
 import itertools
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ import numpy as np
 from ..errors import InputError
 from ..files.tables import read_toml
 from ..files.units import to_si
-from ..scene.keys import LISTED, key_of
+from ..scene.keys import LISTED, Settings, Tables, key_of
 from ..scene.scene import Scene
 from ..scene.schema import KEYS
 
@@ -53,7 +53,7 @@ class Case:
     """One run of a study: `settings` {'table.key': value} on top of those for all cases; `name` is its folder's."""
 
     name: str
-    settings: dict[str, Any]
+    settings: Settings
     scene: Scene | None
     reason: str | None = None
     """Why there is no scene, in one line."""
@@ -66,21 +66,21 @@ class Study:
     cases: list[Case]
     varied: list[str]
     record: list[str] = field(default_factory=lambda: ["heating_time"])
-    base: Path | None = None
-    common: dict[str, Any] = field(default_factory=dict)
+    base: Path = Path()
+    common: Settings = field(default_factory=dict)
     allow_extensions: bool = False
     """The base scene's file, the settings for all cases and whether its extensions may run, of which `case` makes more."""
 
-    def case(self, settings: dict[str, Any]) -> Any:
+    def case(self, settings: Settings) -> Case:
         """A case of this study with other settings {'table.key': value}."""
         return _case(settings, self.base, self.common, self.allow_extensions)
 
-    def with_cases(self, cases: Any) -> Any:
+    def with_cases(self, cases: Sequence[Case]) -> "Study":
         """This study with other cases."""
         return replace(self, cases=cases)
 
     @classmethod
-    def load(cls, path: str | Path, *, allow_extensions: bool = False) -> Any:
+    def load(cls, path: str | Path, *, allow_extensions: bool = False) -> "Study":
         """Read a study file. Raises `InputError` naming the key for anything that is unknown or impossible; a combination
         of values that no scene can have is no such error, but a case with a reason."""
         path = Path(path)
@@ -112,7 +112,7 @@ class Study:
         return cls(cases, varied, list(dict.fromkeys(record)), base, common, allow_extensions)
 
 
-def table_of(tables: Mapping[str, Any], name: str, where: str) -> Any:
+def table_of(tables: Tables, name: str, where: str) -> dict[str, Any]:
     """The table of a name, empty where there is none."""
     content = tables.get(name, {})
     if not isinstance(content, dict):
@@ -120,7 +120,7 @@ def table_of(tables: Mapping[str, Any], name: str, where: str) -> Any:
     return content
 
 
-def check_names(table: Any, known: Any, prefix: str, where: str) -> None:
+def check_names(table: Iterable[str], known: Collection[str], prefix: str, where: str) -> None:
     """Refuse (`InputError`) a name that is not known."""
     for name in table:
         if name not in known:
@@ -129,9 +129,9 @@ def check_names(table: Any, known: Any, prefix: str, where: str) -> None:
             raise InputError(f"{prefix}{name}", None, f"is not a known key{hint}", where)
 
 
-def _settings(table: Any, place: str, where: str) -> Any:
+def _settings(table: Tables, place: str, where: str) -> Settings:
     """{'table.key': value} from the nested tables that TOML makes of dotted keys."""
-    settings: dict[str, Any] = {}
+    settings: Settings = {}
     for group, content in table.items():
         if LISTED.fullmatch(group):
             try:
@@ -151,7 +151,7 @@ def _settings(table: Any, place: str, where: str) -> Any:
     return settings
 
 
-def _combinations(design: str, tables: Mapping[str, Any], where: str) -> list[Any]:
+def _combinations(design: str, tables: Tables, where: str) -> list[Settings]:
     if design == "cases":
         if "vary" in tables:
             raise InputError("vary", None, "has no place with design 'cases'", where)
@@ -172,7 +172,7 @@ def _combinations(design: str, tables: Mapping[str, Any], where: str) -> list[An
     return [{name: value} for name, values in varied.items() for value in values]
 
 
-def _values(place: str, name: str, given: Any, where: str) -> Any:
+def _values(place: str, name: str, given: Any, where: str) -> list[Any]:
     """A list of values, or a range {from, to, count, spacing} of them in SI."""
     if isinstance(given, dict):
         check_names(given, ("from", "to", "count", "spacing"), f"{place}.", where)
@@ -195,7 +195,7 @@ def _values(place: str, name: str, given: Any, where: str) -> Any:
     return given
 
 
-def _case(settings: dict[str, Any], base: Any, common: dict[str, Any], allow_extensions: bool) -> Any:
+def _case(settings: Settings, base: Path, common: Settings, allow_extensions: bool) -> Case:
     parts = [f"{name}={value}" for name, value in settings.items()]
     text = ",".join(parts).replace(" ", "_") or "base"
     name = re.sub(r"[^A-Za-z0-9_.,=+-]+", "_", text)
@@ -208,7 +208,7 @@ def _case(settings: dict[str, Any], base: Any, common: dict[str, Any], allow_ext
         return Case(name, settings, None, str(error))
 
 
-def _make_unique(cases: Any, where: str) -> None:
+def _make_unique(cases: list[Case], where: str) -> None:
     seen: dict[str, Case] = {}
     for case in cases:
         if case.name in seen:

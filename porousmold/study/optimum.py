@@ -9,7 +9,7 @@ row of limits, from the least that can be had to what the free minimum takes.
 
 import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -26,8 +26,8 @@ from ..files.units import to_si
 from ..mpi import MPI
 from ..scene.keys import key_of
 from ..scene.schema import KEYS
-from .definition import Study, check_names, table_of, unit_of_record
-from .running import run_study, setting
+from .definition import Case, Study, check_names, table_of, unit_of_record
+from .running import Row, run_study, setting
 
 AGREEMENT = 0.003
 MOST_ROUNDS = 6
@@ -50,12 +50,12 @@ class Aim:
 class Optimum:
     """The best run: its row, the best row for every limit of the trade-off, and whether the search came to agreement."""
 
-    row: object
-    trade_off: list[Any]
+    row: Row | None
+    trade_off: list[Row]
     agreed: bool
 
 
-def load(path: str | Path, *, allow_extensions: bool = False) -> tuple[Any, ...]:
+def load(path: str | Path, *, allow_extensions: bool = False) -> tuple[Study, Aim]:
     """The `Study` and `Aim` of a file. Raises `InputError` naming the key for anything impossible."""
     path = Path(path)
     study, where = Study.load(path, allow_extensions=allow_extensions), str(path)
@@ -92,7 +92,7 @@ def load(path: str | Path, *, allow_extensions: bool = False) -> tuple[Any, ...]
 class _Surface:
     """Interpolates the records of rows over the unit cube of the varied parameters."""
 
-    def __init__(self, study: Any, rows: Sequence[Any], records: Any) -> None:
+    def __init__(self, study: Study, rows: Sequence[Row], records: Iterable[str]) -> None:
         self._names = study.varied
         known = [row for row in rows if all(_positive(row.values[name]) for name in records)]
         places = np.array([[float(setting(row.case, name)) for name in self._names] for row in known])
@@ -111,14 +111,14 @@ class _Surface:
         self._values = {name: np.log([row.values[name] for row in known]) for name in records}
         self._fits = {name: RBFInterpolator(self.places, values) for name, values in self._values.items()}
 
-    def _scaled(self, values: Any) -> Floats:
+    def _scaled(self, values: Floats) -> Floats:
         return np.where(self._logarithmic, np.log(np.where(self._logarithmic, values, 1.0)), values)
 
     def __call__(self, name: str, place: Floats) -> float:
         """Logarithm of a record at a place of the unit cube."""
         return float(self._fits[name](np.clip(place, 0.0, 1.0)[None, :])[0])
 
-    def settings(self, place: str) -> dict[str, Any]:
+    def settings(self, place: Floats) -> dict[str, float]:
         """Values of the parameters at a place, rounded."""
         values = self._low + place * (self._high - self._low)
         values = np.where(self._logarithmic, np.exp(values), values)
@@ -128,7 +128,7 @@ class _Surface:
             for name, value, low, high in zip(self._names, rounded, *self._ends, strict=True)
         }
 
-    def minimum(self, name: str, limits: Any) -> Any:
+    def minimum(self, name: str, limits: Mapping[str, float]) -> Any:
         """Place of the least value of a record under limits {record: SI}; the least excess where they cannot be met."""
         constraints = [
             {"type": "ineq", "fun": lambda x, n=n, limit=limit: math.log(limit) - self(n, x)}
@@ -151,8 +151,8 @@ def _positive(value: Any) -> Any:
 
 
 def search(
-    study: Any, aim: Any, out: Path, *, progress: Any = lambda cases: None, stop: Callable[[], bool] = lambda: False
-) -> Any:
+    study: Study, aim: Aim, out: Path, *, progress: Any = lambda cases: None, stop: Callable[[], bool] = lambda: False
+) -> Optimum | None:
     """Run what is missing in `out`, search, and give the `Optimum` (collective); None if it was stopped.
 
     progress: called as progress(number of cases) before each batch of runs; gives what `run_study` takes as progress, or
@@ -161,7 +161,7 @@ def search(
     rows = run_study(study, out, progress=progress(len(study.cases)), stop=stop)
     records = list(dict.fromkeys([aim.minimise, *aim.below, *([aim.trade_off] if aim.trade_off else [])]))
 
-    def where(case: Any) -> Any:
+    def where(case: Case) -> Any:
         return tuple(float(f"{setting(case, name):.{DIGITS}g}") for name in study.varied)
 
     def run_at(wanted: Any) -> Any:
@@ -200,7 +200,8 @@ def search(
             if any(row.status == "missing" for row in rows):
                 return None
             run_at([(aim.minimise, {}), (aim.trade_off, {})])
-            values = [best(rows, name, {}).values[aim.trade_off] for name in (aim.trade_off, aim.minimise)]
+            ends = [best(rows, name, {}) for name in (aim.trade_off, aim.minimise)]
+            values = [row.values[aim.trade_off] for row in ends if row is not None]
             limits = np.geomspace(values[0], values[1], TRADE_OFF_POINTS)
             run_at([(aim.minimise, {aim.trade_off: limit}) for limit in limits])
         curve = front(rows, aim)
@@ -209,20 +210,21 @@ def search(
     return Optimum(best(rows, aim.minimise, aim.below), curve, agreed)
 
 
-def best(rows: Sequence[Any], name: str, limits: Any) -> Any:
+def best(rows: Sequence[Row], name: str, limits: Mapping[str, float]) -> Row | None:
     """The row with the least of a record among those within the limits; None if there is none."""
     within = [
         row for row in rows
         if _positive(row.values[name])
         and all(_positive(row.values[n]) and row.values[n] <= limit for n, limit in limits.items())
     ]  # fmt: skip
-    return min(within, key=lambda row: row.values[name], default=None)
+    return min(within, key=lambda row: float(row.values[name])) if within else None
 
 
-def front(rows: Sequence[Any], aim: Any) -> Any:
+def front(rows: Sequence[Row], aim: Aim) -> list[Row]:
     """Rows that no other row beats in both records of the trade-off, in the order of the second."""
-    known = [row for row in rows if _positive(row.values[aim.minimise]) and _positive(row.values[aim.trade_off])]
-    known.sort(key=lambda row: (row.values[aim.trade_off], row.values[aim.minimise]))
+    other = aim.trade_off or aim.minimise
+    known = [row for row in rows if _positive(row.values[aim.minimise]) and _positive(row.values[other])]
+    known.sort(key=lambda row: (row.values[other], row.values[aim.minimise]))
     least, kept = math.inf, []
     for row in known:
         if row.values[aim.minimise] < least:
@@ -231,10 +233,10 @@ def front(rows: Sequence[Any], aim: Any) -> Any:
     return kept
 
 
-def write(found: Any, study: Any, aim: Any, out: Path) -> list[Any]:
+def write(found: Optimum, study: Study, aim: Aim, out: Path) -> list[Path]:
     """optimum.json, and with a trade-off its picture trade_off.png; gives the written paths."""
 
-    def entry(row: Any) -> Any:
+    def entry(row: Row | None) -> dict[str, Any] | None:
         return None if row is None else {n: setting(row.case, n) for n in study.varied} | row.values
 
     content = {
@@ -246,7 +248,7 @@ def write(found: Any, study: Any, aim: Any, out: Path) -> list[Any]:
     }
     with output_file(out / "optimum.json") as temporary:
         temporary.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
-    if not found.trade_off:
+    if not found.trade_off or aim.trade_off is None:
         return [out / "optimum.json"]
     from ..output.figures import STYLE, plt, save
 
@@ -274,7 +276,7 @@ def _labelled(name: str) -> str:
     return f"{name.replace('_', ' ')}, {unit_of_record(name)}"
 
 
-def summary_text(found: Any, study: Any, aim: Any) -> str:
+def summary_text(found: Optimum, study: Study, aim: Aim) -> str:
     """The short readable end of a search."""
     limits = ", ".join(f"{name} below {limit:.6g} {unit_of_record(name)}" for name, limit in aim.below.items())
     under = f" with {limits}" if limits else ""

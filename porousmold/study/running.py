@@ -22,15 +22,17 @@ from ..errors import InputError, OutputError, SolveError
 from ..files.atomic_files import InUseError, locked, whole_file
 from ..files.subprocesses import forked
 from ..files.tables import text_cells
+from ..mesh.aliases import Communicator
 from ..mpi import IS_ALONE, MPI
 from ..output.stored import checksum_of
 from ..scene.geometries import dimension_of
 from ..scene.identity import identity_of
 from ..scene.keys import key_of
+from ..scene.scene import Scene
 from ..scene.schema import KEYS
 from ..scene.series import TimeSeries
 from ..simulation.running import RunInterrupted, run
-from .definition import unit_of_record
+from .definition import Case, Study, unit_of_record
 
 MISSING, BEGUN = "missing", "begun"
 SECONDS_BETWEEN_LOOKS = 0.5
@@ -41,21 +43,21 @@ GO_ON = "with room there, the same command goes on"
 class Row:
     """What came of a case: `status` is done, failed, refused or missing, `values` what is recorded (None where not there)."""
 
-    case: object
+    case: Case
     status: str
     reason: str
     values: dict[str, Any]
 
 
 def run_study(
-    study: Any,
+    study: Study,
     out: Path,
     *,
     group: int = 1,
     part: tuple[int, int] = (1, 1),
-    progress: Any = None,
+    progress: Callable[[int], None] | None = None,
     stop: Callable[[], bool] = lambda: False,
-) -> Any:
+) -> list[Row]:
     """Run what is missing of a study (collective over all ranks) and give its rows on every rank.
 
     A single process of its own (`mpi.IS_ALONE`) forks others, one for each core, where the scenes are of two dimensions.
@@ -101,17 +103,24 @@ def run_study(
     return collect(study, out)
 
 
-def _children(study: Any, cases: Sequence[Any], out: Path, work: Callable[..., Any]) -> list[int]:
+def _children(study: Study, cases: Sequence[Case], out: Path, work: Callable[..., Any]) -> list[int]:
     """Numbers of processes that work through the missing cases beside this one, a core each."""
-    missing = [case for case in cases if case.scene is not None and row_of(case, out, study.record).status == MISSING]
-    if not IS_ALONE or any(dimension_of(case.scene.geometry) == 3 for case in missing):  # one of those fills the memory
+    missing = [
+        case.scene for case in cases if case.scene is not None and row_of(case, out, study.record).status == MISSING
+    ]
+    if not IS_ALONE or any(dimension_of(scene.geometry) == 3 for scene in missing):  # one of those fills the memory
         return []
     count = min(len(os.sched_getaffinity(0)), len(missing)) - 1
     return [forked(partial(work, lambda: False, lambda *_: None)) for _ in range(count)]
 
 
 def _work_through(
-    study: Any, cases: Sequence[Any], out: Path, workers: Any, report: Callable[..., None], stop: Callable[[], bool]
+    study: Study,
+    cases: Sequence[Case],
+    out: Path,
+    workers: Communicator,
+    report: Callable[..., None],
+    stop: Callable[[], bool],
 ) -> str | None:
     """Run every case that is missing and not taken; gives what kept one from being written (collective)."""
     problem = None
@@ -136,7 +145,7 @@ def _work_through(
     return problem
 
 
-def _on_leader(workers: Any, action: Callable[..., Any], *arguments: Any) -> tuple[Any, ...]:
+def _on_leader(workers: Communicator, action: Callable[..., Any], *arguments: Any) -> tuple[Any, ...]:
     """(what the action gives on the group's rank 0, None on the others; what an `OSError` there says, on all of them)."""
     result = problem = None
     if workers.rank == 0:
@@ -147,7 +156,7 @@ def _on_leader(workers: Any, action: Callable[..., Any], *arguments: Any) -> tup
     return result, workers.bcast(problem)
 
 
-def collect(study: Any, out: Path) -> Any:
+def collect(study: Study, out: Path) -> list[Row]:
     """The rows of a study as they stand in its folder, written to table.csv and table.json (collective)."""
     world, out = MPI.COMM_WORLD, Path(out)
     rows, problem = _on_leader(world, write_tables, study, out)
@@ -156,7 +165,7 @@ def collect(study: Any, out: Path) -> Any:
     return world.bcast(rows)
 
 
-def _make_folder(out: Path, world: Any) -> None:
+def _make_folder(out: Path, world: Communicator) -> None:
     problem = None
     if world.rank == 0:
         try:
@@ -177,14 +186,14 @@ class _NoClaim:
         """Nothing to let go."""
 
 
-def _take(case: Any, out: Path, record: Sequence[str], workers: Any) -> tuple[Any, ...]:
+def _take(case: Case, out: Path, record: Sequence[str], workers: Communicator) -> tuple[Any, ...]:
     """A claim on a case that is missing and not taken, else None; and what kept it from being made (collective)."""
     claim, problem = _on_leader(workers, _claim, case, out, record)
     taken = workers.bcast(claim is not None)
     return (claim or _NoClaim()) if taken else None, problem
 
 
-def _claim(case: Any, out: Path, record: Sequence[str]) -> Any:
+def _claim(case: Case, out: Path, record: Sequence[str]) -> Any:
     if row_of(case, out, record).status != MISSING:
         return None
     (out / case.name).mkdir(exist_ok=True)
@@ -198,7 +207,9 @@ def _claim(case: Any, out: Path, record: Sequence[str]) -> Any:
     return claim
 
 
-def _run_case(case: Any, out: Path, workers: Any, report: Any, stop: Callable[[], bool]) -> Any:
+def _run_case(
+    case: Case, out: Path, workers: Communicator, report: Callable[..., None], stop: Callable[[], bool]
+) -> str | None:
     """Run a case and record its outcome in its folder; gives what kept that from being written."""
     folder, status, reason = out / case.name, "refused", case.reason
     if case.scene is not None:
@@ -206,19 +217,26 @@ def _run_case(case: Any, out: Path, workers: Any, report: Any, stop: Callable[[]
         problem = _on_leader(workers, _record_outcome, case, folder, BEGUN, "")[1]
         if problem:
             return problem
-        status, reason = _outcome(case, folder, workers, report, stop, begun)
+        status, reason = _outcome(case.scene, folder, workers, report, stop, begun)
     return _on_leader(workers, _record_outcome, case, folder, status, reason)[1]
 
 
-def _outcome(case: Any, folder: Path, workers: Any, report: Any, stop: Callable[[], bool], resume: bool) -> Any:
+def _outcome(
+    scene: Scene,
+    folder: Path,
+    workers: Communicator,
+    report: Callable[..., None],
+    stop: Callable[[], bool],
+    resume: bool,
+) -> tuple[str, str]:
     try:
-        run(case.scene, folder, workers, progress=report, stop=stop, resume=resume, force=True)
+        run(scene, folder, workers, progress=report, stop=stop, resume=resume, force=True)
         return "done", ""
     except SolveError as error:
         return "failed", str(error)
     except InputError as error:
         if error.key == "--resume":  # a damaged checkpoint is no use
-            return _outcome(case, folder, workers, report, stop, False)
+            return _outcome(scene, folder, workers, report, stop, False)
         # what has to do with the folder and not the scene may be otherwise at the next start
         return BEGUN if error.key == "--out" else "refused", str(error)
     except (ArithmeticError, ValueError) as error:  # a fault of the program is a row too, not the end of the study
@@ -227,13 +245,13 @@ def _outcome(case: Any, folder: Path, workers: Any, report: Any, stop: Callable[
         return "failed", f"{type(error).__name__}: {error}"
 
 
-def _record_outcome(case: Any, folder: Path, status: int, reason: str) -> None:
+def _record_outcome(case: Case, folder: Path, status: int, reason: str) -> None:
     content = {"identity": identity(case), "status": status, "reason": reason, "settings": case.settings}
     with whole_file(folder / "case.json") as temporary:
         temporary.write_text(json.dumps(content, indent=2, default=str) + "\n", encoding="utf-8")
 
 
-def _recorded(folder: Path) -> Any:
+def _recorded(folder: Path) -> dict[str, Any]:
     """What stands in the folder's case.json; nothing if that is missing or damaged."""
     try:
         content = json.loads((folder / "case.json").read_text(encoding="utf-8"))
@@ -242,12 +260,12 @@ def _recorded(folder: Path) -> Any:
         return {}
 
 
-def identity(case: Any) -> Any:
+def identity(case: Case) -> str | None:
     """Text that changes with anything that could change the case's result."""
     return identity_of(case.scene) if case.scene is not None else case.reason
 
 
-def row_of(case: Any, out: Path, record: Sequence[str]) -> Any:
+def row_of(case: Case, out: Path, record: Sequence[str]) -> Row:
     """The row of a case from its folder."""
     recorded, values = _recorded(out / case.name), dict.fromkeys(record)
     same = recorded.get("identity") == identity(case)
@@ -277,7 +295,7 @@ def _entry(summary: Any, name: str) -> Any:
     return summary
 
 
-def setting(case: Any, name: str) -> Any:
+def setting(case: Case, name: str) -> Any:
     """The value (SI) that a case has of a key, as given where it has no scene."""
     if case.scene is None:
         return case.settings.get(name)
@@ -287,7 +305,7 @@ def setting(case: Any, name: str) -> Any:
     return str(value) if isinstance(value, Path) else value
 
 
-def write_tables(study: Any, out: Path) -> Any:
+def write_tables(study: Study, out: Path) -> list[Row]:
     """table.csv and table.json of all cases in their order; gives the rows. Waits for another process that is at it."""
     with locked(out / ".table", wait=True):
         rows = [row_of(case, out, study.record) for case in study.cases]
@@ -313,7 +331,7 @@ def write_tables(study: Any, out: Path) -> Any:
     return rows
 
 
-def _head(name: str) -> Any:
+def _head(name: str) -> str:
     """Head of the column of a key: with its unit, if it has one."""
     unit = key_of(KEYS, name).unit
     return f"{name} [{unit}]" if unit else name
