@@ -78,7 +78,7 @@ EXAMPLES = {
 """Arguments of each command as they are used, shown below its help."""
 
 
-def main(arguments: list[str] | None = None) -> Any:
+def main(arguments: list[str] | None = None) -> int:
     """Entry point: parse, dispatch, and turn errors into one line and an exit status."""
     parser = _parser()
     if "_ARGCOMPLETE" in os.environ:  # a shell asks what may stand here
@@ -133,17 +133,17 @@ def _status_of(command: Callable[..., Any], options: argparse.Namespace) -> int:
         raise
 
 
-def _end(status: int, message: object) -> Any:
+def _end(status: int, message: object) -> int:
     if _rank() == 0:
         print(f"porousmold: {message}", file=sys.stderr)
     return status
 
 
-def _on_one_rank(command: Callable[..., Any], options: argparse.Namespace) -> Any:
+def _on_one_rank(command: Callable[..., Any], options: argparse.Namespace) -> int:
     """A command without parallel work, which gives its text: rank 0 does it, the others wait for its status."""
     from .mpi import MPI
 
-    def printing(options: argparse.Namespace) -> Any:
+    def printing(options: argparse.Namespace) -> int:
         try:
             text = command(options)
         except KeyboardInterrupt as interruption:
@@ -153,7 +153,7 @@ def _on_one_rank(command: Callable[..., Any], options: argparse.Namespace) -> An
             _printed(text)
         return DONE
 
-    status = None
+    status = DONE
     try:
         if MPI.COMM_WORLD.rank == 0:
             status = _status_of(printing, options)

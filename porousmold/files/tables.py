@@ -76,7 +76,7 @@ def read_rows(key: str, path: Path) -> list[Any]:
         raise InputError(key, str(path), f"must be a readable CSV file: {error}") from error
 
 
-def read_toml(key: str, path: Path) -> Any:
+def read_toml(key: str, path: Path) -> dict[str, Any]:
     """Tables of a TOML file; `InputError` naming `key` if it is not there, not readable, not valid or no regular file."""
     try:
         refuse_odd(key, path)
@@ -153,7 +153,7 @@ class Columns:
     gaps: int = 0
     others: tuple[str, ...] = ()
 
-    def in_si(self, column: int, unit: str) -> Any:
+    def in_si(self, column: int, unit: str) -> Floats:
         """A column in SI. Raises `InputError` if it has another dimension."""
         where = f"{self.path}, column {self.names[column]!r}"
         if unit and not self.units[column].strip():
@@ -161,7 +161,7 @@ class Columns:
         zero, one = (to_si(self.key, f"{number} {self.units[column]}", unit, where) for number in (0, 1))
         return zero + (one - zero) * self.values[:, column]
 
-    def times(self) -> Any:
+    def times(self) -> Floats:
         """The first column in s. Raises `InputError` where it does not increase, naming the line."""
         times = self.in_si(0, "s")
         if np.any(np.diff(times) <= 0.0):

@@ -105,7 +105,7 @@ def whole_number(key: str, text: str, least: int = 0, most: int = 10**15) -> int
     return int(text)
 
 
-def _converted(key: str, text: str, unit: str, where: str | None) -> Any:
+def _converted(key: str, text: str, unit: str, where: str | None) -> float:
 
     match = _NUMBER_AND_UNIT.match(text)
     if re.match(r"\s*[-+]?\d+,\d", text):
@@ -168,7 +168,7 @@ def _dimension(unit: str) -> Any:
     return _EXAMPLES[unit][0]
 
 
-def _example(unit: str) -> Any:
+def _example(unit: str) -> str:
     return _EXAMPLES[unit][1]
 
 

@@ -2,12 +2,15 @@
 
 import argparse
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError
 from ..files.units import to_si, whole_number
 from .cli import write_tables
 from .column_run import add_run_options, ran
+
+if TYPE_CHECKING:
+    from .column_input import ColumnInput
 
 LENGTHS = ("width", "depth", "height", "bed-height", "bead-diameter")
 UNITS = {"time": "s", "pressure_drop": "Pa", "force_on_beads": "Pa", "bed_height": "m", "highest_bead": "m"}
@@ -50,7 +53,7 @@ def _fluidise(options: argparse.Namespace) -> str:
     return ran(Column, _input(options), _write, options)
 
 
-def _input(options: argparse.Namespace) -> Any:
+def _input(options: argparse.Namespace) -> "ColumnInput":
     from ..laws.material_library import FLUIDS, SOLIDS, named
     from .column_input import ColumnInput
 

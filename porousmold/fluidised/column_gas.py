@@ -18,11 +18,12 @@ from ..equations.suspended_beads import GasAmongBeads, GivenDrag, SuspendedBeads
 from ..errors import SolveError
 from ..laws.drag import DragLaw
 from ..laws.fluidisation import GRAVITY
+from ..laws.functions import Value
 from ..laws.materials import Fluid, Solid
 from ..laws.nusselt import NUSSELT_CORRELATIONS
 from ..mesh import domain as geometry
 from ..mesh import fenicsx
-from ..mesh.aliases import Form
+from ..mesh.aliases import Form, Space
 from ..mpi import MPI
 from ..solvers.newton import NewtonSystem, free_systems
 from .column_grid import ColumnGrid
@@ -69,7 +70,7 @@ class ColumnGas:
         self._inverse_step = number(1.0 / given.time_step)
         self._make_flow(mixed)
 
-    def _make_flow(self, mixed: Any) -> None:
+    def _make_flow(self, mixed: Space) -> None:
         given, number, scales, mesh = self.given, self._domain.constant, self._scales, self._domain.mesh
         gas = _Gas(number(given.density), number(given.viscosity))
         solid, law = Solid("beads", given.bead_density, given.bead_heat_capacity, 1.0), GivenDrag(self._drag)
@@ -104,7 +105,7 @@ class ColumnGas:
         self,
         equations: FlowEquations,
         state: FlowState,
-        force: Any,
+        force: Value,
         dx: ufl.Measure,
         nodes: ufl.Measure,
         ds: ufl.Measure,
@@ -227,13 +228,13 @@ class ColumnGas:
 class _Gas:
     """A fluid of constant properties, as UFL constants."""
 
-    density_of: Any
-    viscosity_of: Any
+    density_of: Value
+    viscosity_of: Value
 
-    def density(self, pressure: Any, temperature: Any) -> Any:
+    def density(self, pressure: Value, temperature: Value) -> Value:
         return self.density_of
 
-    def viscosity(self, temperature: Any) -> Any:
+    def viscosity(self, temperature: Value) -> Value:
         return self.viscosity_of
 
 

@@ -3,12 +3,15 @@
 import argparse
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError
 from ..files.units import to_si, whole_number
 from .cli import write_tables
 from .column_run import add_run_options, ran
+
+if TYPE_CHECKING:
+    from .droplet_input import DropletInput
 
 PAPER_BEADS = {"bead_density": 3200.0, "bead_heat_capacity": 290.0, "bead_conductivity": 234.0}
 """Henry et al., table 2, SI: as printed (for bronze, 8800 kg/m3, it would be a bulk density)."""
@@ -66,7 +69,7 @@ def _droplet(options: argparse.Namespace) -> str:
     return ran(DropletColumn, _input(options), _write, options)
 
 
-def _input(options: argparse.Namespace) -> Any:
+def _input(options: argparse.Namespace) -> "DropletInput":
     from ..laws.material_library import FLUIDS, SOLIDS, named
     from .droplet_input import DropletInput
 

@@ -3,7 +3,6 @@
 import os
 import sys
 from pathlib import Path
-from typing import Any
 
 import matplotlib
 
@@ -20,7 +19,7 @@ from ..files.atomic_files import whole_file
 STYLE = {"font.size": 11, "axes.grid": True, "grid.alpha": 0.3, "figure.dpi": 130, "axes.titley": 1.0}
 
 
-def save(figure: Figure, path: Path) -> Any:
+def save(figure: Figure, path: Path) -> Path:
     """Write the picture in matplotlib's present savefig.format, close it, and give its path, with that ending. Names of the
     user's that look like formulas but are none stand as text. Raises `OutputError` where there is no room."""
     path = path.with_suffix(f".{plt.rcParams['savefig.format']}")

@@ -414,7 +414,7 @@ def fields_with_slider(folder: Path) -> str:
     return re.sub(r"<link[^>]*>", "", page)
 
 
-def _movie(folder: Path) -> Any:
+def _movie(folder: Path) -> FuncAnimation:
     """An animation of matplotlib: both sections, a frame for each time."""
     nodes, cells, steps = read_fields(folder / "fields.xdmf")
     sections, (levels, ticks), times = _sections(nodes, cells), _levels(steps), sorted(steps)

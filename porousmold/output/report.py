@@ -21,7 +21,7 @@ from .stored import read_study
 from .study_pictures import draw_study
 
 
-def write_report(folder: Path) -> Any:
+def write_report(folder: Path) -> Path:
     """Write report.html into the folder of a run or a study; gives its path. `InputError` if the folder holds neither."""
     folder = Path(folder)
     if (folder / "result.json").is_file():

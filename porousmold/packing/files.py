@@ -40,7 +40,7 @@ from ..errors import InputError
 from ..files.atomic_files import output_file
 from ..files.tables import LARGEST_TEXT, SEPARATORS, refuse_odd, text_of
 from ..files.units import to_si
-from .container import container, description
+from .container import Container, container, description
 from .numpy_files import KEY, read_npy, read_npz
 from .packing import Packing
 
@@ -61,8 +61,11 @@ class Placement(NamedTuple):
 
 
 def read_packing(
-    path: str | Path, box: Any = None, bead_diameter: Any = None, placement: Placement | None = None
-) -> Any:
+    path: str | Path,
+    box: Container | None = None,
+    bead_diameter: float | None = None,
+    placement: Placement | None = None,
+) -> Packing:
     """The `Packing` in a file; `box` (a container) and `bead_diameter` (m) for what the file does not hold, `placement` where the
     file has it elsewhere.
 
@@ -99,7 +102,9 @@ def read_packing(
     return _packing(path, (placement or Placement()).upright(positions), diameters, box, {"file": str(path)})
 
 
-def _read_compressed(path: Path, box: Any, bead_diameter: Any, placement: Placement | None) -> Any:
+def _read_compressed(
+    path: Path, box: Container | None, bead_diameter: float | None, placement: Placement | None
+) -> Packing:
     """The packing in a file packed by gzip, `LARGEST_TEXT` long at most when it is unpacked."""
     with tempfile.TemporaryDirectory() as folder:
         plain = Path(folder) / (path.name.removesuffix(".gz") or "packing")
@@ -117,14 +122,14 @@ def _read_compressed(path: Path, box: Any, bead_diameter: Any, placement: Placem
             raise InputError(error.key, str(path), error.allowed, error.where) from error
 
 
-def _packing(path: str | Path, positions: Any, diameters: Floats, box: Any, made: Any) -> Any:
+def _packing(path: str | Path, positions: Floats, diameters: Floats, box: Container, made: dict[str, Any]) -> Packing:
     try:
         return Packing(positions, diameters, box, made)
     except InputError as error:
         raise InputError(KEY, error.value, error.allowed, str(path)) from error
 
 
-def _read_hdf5(path: str | Path, box: Any) -> Any:
+def _read_hdf5(path: str | Path, box: Container | None) -> Packing:
     try:
         with h5py.File(path, "r") as file:
             positions, diameters = file["positions"][:].astype(float), file["diameters"][:].astype(float)
@@ -192,7 +197,7 @@ def _read_text(path: str | Path) -> Any:
     return table[:, :3], 2.0 * table[:, 3]
 
 
-def _read_dump(path: str | Path, lines: Any) -> Any:
+def _read_dump(path: str | Path, lines: list[str]) -> Any:
     """The last frame: ITEM: NUMBER OF ATOMS, ITEM: BOX BOUNDS, ITEM: ATOMS with its column names."""
     heads = [number for number, line in enumerate(lines) if line.startswith("ITEM: ATOMS")]
     counts = [number for number, line in enumerate(lines) if line.startswith("ITEM: NUMBER OF ATOMS")]
@@ -226,7 +231,7 @@ def _read_dump(path: str | Path, lines: Any) -> Any:
     return _places(path, lengths)
 
 
-def _unit_of_length(path: str | Path, lines: Any) -> float:
+def _unit_of_length(path: str | Path, lines: list[str]) -> float:
     """Metres of the unit that `ITEM: UNITS` names; 1 where there is none, or numbers without a unit (lj)."""
     at = next((number for number, line in enumerate(lines) if line.startswith("ITEM: UNITS")), None)
     name = "si" if at is None or at + 1 >= len(lines) else lines[at + 1].strip()
@@ -265,7 +270,7 @@ def placed_bounds(path: str | Path, kind: str, axis: str) -> tuple[Any, Placemen
     return container(kind, sizes), Placement(axis, float(bounds[upright, 0]), (middle[0], middle[1]))
 
 
-def _unscaled(path: str | Path, lines: Any, end: Any, scaled: Any) -> list[Floats]:
+def _unscaled(path: str | Path, lines: list[str], end: Any, scaled: Any) -> list[Floats]:
     """Places from those in parts of the box; of a tilted box the dump has the limits of what bounds it (LAMMPS's manual on
     triclinic boxes)."""
     heads = [number for number, line in enumerate(lines[:end]) if line.startswith("ITEM: BOX BOUNDS")]
@@ -281,7 +286,7 @@ def _unscaled(path: str | Path, lines: Any, end: Any, scaled: Any) -> list[Float
     return [low[0] + sizes[0] * x + xy * y + xz * z, low[1] + sizes[1] * y + yz * z, low[2] + sizes[2] * z]
 
 
-def _read_extxyz(path: str | Path, lines: Any) -> Any:
+def _read_extxyz(path: str | Path, lines: list[str]) -> Any:
     """The last frame: count, comment with Properties=name:type:columns:..., rows."""
     at = 0
     while True:

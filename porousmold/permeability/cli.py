@@ -48,7 +48,7 @@ def add_commands(commands: Commands) -> None:
     span.set_defaults(serial=_test_range)
 
 
-def _folder(out: Path, default: Any) -> Any:
+def _folder(out: Path, default: Any) -> Path:
     folder = Path(out) if out else Path("runs") / default
     output_folder(folder)
     return folder

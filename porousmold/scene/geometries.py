@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from .keys import Table
+
 OF_A_MESH = tuple(
     f"geometry.{name}" for name in ("mesh", "symmetry", "refine_wall", "scale", "groups", "join_nodes", "parts")
 )
@@ -52,7 +54,7 @@ class Geometry(ABC):
     widths: tuple[str, ...] = ()
 
     @abstractmethod
-    def size(self, table: Any) -> BedSize | None:
+    def size(self, table: Table) -> BedSize | None:
         """`BedSize` of the values of [geometry]; None where only the mesh knows."""
 
 
@@ -64,7 +66,7 @@ class Mold(Geometry):
     foreign = ("geometry.diameter", *OF_A_MESH)
     widths = ("cavity_height", "width")
 
-    def size(self, table: Any) -> BedSize:
+    def size(self, table: Table) -> BedSize:
         half_width = None if table.width is None else table.width / 2
         walled = table.width is not None and table.sides == "wall"
         return BedSize(
@@ -83,7 +85,7 @@ class Pipe(Geometry):
     foreign = ("geometry.cavity_height", "geometry.cavity", "geometry.width", "geometry.sides", *OF_A_MESH)
     widths = ("diameter",)
 
-    def size(self, table: Any) -> BedSize:
+    def size(self, table: Table) -> BedSize:
         return BedSize(length=table.length, half_height=table.diameter / 2, axisymmetric=True)
 
 
@@ -98,11 +100,11 @@ class Mesh(Geometry):
         *("solver.mesh_refinement", "solver.axial_refinement", "solver.accuracy"),
     )
 
-    def size(self, table: Any) -> None:
+    def size(self, table: Table) -> None:
         return None
 
 
-def dimension_of(table: Any) -> int:
+def dimension_of(table: Table) -> int:
     """Dimensions of space of the values of [geometry]."""
     return 3 if table.width is not None or table.symmetry == "none" else 2
 

@@ -150,7 +150,7 @@ class TimeSeries:
         new = tuple(tuple(mean.tolist()) if values.ndim > 1 else float(mean) for mean in means)
         return replace(self, times=tuple(times[kept].tolist()), values=new)
 
-    def __call__(self, time: float) -> Any:
+    def __call__(self, time: float) -> float:
         """Value at the time (s)."""
         return float(np.interp(time, self.times, self.values))
 

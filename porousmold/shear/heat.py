@@ -163,5 +163,5 @@ def exchange(
 
 
 @njit(cache=True, inline="always")
-def _bin(place: float, height: float, bins: int) -> Any:  # pragma: no cover
+def _bin(place: float, height: float, bins: int) -> int:  # pragma: no cover
     return min(max(int(place / height * bins), 0), bins - 1)

@@ -165,7 +165,7 @@ class _FieldsOfTheBed:
         )
         return [self._in_bed, self._porosity, self._region, self._eddies]
 
-    def _shear_rate_squared(self, velocity: fem.Function) -> Any:
+    def _shear_rate_squared(self, velocity: fem.Function) -> Floats:
         """2 S:S at the nodes."""
         if self._shear is None:
             strain, space = ufl.sym(ufl.grad(velocity)), self._eddies.function_space

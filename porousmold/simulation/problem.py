@@ -13,6 +13,7 @@ from ..arrays import Floats, Integers
 from ..equations.energy import EnergyEquations
 from ..equations.flow import FlowEquations
 from ..errors import InputError
+from ..laws.functions import Value
 from ..mesh import domain as geometry
 from ..mesh import fenicsx, ranks
 from ..mesh.aliases import Communicator, Form
@@ -219,7 +220,7 @@ class Problem:
         return {name: ranks.integral(self.communicator, fenicsx.compiled_form(form)) for name, form in forms.items()}
 
     @functools.cached_property
-    def _at_first(self) -> Any:
+    def _at_first(self) -> Value:
         """The temperature of beads and wall at the start; of a run that started from a state its mean."""
         heat = self.specs.heat
         if not isinstance(heat.start, Profile):

@@ -78,7 +78,7 @@ class BeadModes:
             rates.append((now - known) * self._interior.inverse_time.value)
         self._rates.append(rates)
 
-    def largest_difference(self) -> Any:
+    def largest_difference(self) -> float:
         """Largest distance (K) of a bead's surface from its mean in the bed, at the last stage (collective)."""
         rest = remaining_resistance(self._interior.eigenvalues)
         difference = rest * self._values(self._unit_resistance) * self._values(self._flux)

@@ -20,6 +20,7 @@ from ..equations.flow import FlowState
 from ..errors import SolveError
 from ..laws.functions import Value
 from ..mesh import fenicsx, ranks
+from ..mesh.aliases import Space
 from ..mesh.domain import BED, Domain
 from .flow import FullFlow, constrained_unknowns, unknowns_outside
 from .heating import BACKWARD_EULER, GAMMA, MOST_REPETITIONS, STAGES, Stages, TransientHeat
@@ -101,7 +102,7 @@ class CoupledTransient:
         return self.heat.balance
 
     @property
-    def unknown(self) -> Any:
+    def unknown(self) -> fem.Function:
         return self.heat.unknown
 
     @property
@@ -109,7 +110,7 @@ class CoupledTransient:
         return self.heat.solution
 
     @property
-    def space(self) -> Any:
+    def space(self) -> Space:
         return self.heat.space
 
     @property
@@ -122,7 +123,7 @@ class CoupledTransient:
         self.observe = observe
 
     @property
-    def unknowns(self) -> Any:
+    def unknowns(self) -> int:
         """Number of unknowns solved for, those of the flow included."""
         return self._system.active_unknowns
 

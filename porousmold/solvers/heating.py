@@ -20,9 +20,10 @@ import numpy as np
 from dolfinx import fem
 
 from ..arrays import Floats
-from ..equations.energy import EnergyEquations
+from ..equations.energy import EnergyEquations, Transport
 from ..equations.energy_blocks import Temperatures, energy_blocks
 from ..mesh import fenicsx, ranks
+from ..mesh.aliases import Form
 from ..mesh.domain import BED, Domain
 from .bead_modes import BeadModes
 from .curing import Curing
@@ -143,7 +144,7 @@ class TransientHeat:
         self._cells = MonotoneCells(self._transport.monotone, temperatures.of_cells, domain.cells(BED))
 
     @property
-    def _stored_form(self) -> Any:
+    def _stored_form(self) -> Form:
         """What is stored, compiled: as the residual has it at present."""
         return self._stored_forms[0 if self._system.uses_simpler else 1].form
 
@@ -166,7 +167,7 @@ class TransientHeat:
         self.observe = observe
 
     @property
-    def unknowns(self) -> Any:
+    def unknowns(self) -> int:
         """Number of unknowns solved for."""
         return self._system.active_unknowns
 
@@ -234,7 +235,7 @@ class TransientHeat:
         self._stages.contraction.ratio = numbers["contraction"]
 
     @property
-    def frozen(self) -> Any:
+    def frozen(self) -> Transport:
         """The `Transport` of the present step."""
         return self._transport.frozen
 

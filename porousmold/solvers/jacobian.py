@@ -86,7 +86,7 @@ class Jacobian:
         if "_thinned" in self.__dict__:
             self.__dict__.pop("_thinned").matrix.destroy()
 
-    def renew(self, number: int, linear_solver: Any = None) -> None:
+    def renew(self, number: int, linear_solver: PETSc.KSP | None = None) -> None:
         """Assemble that of residual `number` at the present unknown, for a `linear_solver` (KSP) where there is one."""
         fenicsx.assemble_matrix(self.matrix, self._forms[number].form, self._conditions)
         self._renew_preconditioner(linear_solver)
@@ -95,7 +95,7 @@ class Jacobian:
             arrays = [(function.function_space, function.x.array.copy()) for function in self._coefficients]
             self.made_with = arrays, [np.asarray(constant.value).tolist() for constant in self._constants]
 
-    def _renew_preconditioner(self, linear_solver: Any) -> None:
+    def _renew_preconditioner(self, linear_solver: PETSc.KSP | None) -> None:
         """Assemble the preconditioner anew where the last systems took noticeably more iterations than those it was made for."""
         if self.preconditioner is None or self._nearby_form is None:
             return
@@ -109,13 +109,17 @@ class Jacobian:
         if linear_solver is not None:
             linear_solver.getPC().setReusePreconditioner(not due)
 
-    def count(self, linear_solver: Any) -> None:
+    def count(self, linear_solver: PETSc.KSP) -> None:
         """Note the iterations of the last linear solve."""
         if self.preconditioner is not None:
             self._iterations.count(linear_solver.getIterationNumber(), linear_solver.getTolerances()[0])
 
     def renew_as_before(
-        self, array_of: Callable[[int, Space], Floats], constants: Sequence[Any], number: int, linear_solver: Any
+        self,
+        array_of: Callable[[int, Space], Floats],
+        constants: Sequence[Any],
+        number: int,
+        linear_solver: PETSc.KSP | None,
     ) -> None:
         """Make that which `made_with` (its arrays by `array_of(number, space)`) told of, whatever the present."""
         now = [function.x.array.copy() for function in self._coefficients]

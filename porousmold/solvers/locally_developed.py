@@ -248,7 +248,7 @@ class LocallyDevelopedFlow:
         fenicsx.assemble_vector(vector, self._volume_form.form)
         return np.maximum(vector.array.copy(), 1e-300)
 
-    def _at_nodes(self, expression: Value) -> Any:
+    def _at_nodes(self, expression: Value) -> Value:
         """Form of an expression at the nodes, times their volumes."""
         factor, nodes = self._nodal
         return expression * factor * nodes

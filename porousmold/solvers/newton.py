@@ -145,7 +145,7 @@ class NewtonSystem:
             vector.destroy()
         self._jacobian.free()
 
-    def new_vector(self) -> Any:
+    def new_vector(self) -> PETSc.Vec:
         """A vector of the unknowns (PETSc), freed with the system: one that is dropped is never freed."""
         self._vectors.append(self._view().duplicate())
         return self._vectors[-1]
@@ -244,7 +244,7 @@ class NewtonSystem:
         x.copy(self._view())
         self.unknown.x.scatter_forward()
 
-    def _view(self) -> Any:
+    def _view(self) -> PETSc.Vec:
         return fenicsx.petsc_vector(self.unknown)
 
     def assemble_residual_into(self, residual: Value) -> None:
@@ -373,7 +373,7 @@ class NewtonSystem:
             self._snes.getKSP().setTolerances(rtol=reduction)
 
     @property
-    def linear_iterations(self) -> Any:
+    def linear_iterations(self) -> int:
         """Iterations of the last linear solve: 1 where the matrix was factorised."""
         return self._snes.getKSP().getIterationNumber()
 

@@ -10,6 +10,7 @@ from dolfinx import fem
 from ..equations.flow import FlowState
 from ..equations.openings import Opening
 from ..laws.materials import Fluid
+from ..mesh.aliases import Space
 from .curing import Curing
 from .state import Arrays, State, Stateful
 from .step_error import StepError
@@ -197,7 +198,7 @@ class Heat(Stateful, Protocol):
         """T, and T_s where the beads have one of their own."""
 
     @property
-    def space(self) -> Any:
+    def space(self) -> Space:
         """Function space of `unknown`."""
 
     @property

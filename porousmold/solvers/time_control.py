@@ -4,7 +4,6 @@ steps (Hairer, Wanner, Solving Ordinary Differential Equations II, section IV.8)
 import math
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any
 
 from ..errors import SolveError
 
@@ -58,7 +57,7 @@ class TimeControl:
         self.jumps = [time]
         self.step = self.first_step
 
-    def propose(self, time: float, longest: float = math.inf) -> Any:
+    def propose(self, time: float, longest: float = math.inf) -> float:
         """The step to try from `time`, `longest` at most: never across a breakpoint or the end."""
         self.step = min(self.step, max(longest, self.first_step))
         stops = [stop for stop in (*self.breakpoints, *self.stops, self.end_time) if stop > time * (1 + 1e-12)]

@@ -101,7 +101,7 @@ def _counting(bar: Bar, cases: Any) -> Any:
     return lambda ended: bar.show(ended, cases, "cases")
 
 
-def _part(text: str) -> Any:
+def _part(text: str) -> tuple[int, int]:
     match = re.fullmatch(r"(\d{1,6})/(\d{1,6})", text)
     part = (int(match.group(1)), int(match.group(2))) if match else (0, 0)
     if not 1 <= part[0] <= part[1]:

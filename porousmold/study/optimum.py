@@ -128,7 +128,7 @@ class _Surface:
             for name, value, low, high in zip(self._names, rounded, *self._ends, strict=True)
         }
 
-    def minimum(self, name: str, limits: Mapping[str, float]) -> Any:
+    def minimum(self, name: str, limits: Mapping[str, float]) -> Floats:
         """Place of the least value of a record under limits {record: SI}; the least excess where they cannot be met."""
         constraints = [
             {"type": "ineq", "fun": lambda x, n=n, limit=limit: math.log(limit) - self(n, x)}
@@ -146,7 +146,7 @@ class _Surface:
         return min([*starts, *ends], key=lambda x: (round(excess(x), 4), self(name, x)))
 
 
-def _positive(value: Any) -> Any:
+def _positive(value: Any) -> bool:
     return isinstance(value, int | float) and math.isfinite(value) and value > 0.0
 
 
@@ -161,10 +161,10 @@ def search(
     rows = run_study(study, out, progress=progress(len(study.cases)), stop=stop)
     records = list(dict.fromkeys([aim.minimise, *aim.below, *([aim.trade_off] if aim.trade_off else [])]))
 
-    def where(case: Case) -> Any:
+    def where(case: Case) -> tuple[float, ...]:
         return tuple(float(f"{setting(case, name):.{DIGITS}g}") for name in study.varied)
 
-    def run_at(wanted: Any) -> Any:
+    def run_at(wanted: Any) -> float:
         """Run the minima under the given limits; the largest difference of what was predicted from what was found."""
         nonlocal study, rows
         surface = _Surface(study, rows, records)

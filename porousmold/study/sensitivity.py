@@ -17,7 +17,7 @@ from typing import Any
 from ..files.atomic_files import output_file
 from ..scene.chosen_laws import Laws
 from ..scene.scene import Scene
-from .definition import Study
+from .definition import Case, Study
 from .parameters import case_around, phase_values, value_of
 from .quantity import Quantity, quantity_of
 from .running import run_study
@@ -71,7 +71,7 @@ def coarser(scene: Scene) -> Scene:
     return scene.changed(chosen)
 
 
-def cases_around(scene: Scene, step: float = STEP) -> Any:
+def cases_around(scene: Scene, step: float = STEP) -> list[Case]:
     """The cases whose heating times give the elasticities: a higher and a lower value of every parameter."""
     initial = scene.operation.initial_temperature
     scene, cases = coarser(scene), []
