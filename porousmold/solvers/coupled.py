@@ -1,7 +1,7 @@
 """Flow, turbulence and temperatures as one transient system: the reference that the quasi-steady flow is measured against.
 
 Every unknown keeps its time derivative, the density its changes with pressure and temperature. The stages are those of
-`solvers.heating`; stage i is solved for the unknowns U with the rates (U - R_i)/(gamma dt), R_i = U_n + dt sum a_ij K_j
+`solvers.sdirk`; stage i is solved for the unknowns U with the rates (U - R_i)/(gamma dt), R_i = U_n + dt sum a_ij K_j
 of the earlier stages' rates K_j, by Newton's method with a new Jacobian as often as it needs one.
 """
 
@@ -23,10 +23,11 @@ from ..mesh import fenicsx, ranks
 from ..mesh.aliases import Space
 from ..mesh.domain import BED, Domain
 from .flow import FullFlow, constrained_unknowns, unknowns_outside
-from .heating import BACKWARD_EULER, GAMMA, MOST_REPETITIONS, STAGES, Stages, TransientHeat
+from .heating import MOST_REPETITIONS, TransientHeat
 from .newton import NewtonSystem
 from .newton_iterations import Iterations
 from .protocols import Bounds, HeatBalance, Observer, silent, unbounded
+from .sdirk import BACKWARD_EULER, GAMMA, STAGES, Stages
 from .state import ArrayOf, Saved, State
 from .step_error import StepError
 
@@ -224,7 +225,7 @@ class CoupledTransient:
         gamma = stages[0][0]
         self._gather()
         self.flow.renew_inlet()
-        self.heat.begin(step)
+        self.heat.begin()
         capacity = ranks.integral(self.domain.communicator, self._fluid_capacity.form)
         start = self._coupled.x.array.copy()
         self._inverse_step.value = 1.0 / (gamma * step)

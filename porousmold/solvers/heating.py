@@ -1,29 +1,22 @@
-r"""Transient two-temperature heating: L-stable SDIRK steps of the energy equations.
+r"""Transient two-temperature heating: SDIRK steps of the energy equations (`solvers.sdirk`).
 
-Three stages, third order, L-stable and stiffly accurate (Alexander, SIAM J. Numer. Anal. 14 (1977) 1006-1021). With
-S(T) the heat stored and A(T) the heat leaving (vectors against the tests), stage i solves
-
-    [S(T_i) - S(T_n)]/(gamma dt) + A(T_i) + sum_{j<i} a_ij/gamma A(T_j) = 0,   T_{n+1} = T_3.
-
-All stages have the same matrix; it is factorised once a step, and Newton's method iterates the residual, with its
-temperature-dependent properties, to convergence on these factors. Because S is the enthalpy itself, the discrete
-heat balance closes to the tolerance of that iteration. The flow is held during a step, at the temperature predicted
-for its middle, which makes the coupled method second order.
+Because what they store is the enthalpy itself, the discrete heat balance closes to the tolerance of Newton's method. The flow is
+held during a step, at the temperature predicted for its middle, which makes the coupled method second order.
 """
 
 import functools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, Protocol, TypeAlias
+from typing import Any, Protocol
 
 import numpy as np
 from dolfinx import fem
+from petsc4py import PETSc
 
 from ..arrays import Floats
 from ..equations.energy import EnergyEquations, Transport
 from ..equations.energy_blocks import Temperatures, energy_blocks
 from ..mesh import fenicsx, ranks
-from ..mesh.aliases import Form
 from ..mesh.domain import BED, Domain
 from .bead_modes import BeadModes
 from .curing import Curing
@@ -38,18 +31,12 @@ from .protocols import (
     silent,
     unbounded,
 )
+from .sdirk import BACKWARD_EULER, STAGES, Sdirk, Stages
 from .stages import ITERATED_STAGE_ERROR, STAGE_ERROR, StageSolver
 from .state import ArrayOf, Saved, State
 from .step_error import RegionNorm, StepError
 from .transport import FrozenTransport, MonotoneCells
 
-GAMMA = 0.43586652150845899942
-"""Root of gamma^3 - 3 gamma^2 + 3/2 gamma - 1/6 = 0 between 0 and 1/2."""
-LAST_ROW = (-(6 * GAMMA**2 - 16 * GAMMA + 1) / 4, (6 * GAMMA**2 - 20 * GAMMA + 5) / 4, GAMMA)
-Stages: TypeAlias = tuple[tuple[float, ...], ...]
-"""Rows of the coefficients a_ij of a method."""
-STAGES: Stages = ((GAMMA,), ((1 - GAMMA) / 2, GAMMA), LAST_ROW)
-BACKWARD_EULER: Stages = ((1.0,),)
 DAMPING_PART = 0.05
 """Part of a repeated step that the backward Euler method takes first where marking cells alone did not help."""
 MOST_REPETITIONS = 12
@@ -82,10 +69,9 @@ class TransientHeat:
         quadrature_degree: int,
         stage_error: float = STAGE_ERROR,
     ) -> None:
-        self.domain, self.equations, self._set_time = domain, equations, set_time
+        self.domain, self.equations = domain, equations
         temperatures = HeatUnknowns(domain, equations.two_temperatures, initial_temperature)
         self.unknown, self.space = temperatures.function, temperatures.space
-        self._start = fem.Function(self.space)
         parts, tests = temperatures.parts, temperatures.tests
         self.bead_modes = None
         if equations.interior is not None:
@@ -118,10 +104,7 @@ class TransientHeat:
             beside=Beside(renew=lambda: self._stages.renew_beside()),
         )
         self._stored_forms = [fenicsx.DeferredForm(form) for form in stored]
-        vectors = (self._system.new_vector() for _ in range(5))
-        self._stored_start, self._stored_now, self._addend, self._difference, self._error = vectors
-        self._outflows = [self._system.new_vector() for _ in STAGES]
-        self._outflow_before = self._system.new_vector()
+        self._error = self._system.new_vector()
         volumes = (
             equations.coordinates.weight
             * sum(dict.fromkeys(temperatures.tests))
@@ -140,13 +123,26 @@ class TransientHeat:
         self.observe: Observer = silent
         error = max(stage_error, ITERATED_STAGE_ERROR) if self._system.is_iterated else stage_error
         self._stages = StageSolver(self._system, lambda: self._stage_updates, error)
+
+        def set_stage_time(time: float) -> None:
+            set_time(time)
+            self.observe("")
+
+        self._steps = Sdirk(
+            self._system,
+            self._store,
+            self._inverse_stage,
+            self._stages,
+            set_stage_time,
+            self._renew_coefficients,
+            lambda: self._stage_updates,
+        )
         self.repetitions = 0
         self._cells = MonotoneCells(self._transport.monotone, temperatures.of_cells, domain.cells(BED))
 
-    @property
-    def _stored_form(self) -> Form:
-        """What is stored, compiled: as the residual has it at present."""
-        return self._stored_forms[0 if self._system.uses_simpler else 1].form
+    def _store(self, vector: PETSc.Vec) -> None:
+        """Assemble what is stored, as the residual has it at present."""
+        fenicsx.assemble_vector(vector, self._stored_forms[0 if self._system.uses_simpler else 1].form)
 
     def _preconditioner(self, temperatures: HeatUnknowns, properties: fem.Function) -> Preconditioner | None:
         """What large systems are iterated with."""
@@ -239,19 +235,20 @@ class TransientHeat:
         """The `Transport` of the present step."""
         return self._transport.frozen
 
-    def begin(self, step: float) -> None:
+    def begin(self) -> None:
         """Note the start of a step that another solver takes."""
-        self._start.x.array[:] = self.unknown.x.array
-        self._transport.renew()
-        self._system.uses_simpler = not self._cells.are_there
-        fenicsx.assemble_vector(self._stored_start, self._stored_form)
+        self._renew_coefficients()
+        self._steps.note_start()
 
     def finish(self, crossed: Floats, displaced: float = 0.0) -> None:
         """Bring the balance forward by the heat (J) that `crossed` during such a step, the sum of `rates_here` times their
         weights, and by what the fluid counts for that its change of density has `displaced`."""
-        fenicsx.assemble_vector(self._stored_now, self._stored_form)
-        flows = self._of_all_ranks(crossed)
-        self.balance.add(flows, self._stored_now.sum() - self._stored_start.sum() + displaced)
+        self.balance.add(self._of_all_ranks(crossed), self._steps.gained() + displaced)
+
+    def _renew_coefficients(self) -> None:
+        """Take those of the present flow and temperature, with the cells that are monotone at present."""
+        self._transport.renew()
+        self._system.uses_simpler = not self._cells.are_there
 
     def rates_here(self) -> Floats:
         """What this rank's cells make of each of `scalars`, W."""
@@ -268,49 +265,21 @@ class TransientHeat:
             more, gained = self._take(time, step, stages)
             flows = {name: heat + more[name] for name, heat in flows.items()}
             stored, time = stored + gained, time + step
-            errors.append(self._estimated_error(step, stages))
+            errors.append(self._estimated_error(stages))
         return flows, stored, functools.reduce(StepError.plus, errors)
 
-    def _take(self, time: float, step: float, stages: Stages) -> tuple[Any, ...]:
+    def _take(self, time: float, step: float, stages: Stages) -> tuple[dict[str, float], float]:
         """All stages of a step; gives the heat (J) of each flow and the heat stored."""
-        values = self.unknown.x.array
-        self._start.x.array[:] = values
-        gamma = stages[0][0]
-        self._inverse_stage.value = 1.0 / (gamma * step)
-        for part in self._stage_updates:
-            part.begin_step(step, gamma)
-        self._transport.renew()
-        self._system.uses_simpler = not self._cells.are_there
-        self._system.renew_jacobian()
         flows, crossed = self._no_flows(), np.zeros(len(self.scalars))
-        fenicsx.assemble_vector(self._stored_start, self._stored_form)
-        if stages is BACKWARD_EULER:
-            self._note_outflow_before()
-        for stage, row in enumerate(stages):
-            self._set_time(time + sum(row) * step)
-            self.observe("")
-            for part in self._stage_updates:
-                part.begin_stage([weight * step for weight in row[:-1]])
-            self._stored_start.copy(self._addend)
-            self._addend.scale(-self._inverse_stage.value)
-            for weight, outflow in zip(row[:-1], self._outflows, strict=False):
-                self._addend.axpy(weight / gamma, outflow)
-            if stage > 0:  # first guess: the last stage's slope from the start goes on
-                values[:] = self._start.x.array + (values - self._start.x.array) * sum(row) / sum(stages[stage - 1])
-            self._stages.solve(time, step, self._addend)
-            for part in self._stage_updates:
-                part.end_stage()
-            fenicsx.assemble_vector(self._stored_now, self._stored_form)
-            # A(T_i) from the stage's own equation
-            self._stored_now.copy(self._outflows[stage])
-            self._outflows[stage].scale(-self._inverse_stage.value)
-            self._outflows[stage].axpy(-1.0, self._addend)
-            weight = step * stages[-1][stage]
-            crossed += weight * self.rates_here()
+
+        def passed(weight: float) -> None:
+            nonlocal crossed
+            crossed = crossed + weight * self.rates_here()
             for name, rate in (self.supply.rates if self.supply else {}).items():
                 flows[name] += weight * rate
-        flows |= self._of_all_ranks(crossed)
-        return flows, self._stored_now.sum() - self._stored_start.sum()
+
+        gained = self._steps.take(time, step, stages, passed)
+        return flows | self._of_all_ranks(crossed), gained
 
     @property
     def _stage_updates(self) -> list[StageUpdate]:
@@ -333,36 +302,22 @@ class TransientHeat:
         values[self._system.constrained] = np.nan
         return values
 
-    def _note_outflow_before(self) -> None:
-        """A(T) of the start of a step, by the present coefficients and boundary values."""
-        self._system.addend = None
-        self._system.assemble_residual_into(self._outflow_before)
-        self._outflow_before.axpy(-self._inverse_stage.value, self._stored_start)
-
-    def _estimated_error(self, step: float, stages: Stages) -> StepError:
+    def _estimated_error(self, stages: Stages) -> StepError:
         """Of the step that was taken last (`solvers.step_error`)."""
-        order, weights, of_start = 3, [GAMMA, -2.0 * GAMMA, GAMMA], 0.0
-        if stages is BACKWARD_EULER:
-            order, weights, of_start = 2, [0.5], -0.5
-        inverse_step = self._inverse_stage.value
-        self._difference.set(0.0)
-        if of_start:
-            self._difference.axpy(-of_start / stages[0][0], self._outflow_before)
-        for weight, outflow in zip(weights, self._outflows, strict=False):
-            self._difference.axpy(-weight / stages[0][0], outflow)
-        cure = 0.0
+        difference, weights = self._steps.difference(stages)
+        inverse_step, cure = self._inverse_stage.value, 0.0
         if self.curing:  # what they release between the two solutions heats the difference
-            errors = [part.change([of_start, *weights]) for part in self.curing]
+            errors = [part.change([weights.of_start, *weights.of_stages]) for part in self.curing]
             cure = max(part.largest(error) for part, error in zip(self.curing, errors, strict=True))
-            self._difference.axpy(-inverse_step, self._stored_now)
+            difference.axpy(-inverse_step, self._steps.stored_now)
             for part, error in zip(self.curing, errors, strict=True):
                 part.add(-error)
-            fenicsx.assemble_vector(self._error, self._stored_form)
-            self._difference.axpy(inverse_step, self._error)
+            self._store(self._error)
+            difference.axpy(inverse_step, self._error)
             for part, error in zip(self.curing, errors, strict=True):
                 part.add(error)
-        self._system.apply_inverse(self._difference, self._error)
-        return StepError(self.norm(self._error.array), cure, order)
+        self._system.apply_inverse(difference, self._error)
+        return StepError(self.norm(self._error.array), cure, weights.order)
 
     @functools.cached_property
     def norm(self) -> RegionNorm:
