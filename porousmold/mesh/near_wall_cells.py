@@ -16,6 +16,8 @@ from .gmsh_model import PlainMesh
 
 SHARE = 0.7
 """Of the height of the bed's first cells, which the new cells get."""
+LEAST_GAP = 1e-6
+"""Of the median, that the gap at a node must have."""
 SHARPEST_EDGE = 0.5
 """Least cosine between the wall's normals at a node and their mean: of an edge of 120 degrees between two planes."""
 
@@ -49,9 +51,15 @@ def with_cells_at_wall(mesh: PlainMesh, bed: int, interface: int, widths: Floats
     """The mesh with cells between wall and bed, their nodes at these fractions (from 0 to 1) of the gap of `widths`, as `gaps`
     gives them.
 
-    Raises `ValueError` where the wall has an edge so sharp that no gap can be opened beside it.
+    Raises `ValueError` where no gap can be opened: beside an edge too sharp, or where the interface ends in one plane with
+    another part of the boundary, such as a port.
     """
     nodes = np.unique(mesh.facets[interface])
+    if not widths.min() > LEAST_GAP * np.median(widths):
+        where = ", ".join(f"{value:.4g}" for value in mesh.points[nodes[np.argmin(widths)]])
+        raise ValueError(
+            f"its interface ends within a side of the bed, at ({where}) m: there is no room for cells along it"
+        )
     normals, least_cosine = _normals(mesh, bed, interface)
     if least_cosine < SHARPEST_EDGE:
         raise ValueError("its wall has an edge too sharp for cells along it")

@@ -203,6 +203,12 @@ def outer_wall_text(operation: Mapping[str, Any]) -> str:
     return "adiabatic, no heat loss (see operation.outer_coefficient)"
 
 
+def _until(summary: Summary, change: str) -> str:
+    """Up to when energy is counted, where that is not the run's end."""
+    time, end = summary["heating_time"], summary["end_time"]
+    return "" if time is None or end - time < LEAST_DIFFERENCE * end else f" up to the {change} time"
+
+
 def summary_text(scene: Scene, summary: Summary, out: Path, pictures: Sequence[Path]) -> str:
     """The short readable end of a run."""
     margin, place = scene.operation.heating_margin, scene.operation.heated_place.replace("_", " ")
@@ -215,11 +221,11 @@ def summary_text(scene: Scene, summary: Summary, out: Path, pictures: Sequence[P
     energy = summary["energy"]
     if energy is None:
         spent = (
-            f"energy: {summary['fluid_heat'] / 1e6:.4g} MJ to {change.removesuffix('ing')} the fluid to the inlet temperature, "
-            f"{summary['pumping_work'] / 1e6:.4g} MJ of pumping work"
+            f"energy{_until(summary, change)}: {summary['fluid_heat'] / 1e6:.4g} MJ to {change.removesuffix('ing')} the fluid to "
+            f"the inlet temperature, {summary['pumping_work'] / 1e6:.4g} MJ of pumping work"
         )
     else:
-        spent = f"energy of the whole tool: {energy_text(energy)}"
+        spent = f"energy of the whole tool, to the end of the last step at {summary['end_time']:.0f} s: {energy_text(energy)}"
     seconds, low_high = summary["wall_seconds"], summary["temperature_bounds"]
     targets = [
         f"{name}: {shown(time)} ({summary['target_meanings'][name]}){kept_text(summary['targets_kept'].get(name))}"

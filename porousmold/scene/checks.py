@@ -54,6 +54,7 @@ def check_together(scene: "Scene") -> None:
         _tolerances,
         _output,
         _heated_place,
+        _sensors,
         _state,
     ):
         rule(scene)
@@ -418,6 +419,14 @@ def _state(scene: "Scene") -> None:
     if state is not None and length is not None and abs(state.length / length - 1.0) > SAME_LENGTH:
         allowed = f"is of a bed of {state.length:.6g} m: geometry.length is {length:g} m"
         raise InputError("operation.initial_state", str(state.folder), allowed, scene.source)
+
+
+def _sensors(scene: "Scene") -> None:
+    for name in sensor_names(scene.geometry.sensors):
+        if name in RESERVED_PLACES:
+            _refuse(
+                scene, "geometry.sensors", f"has a sensor {name!r}: that is the name of a place that every scene has"
+            )
 
 
 def _heated_place(scene: "Scene") -> None:

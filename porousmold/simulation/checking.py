@@ -82,7 +82,11 @@ def check(scene: Scene, communicator: Communicator) -> Checked:
         _flow_text(estimates, mass_flow),
         f"time steps of up to {specs.time.largest_step or estimates.largest_step:.3g} s: {_limit_text(specs, estimates)}",
         f"bead Biot number: {estimates.bead_biot_number:.2g}",
-        *([f"outer wall: {outer_wall_text(dict(scene.operation))}"] if domain.has_outer_wall else []),
+        *(
+            [f"outer wall: {outer_wall_text(dict(scene.operation))}"]
+            if domain.has_outer_wall or specs.heat.wall == "thin"
+            else []
+        ),
         *(_bound_text(estimates, least) if specs.course is None else [_phases_text(specs.course)]),
     ]
     warnings = warnings_of_the_scene(scene, specs, estimates, size) + outside_ranges(

@@ -348,6 +348,15 @@ class Problem:
         found = self.communicator.allgather(ends)
         return float(min(low for low, _ in found)[1]), float(max(high for _, high in found)[1])
 
+    def step_at_the_inlet(self, place: str) -> float:
+        """How far (K) the extremes of a place at the inlet are beyond those of all its other nodes; 0 where they are within
+        (collective)."""
+        numbers = self._places[place]
+        values, along = self.heat.unknown.x.array[numbers], self._along[numbers]
+        at_inlet = along <= 0.0
+        (low, high), (least, most) = (ranks.extremes(self.communicator, values[part]) for part in (at_inlet, ~at_inlet))
+        return max(high - most, least - low, 0.0) if np.isfinite([low, high, least, most]).all() else 0.0
+
     def largest_difference_in_a_cell(self) -> float:
         """Of the fluid's temperature, K, among the bed's cells (collective)."""
         temperature = self.temperature

@@ -18,6 +18,8 @@ from .estimates import Estimates, flow_change
 from .specs import Specs
 
 HIGHEST_BIOT_NUMBER = 0.1
+LONGEST_LAG = 5e-3
+"""Of the heat through a wall lumped in thickness, over the time of heating: the error of that time is some two times as large."""
 LARGEST_POROSITY_ERROR = 0.02
 COARSEST_FIRST_CELL = 3.0
 """Of what the wall needs."""
@@ -45,7 +47,7 @@ def warnings_of_the_scene(scene: Scene, specs: Specs, estimates: Estimates, size
             f"bead Reynolds number {estimates.reynolds_number:.3g} is outside {low:g} to {high:g}, "
             f"the range of model.nusselt {scene.model.nusselt!r}"
         )
-    if specs.flow.kind == "plug" and scene.model.turbulence != "none":
+    if specs.flow.kind == "plug" and scene.is_given("model.turbulence") and scene.model.turbulence != "none":
         found.append("plug flow carries no turbulence: model.turbulence has no effect")
     if estimates.conduction_ratio > HIGHEST_BEAD_CONDUCTION:
         found.append(
@@ -73,13 +75,37 @@ def warnings_of_the_scene(scene: Scene, specs: Specs, estimates: Estimates, size
             f"the flow changes by a factor of {change:.2g} between the initial and the inlet temperature: developed flow leaves "
             "out what crosses the bed as it changes, some per cent of the heating time (see model.flow 'full')"
         )
-    found += _of_the_porosity(scene, specs, size)
+    found += _of_the_porosity(scene, specs, size) + _of_a_thin_wall(specs, estimates)
     if specs.mesh.is_too_narrow:
         found.append(
             f"the bed is {specs.mesh.beads_across:.1f} beads wide, below {SMALLEST_RATIO:g}: "
             "volume averages are not meaningful at this width"
         )
     return found
+
+
+def _of_a_thin_wall(specs: Specs, estimates: Estimates) -> list[str]:
+    """Whether a wall that is lumped in its thickness s resists: outside by h s/lambda, as lag by s^2/(2 alpha) of the time."""
+    heat = specs.heat
+    if heat.wall != "thin" or heat.layers[0].thickness is None:
+        return []
+    thickness, solid, temperature = heat.layers[0].thickness, heat.layers[0].solid, heat.initial_temperature
+    resistance = thickness / float(solid.conductivity(temperature))
+    hottest = max(*heat.first_temperatures, heat.inlet_temperature.range[1])
+    outside = heat.outer_wall.film(hottest) * resistance
+    capacity = float(solid.density(temperature) * solid.heat_capacity(temperature))
+    lag = 0.5 * resistance * thickness * capacity / estimates.heating_duration
+    given = 0.0
+    if heat.outer_wall.heat_flux is not None:
+        most = max(abs(value) for value in heat.outer_wall.heat_flux.range) * heat.outer_wall.heat_flux_factor
+        given = most * resistance / max(hottest - min(*heat.first_temperatures, heat.inlet_temperature.range[0]), 1.0)
+    if max(outside, given) <= HIGHEST_BIOT_NUMBER and lag <= LONGEST_LAG:
+        return []
+    beside = f", {outside:.2g} times that to the surroundings" if outside > HIGHEST_BIOT_NUMBER else ""
+    return [
+        f"the wall resists by {resistance:.2g} m2K/W{beside}, and heat takes some {lag:.0%} of the heating to pass it: "
+        "model.wall 'thin' leaves both out (see model.wall 'conjugate')"
+    ]
 
 
 def _of_the_porosity(scene: Scene, specs: Specs, size: BedSize) -> list[str]:

@@ -36,6 +36,8 @@ CONVERGED, MOST_ITERATIONS = 1e-9, 40
 """Relative update of the pressure at which a flow that starts is found."""
 FOLLOWED = 0.05
 """Of the flow's tolerance, that the pressure's update may be: what it leaves of the mass balance the heat misses."""
+UNRELAXED, RELAXED = 6, 0.5
+"""Iterations after which the profiles follow the pressure gradient of the nodes by that part alone."""
 LINEAR_REDUCTION = 1e-8
 """Of the residual of iterated linear systems."""
 LARGEST_CHANGE = 0.5
@@ -80,7 +82,7 @@ class LocallyDevelopedFlow:
         self.solution = State({"pressure": self.pressure} | boundary | parts)
         self._distance = np.maximum(fenicsx.nodal_values(domain.wall_distance, space), 0.0)
         self._build(space, quadrature_degree)
-        self._is_uniform, self._changed = False, 0.0
+        self._is_uniform, self._changed, self._iteration = False, 0.0, 0
         self.counts = FlowCounts()
         self.observe: Observer = silent
 
@@ -176,9 +178,11 @@ class LocallyDevelopedFlow:
 
     def _solve(self, time: float, tolerance: float) -> None:
         self.counts.solves += 1
+        self._iteration = 0
 
         def prepare(update: float, last: float) -> None:
             self._is_uniform = False
+            self._iteration += 1
             self.system.solve_to(LINEAR_REDUCTION)
 
         def converged(update: float) -> bool:
@@ -264,7 +268,10 @@ class LocallyDevelopedFlow:
         """Take the profiles about the present pressure gradient (collective); at first that far from walls everywhere, whatever
         the gradient. Raises `SolveError` where they are not found."""
         uniform, logarithm = self._is_uniform, self._profiles.logarithm
+        before = logarithm.x.array.copy()
         self._mean_at_nodes(self._logarithm_form.form, logarithm)
+        if self._iteration > UNRELAXED:  # at a corner of the boundary it may go to and fro
+            logarithm.x.array[:] = before + RELAXED * (logarithm.x.array - before)
         owned = logarithm.x.array[: len(self._volumes)]
         sums = ranks.total(self.domain.communicator, [np.sum(self._volumes * owned), np.sum(self._volumes)])
         mean = float(sums[0] / sums[1])

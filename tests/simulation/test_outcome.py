@@ -1,0 +1,80 @@
+"""What a run says of itself where its numbers mean less, or other, than one would think."""
+
+import pytest
+from mpi4py import MPI
+
+from porousmold import InputError, Scene, run
+from porousmold.simulation.checking import check
+
+from ..support import ALUMINIUM, coarse_scene
+
+PLUG = {"model.flow": "plug", "model.turbulence": "none"}
+
+
+def warnings_of(*changes):
+    """Of a coarse run of the aluminium mold."""
+    return run(coarse_scene(PLUG, *changes), communicator=MPI.COMM_SELF).summary["warnings"]
+
+
+@pytest.mark.parametrize("place", ["run", "check"])
+def test_a_thin_wall_that_resists_is_told(place):
+    """8 mm of FRP are 7 % too fast when they are lumped; aluminium is none the worse for it."""
+
+    def told(changes):
+        thin = {"model.wall": "thin", "operation.end_time": 5.0, **changes}
+        found = warnings_of(thin) if place == "run" else check(coarse_scene(PLUG, thin), MPI.COMM_SELF).warnings
+        return [text for text in found if "'thin' leaves both out" in text]
+
+    assert told({"wall.material": "frp", "wall.thickness": 0.008})
+    assert not told({})
+    outside = {"operation.outer_coefficient": 400.0, "operation.ambient_temperature": 293.0}
+    assert "times that to the surroundings" in told({"wall.material": "acrylic", "wall.thickness": 0.001} | outside)[0]
+    assert not told(outside)
+
+
+def test_a_wall_that_the_surroundings_cool_before_the_flow_comes_is_not_said_to_stay():
+    cold = {"operation.outer_coefficient": 10.0, "operation.ambient_temperature": 273.15, "operation.end_time": 200.0}
+    text = next(one for one in warnings_of(cold) if "not heated" in one)
+    assert "hardly heated yet, farther than at the start" in text and "stays there" not in text
+
+
+def test_surroundings_hotter_than_the_inlet_are_no_heat_losses():
+    hot = {"operation.outer_coefficient": 20.0, "operation.ambient_temperature": 423.15, "operation.end_time": 2e4}
+    text = next(one for one in warnings_of(hot) if "not heated" in one)
+    assert "heat that comes in through the outer wall balances" in text
+
+
+def test_a_cooling_that_has_not_ended_is_called_so():
+    cooling = {
+        "operation.initial_temperature": 363.15,
+        "operation.inlet_temperature": 298.15,
+        "operation.end_time": 100.0,
+    }
+    assert any(
+        "not cooled to within 2 K" in text and "its hottest point hardly cooled yet" in text
+        for text in warnings_of(cooling)
+    )
+
+
+def test_a_wall_beyond_the_inlet_is_told():
+    """A heat flux carries the wall past the inlet's temperature: within 2 K is then that of its coldest point."""
+    found = warnings_of({"operation.outer_heat_flux": 3000.0})
+    assert any("hotter than the inlet, by heat from elsewhere" in text for text in found)
+    assert not any("by heat from elsewhere" in text for text in warnings_of())
+
+
+def test_a_spread_at_the_edge_of_the_inlet_is_told():
+    """FRP's hottest point is the edge of the inlet, where finer cells come nearer to the gas."""
+    frp = {"wall.material": "frp", "wall.thickness": 0.006, "operation.end_time": 3000.0}
+    losses = {"operation.outer_coefficient": 5.0, "operation.ambient_temperature": 293.15}
+    even = {"target": [{"name": "even", "place": "wall", "spread": 20.0}]}
+    scene = Scene(coarse_scene(PLUG, frp, losses).as_tables() | even)
+    found = run(scene, communicator=MPI.COMM_SELF).summary["warnings"]
+    assert any("is at the edge of the inlet" in text for text in found)
+
+
+def test_a_sensor_has_no_name_of_a_place(tmp_path):
+    path = tmp_path / "sensors.csv"
+    path.write_text("name, x [mm], y [mm]\nbed, 100, 5\n")
+    with pytest.raises(InputError, match="bed"):
+        coarse_scene({"geometry.sensors": str(path)}, ALUMINIUM)
