@@ -56,9 +56,9 @@ LARGEST_REFINEMENT = 20.0
 
 def measure(dimensions, size, strategy):
     """Figures of one size on this communicator."""
-    from porousmold.solvers import newton
+    from porousmold.solvers import linear_solution
 
-    newton.LARGEST_FACTORISED = dict.fromkeys((2, 3), STRATEGIES[strategy])
+    linear_solution.LARGEST_FACTORISED = dict.fromkeys((2, 3), STRATEGIES[strategy])
     settings = {"model.turbulence": "nakayama-kuwahara", "solver.mesh_refinement": min(size, LARGEST_REFINEMENT)}
     if size > LARGEST_REFINEMENT:
         settings["solver.axial_cells"] = round(18 * size / LARGEST_REFINEMENT)
@@ -151,7 +151,7 @@ def main():
         if MPI.COMM_WORLD.rank == 0:
             print(json.dumps(result), flush=True)
         return
-    from porousmold.solvers.newton import LARGEST_FACTORISED
+    from porousmold.solvers.linear_solution import LARGEST_FACTORISED
 
     page = Page(
         "# Growth",

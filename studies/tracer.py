@@ -55,7 +55,7 @@ class Tracer:
         inside = fem.locate_dofs_topological(space, domain.mesh.topology.dim, domain.cells(BED))
         outside = np.setdiff1d(np.arange(len(self.fraction.x.array)), inside)
         residual = inverse_stage * stored + leaving + nothing * self.fraction * test * domain.wall_measure(1)
-        system = NewtonSystem("tracer", residual, self.fraction, outside, keep_jacobian=True, pivoting=False)
+        system = NewtonSystem("tracer", residual, self.fraction, outside, keep_jacobian=True)
         stored = fenicsx.DeferredForm(stored)
         solver = StageSolver(system, tuple, ERROR)
         self._steps = Sdirk(

@@ -31,6 +31,7 @@ from ..mesh.aliases import Space
 from ..mesh.domain import BED, INTERFACE, Domain
 from .equilibrium import local_equilibrium
 from .flow import NonlinearFlow, unknowns_outside
+from .linear_solution import LinearSolution
 from .newton import Beside, NewtonSystem
 from .protocols import Drive
 from .state import State
@@ -94,7 +95,7 @@ class DevelopedFlow(NonlinearFlow):
             self.unknown,
             constrained,
             keep_jacobian=True,
-            pivoting=False,
+            linear=LinearSolution(pivoting=False),
             beside=self._beside(),
         )
         self._gains = fem.Function(self.space), fem.Function(self.space)

@@ -17,6 +17,7 @@ from ..laws.turbulence_models import TurbulentUnknown
 from ..mesh import fenicsx, ranks
 from ..mesh.aliases import Space
 from ..mesh.domain import BED, INTERFACE, SIDE, SYMMETRY, Domain
+from .linear_solution import LinearSolution
 from .newton import Beside, NewtonSystem
 from .protocols import FlowCounts, Observer
 from .state import ArrayOf, Arrays, Saved, State
@@ -223,9 +224,9 @@ class FullFlow(NonlinearFlow):
         constrained = np.unique(np.concatenate([constrained_unknowns(domain, self.space, turbulence), *fixed]))
         parts = [fenicsx.collapse(self.space, part)[1] for part in range(len(elements))]
         blocks = (parts[:2], *([part] for part in parts[2:])) if turbulence else ()
-        beside = Beside(renew=self.renew_inlet)
+        beside, linear = Beside(renew=self.renew_inlet), LinearSolution(blocks=blocks)
         system = NewtonSystem(
-            "flow", residual, self.unknown, constrained, keep_jacobian=True, blocks=blocks, beside=beside
+            "flow", residual, self.unknown, constrained, keep_jacobian=True, linear=linear, beside=beside
         )
         state = equations.state_of(ufl.split(self.unknown))
         self._entering = [

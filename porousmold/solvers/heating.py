@@ -21,6 +21,7 @@ from ..mesh.domain import BED, Domain
 from .bead_modes import BeadModes
 from .curing import Curing
 from .heat_unknowns import HeatUnknowns
+from .linear_solution import LinearSolution
 from .multigrid import LEAST_UNKNOWNS, Preconditioner
 from .newton import Beside, NewtonSystem
 from .protocols import (
@@ -98,8 +99,7 @@ class TransientHeat:
             self.unknown,
             constrained,
             keep_jacobian=True,
-            pivoting=False,
-            preconditioner=self._preconditioner(temperatures, property_temperature),
+            linear=LinearSolution(False, preconditioner=self._preconditioner(temperatures, property_temperature)),
             simpler=residuals[0],
             beside=Beside(renew=lambda: self._stages.renew_beside()),
         )

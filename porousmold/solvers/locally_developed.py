@@ -23,6 +23,7 @@ from ..mesh import fenicsx, ranks
 from ..mesh.aliases import Form, Space
 from ..mesh.domain import BED, INLET, OUTLET, Domain
 from .developed_profiles import ProfileTable
+from .linear_solution import LinearSolution
 from .multigrid import LEAST_UNKNOWNS, Preconditioner
 from .newton import Beside, NewtonSystem
 from .newton_iterations import Iterations
@@ -101,8 +102,7 @@ class LocallyDevelopedFlow:
             residual,
             self.pressure,
             self._outside,
-            pivoting=False,
-            preconditioner=self._preconditioner(space),
+            linear=LinearSolution(pivoting=False, preconditioner=self._preconditioner(space)),
             beside=Beside(self._renew_profiles, self._follow_mass_flow, lambda update: max(update, self._changed)),
         )
         weight, ds = self._equations.coordinates.weight, facets(INLET)

@@ -21,27 +21,16 @@ from ..arrays import Floats, Integers
 from ..laws.functions import Value
 from ..mesh import fenicsx, ranks
 from ..mesh.aliases import Space
-from .field_splits import split_fields
 from .jacobian import Jacobian
-from .multigrid import Preconditioner, use_multigrid
+from .linear_solution import FACTORISED, MUMPS_OPTIONS, LinearSolution
 from .newton_iterations import Iterations
 from .petsc_options import given, set_defaults
 
 PREFIX = "porousmold_"
 """Of all options; the name of the system follows."""
 
-LARGEST_FACTORISED = {2: 400_000, 3: 10_000}
-"""Unknowns, by dimensions of space, beyond which a system with blocks is not factorised as a whole: there the blocks need
-less time and memory."""
-
-LARGEST_FACTORISED_BY_PETSC = 20_000
-"""Unknowns beyond which MUMPS is the faster one even of thin matrices (twice at 185 000)."""
-
 SNES_OPTIONS = {"snes_linesearch_type": "basic"}
 """The full step."""
-# 14 is the head-room (in percent) for pivoting, which saddle points with pinned unknowns need; 8 scales rows and columns by
-# their largest entries, which is as good here as the iterative default and saves a sixth of the factorisation
-MUMPS_OPTIONS = {"mat_mumps_icntl_14": 80, "mat_mumps_icntl_8": 4}
 SOLVED, GIVEN_UP = PETSc.SNES.ConvergedReason.CONVERGED_SNORM_RELATIVE, PETSc.SNES.ConvergedReason.DIVERGED_DTOL
 
 LEAST_SIZE = 1e-6
@@ -84,10 +73,8 @@ class NewtonSystem:
 
     `simpler` is a residual that is the same at present where `uses_simpler` is set, and takes less to assemble.
     The unknowns `constrained` (local numbers in the function's own space, ghosts included) stay as they are in `unknown`.
-    `pivoting` is needed where the diagonal may vanish, as that of the pressure does. `addend` is a PETSc vector added to
-    the assembled residual. `blocks` are the unknowns of fields that may be solved for one after the other, those of the
-    first one in two parts (`split_fields`); with a `preconditioner` the linear systems are iterated, as long as that converges
-    (`solvers.multigrid`). The Jacobian is renewed at every iteration, or with `keep_jacobian` only when
+    `addend` is a PETSc vector added to the assembled residual. Linear systems are iterated, where `linear` says so, as long as
+    that converges; else they are factorised. The Jacobian is renewed at every iteration, or with `keep_jacobian` only when
     `renew_jacobian()` was called: then the factors serve until the next call.
     """
 
@@ -99,9 +86,7 @@ class NewtonSystem:
         constrained: Integers,
         *,
         keep_jacobian: bool = False,
-        pivoting: bool = True,
-        blocks: Sequence[Sequence[Integers]] = (),
-        preconditioner: Preconditioner | None = None,
+        linear: LinearSolution = FACTORISED,
         simpler: Value = None,
         beside: Beside | None = None,
     ) -> None:
@@ -117,12 +102,12 @@ class NewtonSystem:
             residuals,
             [ufl.derivative(form, unknown, trial) for form in residuals],
             [fem.dirichletbc(zero, self.constrained.astype(np.int32))],
-            preconditioner,
+            linear.preconditioner,
             is_kept=keep_jacobian,
         )
         self.uses_simpler = simpler is not None
         self.addend: Any = None
-        self._pivoting, self._blocks = pivoting, blocks
+        self._linear = linear
         self.relative_update = float("inf")
         self._iterations = Iterations(0, converged=lambda error: False)
         self._is_judged = True
@@ -166,7 +151,6 @@ class NewtonSystem:
     @functools.cached_property
     def _snes(self) -> Any:
         snes = PETSc.SNES().create(self.space.mesh.comm)
-        dimension = self.space.mesh.geometry.dim
         snes.setOptionsPrefix(self._prefix)
         snes.setType("newtonls")
         set_defaults(self._prefix, SNES_OPTIONS | MUMPS_OPTIONS)
@@ -178,19 +162,9 @@ class NewtonSystem:
         snes.setConvergenceTest(self._test)
         if self._beside.complete is not None:
             snes.setLineSearchPreCheck(self._complete)
-        linear_solver = snes.getKSP()
-        linear_solver.setType("preonly")
-        linear_solver.getPC().setType("lu")
-        # PETSc's own factorisation is the faster one of small and thin matrices, but serial and without pivoting
-        is_large = dimension == 3 or self.active_unknowns > LARGEST_FACTORISED_BY_PETSC
-        by_mumps = self._pivoting or is_large or self.space.mesh.comm.size > 1
-        linear_solver.getPC().setFactorSolverType("mumps" if by_mumps else "petsc")
+        self._linear.factorise(snes.getKSP(), self.space, self.active_unknowns)
         snes.setFromOptions()
-        if self._jacobian.preconditioner is not None:
-            fields = {name: self._owned_numbers(part) for name, part in self._jacobian.preconditioner.fields.items()}
-            use_multigrid(linear_solver, fields)
-        if self._blocks and self.active_unknowns > LARGEST_FACTORISED[dimension]:
-            self._split_fields(linear_solver)
+        self._linear.iterate_large(snes.getKSP(), self.space, self.active_unknowns, self._jacobian, self._present)
         return snes
 
     @functools.cached_property
@@ -199,18 +173,6 @@ class NewtonSystem:
         return given(
             f"{self._prefix}snes_", {name.removeprefix("snes_"): value for name, value in SNES_OPTIONS.items()}
         )
-
-    def _split_fields(self, linear_solver: Any) -> None:
-        """Have the blocks solved for one after the other."""
-        self._jacobian.renew(self._present)
-        linear_solver.setOperators(self._jacobian.matrix, self._jacobian.matrix)
-        fields = [[self._owned_numbers(part) for part in parts] for parts in self._blocks]
-        split_fields(linear_solver, fields, by_schur_complement=self.space.mesh.geometry.dim == 3)
-
-    def _owned_numbers(self, local: Integers) -> Integers:
-        """Global numbers of those of some local unknowns that this rank owns."""
-        offset = self.space.dofmap.index_map.local_range[0] * self.space.dofmap.index_map_bs
-        return np.asarray(offset + local[local < self.owned_size])
 
     @property
     def factored_at(self) -> tuple[list[Any], list[Any]] | None:

@@ -7,7 +7,7 @@ from mpi4py import MPI
 from porousmold.scene.scene import Scene
 from porousmold.simulation.march import Simulation
 from porousmold.simulation.specs import specs_of
-from porousmold.solvers import field_splits, newton
+from porousmold.solvers import field_splits, linear_solution
 
 from ..support import ALUMINIUM, STUDIES
 
@@ -27,7 +27,7 @@ def test_an_iteration_by_fields_is_that_of_the_whole(scene, refinement, monkeypa
     guess, iterates, iterations = unknown.copy(), [], []
     monkeypatch.setattr(field_splits, "REDUCTION", 1e-4)
     for largest in (WHOLE, BY_FIELDS):
-        monkeypatch.setattr(newton, "LARGEST_FACTORISED", largest)
+        monkeypatch.setattr(linear_solution, "LARGEST_FACTORISED", largest)
         unknown[:] = guess
         system.renew_jacobian()
         system.iterate()
@@ -46,7 +46,7 @@ def test_temperatures_do_not_depend_on_how_the_flow_is_solved(scene, refinement,
     settings = {"solver.mesh_refinement": refinement, "operation.end_time": 120.0}
     coldest, iterations = [], []
     for largest in (WHOLE, BY_FIELDS):
-        monkeypatch.setattr(newton, "LARGEST_FACTORISED", largest)
+        monkeypatch.setattr(linear_solution, "LARGEST_FACTORISED", largest)
         problem = Simulation(specs_of(Scene.load(scene, settings)), MPI.COMM_SELF).march().problem
         coldest.append(problem.extremes("bed")[0])
         iterations.append(problem.flow.counts.newton_iterations)

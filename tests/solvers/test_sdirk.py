@@ -22,7 +22,7 @@ def cooled(stages, count, end=1.0):
     test, dx = ufl.TestFunction(unknown.function_space), domain.cell_measure(4)(1)
     stored, leaving = (unknown + unknown**2) * test * dx, unknown * test * dx
     held = np.empty(0, np.int32)
-    system = NewtonSystem("test", inverse * stored + leaving, unknown, held, keep_jacobian=True, pivoting=False)
+    system = NewtonSystem("test", inverse * stored + leaving, unknown, held, keep_jacobian=True)
     stored, out = fenicsx.compiled_form(stored), fenicsx.compiled_form(unknown * dx)
     steps = Sdirk(
         system,
