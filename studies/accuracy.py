@@ -22,7 +22,7 @@ from porousmold.simulation.accuracy import Answer, Refinements, refinements_of, 
 from porousmold.simulation.march import Simulation
 from porousmold.simulation.recorder import HEATING_TIME
 from porousmold.simulation.specs import specs_of
-from studies import crossed_scenes
+from studies import crossed_draws, crossed_scenes
 from studies.page import Page
 from studies.random_scenes import scenes
 
@@ -77,18 +77,16 @@ class Outcome:
 
 def crossed_numbers() -> list[int]:
     """Of the crossed scenes that are compared with finer runs, but for meshes of one's own, which no accuracy refines."""
-    step = crossed_scenes.COUNT // crossed_scenes.SAMPLE
-    drawn = [choice for choice, _ in crossed_scenes.scenes()]
-    return [
-        number for number in range(0, crossed_scenes.COUNT, step) if drawn[number]["kind"] not in ("narrow", "mesh")
-    ]
+    step = crossed_draws.COUNT // crossed_scenes.SAMPLE
+    drawn = [choice for choice, _ in crossed_draws.scenes()]
+    return [number for number in range(0, crossed_draws.COUNT, step) if drawn[number]["kind"] not in ("narrow", "mesh")]
 
 
 def outcome_of(task: tuple[str, int, float]) -> Outcome:
     """Of a scene ("random" or "crossed", its number) at an accuracy."""
     kind, number, accuracy = task
     runs = Runs()
-    scene = list(scenes(COUNT, SEED))[number] if kind == "random" else crossed_scenes.scene_of(number)
+    scene = list(scenes(COUNT, SEED))[number] if kind == "random" else crossed_draws.scene_of(number)
     try:
         if kind == "crossed" and not Runs()(scene):
             return Outcome(reason="not heated")

@@ -12,13 +12,13 @@ from ..errors import SolveError
 from ..mesh import ranks
 from ..mesh.aliases import Communicator
 from ..solvers.newton import free_systems
-from ..solvers.protocols import Bounds, Observer, silent
+from ..solvers.protocols import Observer, silent
 from ..solvers.state import ArrayOf, Copy, Saved
-from ..solvers.step_error import StepError
 from ..solvers.time_control import TimeControl
 from .assembly import assemble
 from .recorder import Recorder
-from .specs import HeatSpec, Specs
+from .specs import Specs
+from .step_rules import StepRules
 from .steppers import STEPPERS, Past
 
 LOG = logging.getLogger(__name__)
@@ -32,24 +32,6 @@ LEAST_ROWS = 10
 
 FIRST_STEP = 0.05
 """The first time step at most, as a part of the largest one."""
-
-STEP_ERROR = 8e-3
-"""Estimated error of a step that is allowed, of temperatures, over the differences there are."""
-CURE_ERROR = {2: 3e-5, 3: 1.5e-4}
-"""The same of a degree of cure, by the order of the estimate: that of the backward Euler method is its own error, that of three
-stages the far larger one of their embedded method."""
-COARSEST_ERRORS = 0.6
-"""Refinement of the steps below which their errors may grow no more: a front that comes in is lost in one step else."""
-FLOW_ERROR = 3e-3
-"""Relative error of the mass flow in a step that is allowed."""
-LEAST_DIFFERENCE = 0.02
-"""Temperature difference (K) below which none counts."""
-STEPS_OF_CHANGE = 4.0
-"""Steps like the last one whose change counts as a difference: of what is heated evenly."""
-LARGEST_PART = 0.5
-"""Of the time in which differences that decay would be gone, that one step may take."""
-INLET_CHANGE = 0.1
-"""K by which air that comes back may get warmer within a step, beside twice its last change, before cells become monotone."""
 
 SHORTEST_PART = 0.05
 """Of the first step: a shorter one is not cut again to meet the end of a phase."""
@@ -74,10 +56,7 @@ class Simulation:
         self.is_also_laminar = False
         self._past = Past()
         self._stepper = STEPPERS[specs.flow.update](self.problem)
-        # the published pressure term drives flow across the openings
-        free = not specs.time.keeps_bounds or specs.flow.rev_terms == "as-published"
-        self._given = (-math.inf, math.inf) if free else given_bounds(specs.heat)
-        self._is_open = is_open(specs.heat)
+        self._rules = StepRules(self.problem, self.recorder)
 
     def free(self) -> None:
         """Free what PETSc holds of it; what was recorded stays (collective)."""
@@ -142,7 +121,7 @@ class Simulation:
         course, problem, history = self.specs.course, self.problem, self.recorder.history
         if course is None:
             return
-        differences = self._differences(self.time, *self._range_now(), problem.inlet_temperature)
+        differences = self._rules.differences(self.time, *self._rules.range_now(), problem.inlet_temperature)
         if not course.is_past(self.time, history["outlet_temperature"][-1], differences):
             self.control.breakpoints = self._breakpoints()
             return
@@ -168,11 +147,6 @@ class Simulation:
         end = (course.planned_end,) if math.isfinite(course.planned_end) else ()
         return tuple(sorted({*known, *course.ends[-1:], *end}))
 
-    def _range_now(self) -> tuple[float, float]:
-        """Lowest and highest present temperature (K)."""
-        history = self.recorder.history
-        return history["lowest_temperature"][-1], history["highest_temperature"][-1]
-
     def _start(self) -> None:
         problem, course = self.problem, self.specs.course
         if course is not None and course.direction_of(0) < 0:  # profiles and states are given from the inlet on
@@ -196,16 +170,16 @@ class Simulation:
     def _step(self) -> float | None:
         """Take one step; gives its length (s), None where it is to be repeated with another one."""
         problem, control = self.problem, self.control
-        step = control.propose(self.time, self._longest_step())
+        step = control.propose(self.time, self._rules.longest_step())
         before, factored_at = problem.state.copy(), problem.flow.factored_at
         steps = self._past.steps
         try:
             with problem.stopwatch("flow"):
                 is_smooth = not control.after_jump(self.time - sum(steps))
-                self._stepper.prepare(self.time, step, self._past, self._limits(), is_smooth=is_smooth)
+                self._stepper.prepare(self.time, step, self._past, self._rules.limits(), is_smooth=is_smooth)
             with problem.stopwatch("energy"):
                 jump = control.after_jump(self.time)
-                error = problem.heat.step(self.time, step, after_jump=jump, bounds=self._bounds_now)
+                error = problem.heat.step(self.time, step, after_jump=jump, bounds=self._rules.bounds)
             self._check_direction()
         except KeyboardInterrupt:
             self._put_back(before)
@@ -216,7 +190,7 @@ class Simulation:
             LOG.info("step of %g s from %g s not taken: %s", step, self.time, failure)
             control.reject_failed(step, failure)
             return None
-        ratio = self._error_ratio(self.time + step, error)
+        ratio = self._rules.error_ratio(self.time + step, error, self._stepper.flow_error())
         if not control.accept(self.time + step, step, ratio, error.order):
             LOG.info("step of %g s from %g s repeated: %s, %.2g of what is allowed", step, self.time, error, ratio)
             self._put_back(before)
@@ -238,63 +212,9 @@ class Simulation:
         if course is None or course.phase.side is None or step < self.control.first_step * SHORTEST_PART:
             return 1.0
         known = self.time > course.begun
-        differences = self._differences(self.time, *self._range_now(), problem.inlet_temperature)
+        differences = self._rules.differences(self.time, *self._rules.range_now(), problem.inlet_temperature)
         before = history["outlet_temperature"][-1] if known else None
         return course.part_of_step(before, problem.balances.outlet_temperature, differences)
-
-    def _error_ratio(self, time: float, error: StepError) -> float:
-        """Estimated error of a step to a time (s), over what is allowed of it (collective)."""
-        problem, specs, history = self.problem, self.specs.time, self.recorder.history
-        lows, highs = zip(*(problem.extremes(place) for place in ("bed", "wall")), strict=True)
-        low, high = min(lows), max(highs)
-        change = max(abs(low - history["lowest_temperature"][-1]), abs(high - history["highest_temperature"][-1]))
-        differences = self._differences(time, low, high, problem.inlet_temperature)
-        allowed = STEP_ERROR * max(differences, STEPS_OF_CHANGE * change, LEAST_DIFFERENCE)
-        if specs.tolerance is not None:
-            allowed = min(allowed, specs.tolerance)
-        finer = max(specs.refinement, COARSEST_ERRORS)
-        ratio = max(error.temperature / allowed, error.cure / CURE_ERROR[error.order]) * finer**error.order
-        # an error of the flow moves times by as much of the time that it lasts
-        weight = min(1.0, time / self.problem.medium.estimates.heating_duration)
-        return float(max(ratio, weight * self._stepper.flow_error() / FLOW_ERROR * finer**2))
-
-    def _differences(self, time: float, low: float, high: float, inlet: float) -> float:
-        """Largest temperature difference (K) at a time (s) between places, and what is given there."""
-        given = [low, high, inlet, *(float(one(time)) for one in self.specs.heat.given_elsewhere)]
-        return max(given) - min(given)
-
-    def _longest_step(self) -> float:
-        """A part of the time in which temperature differences that decay would be gone (s)."""
-        history = self.recorder.history
-        if len(history) < 2:
-            return math.inf
-        columns = ("time", "lowest_temperature", "highest_temperature", "inlet_temperature")
-        before, now = (self._differences(*(history[name][row] for name in columns)) for row in (-2, -1))
-        if not now < before:
-            return math.inf
-        gone_after = now * (history["time"][-1] - history["time"][-2]) / (before - now)
-        return LARGEST_PART * gone_after / self.specs.time.refinement
-
-    def _bounds_now(self) -> Bounds:
-        """Bounds of the temperatures (K) of the present step: a heater cannot cool air that comes back too warm, which then
-        enters as warm as it did, but for what changes within a step. Where the wall has sources, cures or takes up a given flux
-        it has no bound on that side, and the bed is bounded by the wall as it was and is (collective)."""
-        low, high = self._given
-        air_loop = self.problem.air_loop
-        if air_loop is not None and air_loop.is_too_warm:
-            entered = self.recorder.history["inlet_temperature"][-2:]
-            warmest = max(self.recorder.history["highest_temperature"][-1], entered[-1])
-            high = max(high, warmest + INLET_CHANGE + 2.0 * abs(entered[-1] - entered[0]))
-        colder, hotter = self._is_open
-        if not (colder or hotter):
-            return low, high
-        of_wall = (-math.inf if colder else low), (math.inf if hotter else high)
-        coldest, hottest = self.problem.extremes("wall")
-        if colder:
-            low = min(low, coldest, self.recorder.history["lowest_wall"][-1])
-        if hotter:
-            high = max(high, hottest, self.recorder.history["highest_wall"][-1])
-        return low, high, *of_wall
 
     def _heated_for_good(self) -> bool:
         """Whether the wall is heated, or all targets are met, and the inlet's temperature has no change ahead."""
@@ -335,12 +255,6 @@ class Simulation:
         """Give the boundary of the flow the values that the present flow was solved for, that of the heat those of now."""
         self.problem.medium.boundary.set(self._stepper.flow_time(self.time, self._past))
         self.problem.medium.boundary.set_heat(self.time)
-
-    def _limits(self) -> tuple[float, float]:
-        """Within which temperatures (K) are extrapolated: those of now, and those that enter."""
-        low, high = self._range_now()
-        coldest, hottest = self.specs.heat.inlet_temperature.range
-        return min(low, coldest), max(high, hottest)
 
     def _check_direction(self) -> None:
         mass_flow = self.problem.balances.mass_flow
@@ -392,22 +306,3 @@ def _kind_of(column: str) -> str | None:
     if column.startswith(("temperature_", "sensor_", "lowest_", "highest_")) and not column.endswith("_place"):
         return "temperature"
     return column if column == "heat_stored" else "cure" if column.startswith("cure_") else None
-
-
-def given_bounds(heat: HeatSpec) -> tuple[float, float]:
-    """Lowest and highest temperature (K) that are given."""
-    given = [*heat.first_temperatures, *heat.inlet_temperature.range]
-    for series in heat.given_elsewhere:
-        given += series.range
-    if heat.air_loop is not None:
-        given.append(heat.air_loop.supply.fresh_temperature)
-    return min(given), max(given)
-
-
-def is_open(heat: HeatSpec) -> tuple[bool, bool]:
-    """Whether the wall may become colder, and hotter, than all that is given: by sources, cure, or a given flux."""
-    ranges = [layer.heat_source.range for layer in heat.all_layers if layer.heat_source is not None]
-    if heat.outer_wall.heat_flux is not None:
-        ranges.append(heat.outer_wall.heat_flux.range)
-    cures = any(layer.solid.cure is not None for layer in heat.all_layers)
-    return any(least < 0.0 for least, _ in ranges), cures or any(most > 0.0 for _, most in ranges)

@@ -22,9 +22,10 @@ from .accuracy import AT_END, PEAKS
 from .cycles import SURROUNDINGS, cycles_of
 from .energy_use import energy_use
 from .estimates import rayleigh_darcy
-from .march import Simulation, given_bounds, is_open
+from .march import Simulation
 from .scene_warnings import first_cell, warnings_of_the_first_cell, warnings_of_the_scene
 from .specs import Specs
+from .step_rules import given_bounds, is_open
 from .unmet_targets import kept_targets, why_not_met
 
 HIGHEST_MACH_NUMBER = 0.3

@@ -8,7 +8,7 @@ from scipy.special import j0, jn_zeros
 
 from porousmold import InputError, Scene, run
 from porousmold.scene.series import MOST_ROWS, TimeSeries
-from porousmold.simulation.march import STEP_ERROR
+from porousmold.simulation.step_rules import STEP_ERROR
 
 from ..support import RESIN, STUDIES, coarse_scene, cured_mold
 

@@ -1,0 +1,122 @@
+"""What a time step may do: its error, its length, and the bounds of its temperatures."""
+
+import math
+
+from ..solvers.protocols import Bounds
+from ..solvers.step_error import StepError
+from .problem import Problem
+from .recorder import Recorder
+from .specs import HeatSpec
+
+STEP_ERROR = 8e-3
+"""Estimated error of a step that is allowed, of temperatures, over the differences there are."""
+CURE_ERROR = {2: 3e-5, 3: 1.5e-4}
+"""The same of a degree of cure, by the order of the estimate: that of the backward Euler method is its own error, that of three
+stages the far larger one of their embedded method."""
+COARSEST_ERRORS = 0.6
+"""Refinement of the steps below which their errors may grow no more: a front that comes in is lost in one step else."""
+FLOW_ERROR = 3e-3
+"""Relative error of the mass flow in a step that is allowed."""
+LEAST_DIFFERENCE = 0.02
+"""Temperature difference (K) below which none counts."""
+STEPS_OF_CHANGE = 4.0
+"""Steps like the last one whose change counts as a difference: of what is heated evenly."""
+LARGEST_PART = 0.5
+"""Of the time in which differences that decay would be gone, that one step may take."""
+INLET_CHANGE = 0.1
+"""K by which air that comes back may get warmer within a step, beside twice its last change, before cells become monotone."""
+
+
+class StepRules:
+    """Those of a problem, from its present state and what has been recorded of it."""
+
+    def __init__(self, problem: Problem, recorder: Recorder) -> None:
+        self._problem, self._recorder, self._specs = problem, recorder, problem.specs
+        # the published pressure term drives flow across the openings
+        free = not self._specs.time.keeps_bounds or self._specs.flow.rev_terms == "as-published"
+        self._given = (-math.inf, math.inf) if free else given_bounds(self._specs.heat)
+        self._is_open = is_open(self._specs.heat)
+
+    def range_now(self) -> tuple[float, float]:
+        """Lowest and highest present temperature (K)."""
+        history = self._recorder.history
+        return history["lowest_temperature"][-1], history["highest_temperature"][-1]
+
+    def error_ratio(self, time: float, error: StepError, flow_error: float) -> float:
+        """Estimated error of a step to a time (s), and of its flow, over what is allowed (collective)."""
+        problem, specs, history = self._problem, self._specs.time, self._recorder.history
+        lows, highs = zip(*(problem.extremes(place) for place in ("bed", "wall")), strict=True)
+        low, high = min(lows), max(highs)
+        change = max(abs(low - history["lowest_temperature"][-1]), abs(high - history["highest_temperature"][-1]))
+        differences = self.differences(time, low, high, problem.inlet_temperature)
+        allowed = STEP_ERROR * max(differences, STEPS_OF_CHANGE * change, LEAST_DIFFERENCE)
+        if specs.tolerance is not None:
+            allowed = min(allowed, specs.tolerance)
+        finer = max(specs.refinement, COARSEST_ERRORS)
+        ratio = max(error.temperature / allowed, error.cure / CURE_ERROR[error.order]) * finer**error.order
+        # an error of the flow moves times by as much of the time that it lasts
+        weight = min(1.0, time / self._problem.medium.estimates.heating_duration)
+        return float(max(ratio, weight * flow_error / FLOW_ERROR * finer**2))
+
+    def differences(self, time: float, low: float, high: float, inlet: float) -> float:
+        """Largest temperature difference (K) at a time (s) between places, and what is given there."""
+        given = [low, high, inlet, *(float(one(time)) for one in self._specs.heat.given_elsewhere)]
+        return max(given) - min(given)
+
+    def longest_step(self) -> float:
+        """A part of the time in which temperature differences that decay would be gone (s)."""
+        history = self._recorder.history
+        if len(history) < 2:
+            return math.inf
+        columns = ("time", "lowest_temperature", "highest_temperature", "inlet_temperature")
+        before, now = (self.differences(*(history[name][row] for name in columns)) for row in (-2, -1))
+        if not now < before:
+            return math.inf
+        gone_after = now * (history["time"][-1] - history["time"][-2]) / (before - now)
+        return LARGEST_PART * gone_after / self._specs.time.refinement
+
+    def bounds(self) -> Bounds:
+        """Bounds of the temperatures (K) of the present step: a heater cannot cool air that comes back too warm, which then
+        enters as warm as it did, but for what changes within a step. Where the wall has sources, cures or takes up a given flux
+        it has no bound on that side, and the bed is bounded by the wall as it was and is (collective)."""
+        low, high = self._given
+        air_loop = self._problem.air_loop
+        if air_loop is not None and air_loop.is_too_warm:
+            entered = self._recorder.history["inlet_temperature"][-2:]
+            warmest = max(self._recorder.history["highest_temperature"][-1], entered[-1])
+            high = max(high, warmest + INLET_CHANGE + 2.0 * abs(entered[-1] - entered[0]))
+        colder, hotter = self._is_open
+        if not (colder or hotter):
+            return low, high
+        of_wall = (-math.inf if colder else low), (math.inf if hotter else high)
+        coldest, hottest = self._problem.extremes("wall")
+        if colder:
+            low = min(low, coldest, self._recorder.history["lowest_wall"][-1])
+        if hotter:
+            high = max(high, hottest, self._recorder.history["highest_wall"][-1])
+        return low, high, *of_wall
+
+    def limits(self) -> tuple[float, float]:
+        """Within which temperatures (K) are extrapolated: those of now, and those that enter."""
+        low, high = self.range_now()
+        coldest, hottest = self._specs.heat.inlet_temperature.range
+        return min(low, coldest), max(high, hottest)
+
+
+def given_bounds(heat: HeatSpec) -> tuple[float, float]:
+    """Lowest and highest temperature (K) that are given."""
+    given = [*heat.first_temperatures, *heat.inlet_temperature.range]
+    for series in heat.given_elsewhere:
+        given += series.range
+    if heat.air_loop is not None:
+        given.append(heat.air_loop.supply.fresh_temperature)
+    return min(given), max(given)
+
+
+def is_open(heat: HeatSpec) -> tuple[bool, bool]:
+    """Whether the wall may become colder, and hotter, than all that is given: by sources, cure, or a given flux."""
+    ranges = [layer.heat_source.range for layer in heat.all_layers if layer.heat_source is not None]
+    if heat.outer_wall.heat_flux is not None:
+        ranges.append(heat.outer_wall.heat_flux.range)
+    cures = any(layer.solid.cure is not None for layer in heat.all_layers)
+    return any(least < 0.0 for least, _ in ranges), cures or any(most > 0.0 for _, most in ranges)
