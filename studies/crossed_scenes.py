@@ -25,7 +25,7 @@ from porousmold.simulation.result import Result
 from porousmold.simulation.running import RunInterrupted
 from porousmold.simulation.targets import highest_until_met
 from studies.crossed_draws import CHOICES, COUNT, SEED, scene_of, scenes
-from studies.page import Page
+from studies.page import Page, strategies
 
 HERE = Path(__file__).parent
 DOCS = HERE.parent / "docs"
