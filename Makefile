@@ -5,7 +5,7 @@ export OMP_NUM_THREADS := 1
 MPIRUN := mpirun --oversubscribe $(if $(filter 0,$(shell id -u)),--allow-run-as-root)
 PARTS := 3
 
-.PHONY: heat deb test-container docs docs-test test test-quick test-durations test-fast test-heavy test-mpi check install tables packing speed-against-error adjoint hard-cases random-scenes crossed-scenes three-dimensions measured-stores accuracy model-choice lattices bubbling-bed sheared-bed regression regression-store sweep growth figures chapter-6 bead-interior permeability workshop fluid-properties validation kill-test fuzz-test test-debian13 test-debian-sid clean
+.PHONY: heat deb test-container docs docs-test test test-quick test-durations test-fast test-heavy test-mpi check install tables packing speed-against-error adjoint hard-cases random-scenes crossed-scenes three-dimensions measured-stores accuracy model-choice lattices bubbling-bed sheared-bed regression regression-store sweep growth figures chapter-6 bead-interior permeability workshop fluid-properties tracer validation kill-test fuzz-test test-debian13 test-debian-sid clean
 
 heat: .venv/installed  ## heat the aluminium mold: summary and pictures in runs/aluminium
 	$(PYTHON) -m porousmold run studies/mold/aluminium.toml --out runs/aluminium --force
@@ -94,6 +94,9 @@ chapter-6: .venv/installed  ## the thesis's chapter 6, term by term: docs/chapte
 
 bead-interior: .venv/installed  ## beads that are not isothermal: docs/bead-interior.md
 	$(PYTHON) -m studies.bead_interior
+
+tracer: .venv/installed  ## when a tracer comes through the aluminium mold's bed
+	$(PYTHON) -m studies.tracer
 
 measured-stores: .venv/installed  ## two measured heatings with flow: docs/measured-stores.md
 	$(PYTHON) -m studies.measured_stores

@@ -44,7 +44,7 @@ def test_the_log_holds_steps_and_iterations_and_the_console_nothing(tmp_path, ca
     words = ["run", str(ALUMINIUM), *SETTINGS, "--set", "operation.end_time=20", "--out", str(tmp_path / "run")]
     assert main([*words, "--quiet", "--log", str(log)]) == 0
     text = log.read_text(encoding="utf-8")
-    assert "iteration 1: " in text and "to 20 s: " in text and capsys.readouterr().err == ""
+    assert "iteration 1, " in text and "to 20 s: " in text and capsys.readouterr().err == ""
     assert main([*words, "--quiet", "--force", "--log", str(tmp_path / "absent" / "run.log")]) == 2
     assert "--log" in capsys.readouterr().err
 

@@ -35,9 +35,9 @@ LEAST_PSEUDO_STEP = 1e-9
 that the solution is near, that beyond which the steady equations themselves are solved, and that below which no solution is
 expected."""
 
-WANTED_UPDATE, MOST_GROWTH = 0.7, 1e4
-"""Relative update of the part that changes most at which the pseudo-time step stays as it is, and its growth at most: it changes
-by their ratio (switched evolution relaxation: Mulder, van Leer, J. Comput. Phys. 59 (1985) 232-246)."""
+WANTED_UPDATE, LEAST_FACTOR, MOST_GROWTH = 0.7, 0.7, 1e4
+"""Relative update of the part that changes most at which the pseudo-time step stays as it is; it changes by the ratio of the two
+(switched evolution relaxation: Mulder, van Leer, J. Comput. Phys. 59 (1985) 232-246), by these factors at least and at most."""
 LARGEST_UPDATE, FAILED_STEP_FACTOR = 1.5, 0.125
 """Update beyond which the state is not taken, and the factor of the pseudo-time step then."""
 MOST_NEWTON_ITERATIONS, HALF_OF_THEM, SMALL_AFTER_HALF = 16, 8, 0.7
@@ -200,7 +200,8 @@ class SteadySolver:
             is_taken = update < LARGEST_UPDATE
             if not is_taken:
                 self.solution.set(before)
-            factor = min(WANTED_UPDATE / max(update, 1e-300), MOST_GROWTH) if is_taken else FAILED_STEP_FACTOR
+            growth = float(np.clip(WANTED_UPDATE / max(update, 1e-300), LEAST_FACTOR, MOST_GROWTH))
+            factor = growth if is_taken else FAILED_STEP_FACTOR
             if factor < 1.0 or not infinite:
                 step = min(step, INFINITE_PSEUDO_STEP) * factor
         return False

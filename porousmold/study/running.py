@@ -22,7 +22,6 @@ from ..errors import InputError, OutputError, SolveError
 from ..files.atomic_files import InUseError, locked, whole_file
 from ..files.subprocesses import forked
 from ..files.tables import text_cells
-from ..mesh.aliases import Communicator
 from ..mpi import IS_ALONE, MPI
 from ..output.stored import checksum_of
 from ..scene.geometries import dimension_of
@@ -118,7 +117,7 @@ def _work_through(
     study: Study,
     cases: Sequence[Case],
     out: Path,
-    workers: Communicator,
+    workers: MPI.Comm,
     report: Callable[..., None],
     stop: Callable[[], bool],
 ) -> str | None:
@@ -145,7 +144,7 @@ def _work_through(
     return problem
 
 
-def _on_leader(workers: Communicator, action: Callable[..., Any], *arguments: Any) -> tuple[Any, ...]:
+def _on_leader(workers: MPI.Comm, action: Callable[..., Any], *arguments: Any) -> tuple[Any, ...]:
     """(what the action gives on the group's rank 0, None on the others; what an `OSError` there says, on all of them)."""
     result = problem = None
     if workers.rank == 0:
@@ -165,7 +164,7 @@ def collect(study: Study, out: Path) -> list[Row]:
     return world.bcast(rows)
 
 
-def _make_folder(out: Path, world: Communicator) -> None:
+def _make_folder(out: Path, world: MPI.Comm) -> None:
     problem = None
     if world.rank == 0:
         try:
@@ -186,7 +185,7 @@ class _NoClaim:
         """Nothing to let go."""
 
 
-def _take(case: Case, out: Path, record: Sequence[str], workers: Communicator) -> tuple[Any, ...]:
+def _take(case: Case, out: Path, record: Sequence[str], workers: MPI.Comm) -> tuple[Any, ...]:
     """A claim on a case that is missing and not taken, else None; and what kept it from being made (collective)."""
     claim, problem = _on_leader(workers, _claim, case, out, record)
     taken = workers.bcast(claim is not None)
@@ -208,7 +207,7 @@ def _claim(case: Case, out: Path, record: Sequence[str]) -> Any:
 
 
 def _run_case(
-    case: Case, out: Path, workers: Communicator, report: Callable[..., None], stop: Callable[[], bool]
+    case: Case, out: Path, workers: MPI.Comm, report: Callable[..., None], stop: Callable[[], bool]
 ) -> str | None:
     """Run a case and record its outcome in its folder; gives what kept that from being written."""
     folder, status, reason = out / case.name, "refused", case.reason
@@ -224,7 +223,7 @@ def _run_case(
 def _outcome(
     scene: Scene,
     folder: Path,
-    workers: Communicator,
+    workers: MPI.Comm,
     report: Callable[..., None],
     stop: Callable[[], bool],
     resume: bool,
