@@ -10,7 +10,7 @@ from ..laws.conductivity import Anisotropic, LocalBed, added
 from ..laws.functions import Value
 from ..laws.nusselt import prandtl_number, specific_surface
 from .bead_interior import BeadInterior
-from .flow import FlowEquations
+from .flow import FlowEquations, FlowState
 from .medium import Bed
 
 
@@ -20,7 +20,7 @@ class BedHeatTransfer:
     coefficient, `interior` is what the beads have inside, None where they are isothermal."""
 
     flow: FlowEquations
-    flow_state: Value
+    flow_state: FlowState
     flow_temperature: Value
     exchange_factor: Value
     interior: BeadInterior | None

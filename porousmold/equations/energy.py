@@ -34,7 +34,7 @@ from ..laws.functions import Value, scaled
 from .bead_interior import BeadInterior
 from .bed_heat_transfer import BedHeatTransfer
 from .coordinates import Coordinates
-from .flow import FlowEquations
+from .flow import FlowEquations, FlowState
 from .medium import Bed
 from .moving_beads import MovingBeads
 from .openings import Opening, flux_given
@@ -91,7 +91,7 @@ class EnergyEquations:
     """
 
     flow: FlowEquations
-    flow_state: Value
+    flow_state: FlowState
     flow_temperature: Value
     entrance: Value
     wall: Wall

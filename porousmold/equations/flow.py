@@ -54,7 +54,7 @@ class FlowState:
     pressure: ufl.core.expr.Expr
     turbulence: tuple[ufl.core.expr.Expr, ...] = ()
 
-    def speed(self, scales: Value) -> Value:
+    def speed(self, scales: "FlowScales") -> Value:
         """|u|, kept off zero by a thousandth of a percent of the reference."""
         return sqrt(ufl.dot(self.velocity, self.velocity) + (1e-5 * scales.speed) ** 2)
 

@@ -15,6 +15,7 @@ one. About a node the profiles follow a power law of G, f = f_n exp[s_n (ln G - 
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import ufl
 
@@ -128,7 +129,7 @@ class LocallyDeveloped:
 class CarriedByPressure(FlowEquations):
     """`FlowEquations` whose mass flux is that of a `LocallyDeveloped` flow."""
 
-    local: Value = None
+    local: Any = None
 
     def mass_flux(self, state: FlowState, temperature: Value) -> Value:
         return self.local.mass_flux

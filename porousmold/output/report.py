@@ -10,7 +10,7 @@ from ..errors import InputError
 from ..files.atomic_files import output_file
 from ..files.units import preferred_unit
 from ..scene.geometries import modelled_part
-from ..scene.keys import flat, kind_of, unit_and_meaning
+from ..scene.keys import Tables, flat, kind_of, unit_and_meaning
 from ..scene.schema import KEYS
 from .console import closures_text, kept_text, outer_wall_text
 from .pictures import draw, fields_with_slider
@@ -65,7 +65,7 @@ def _of_run(folder: Path) -> tuple[str, list[Section]]:
     return title or f"Heating of a {scene['geometry']['kind']}: {folder.name}", sections
 
 
-def _headline(summary: Summary, scene: Summary) -> list[Block]:
+def _headline(summary: Summary, scene: Tables) -> list[Block]:
     """How it ended, targets and heating time."""
     parts: list[Block] = []
     time = summary["heating_time"]
@@ -84,7 +84,7 @@ def _headline(summary: Summary, scene: Summary) -> list[Block]:
     return parts
 
 
-def _results(summary: Summary, scene: Summary) -> list[Block]:
+def _results(summary: Summary, scene: Tables) -> list[Block]:
     bounds = summary["temperature_bounds"] or [float("nan")] * 2
     layers = [
         [f"{name} at the end", f"{low - 273.15:.1f} to {high - 273.15:.1f}", "°C"]
@@ -109,7 +109,7 @@ def _results(summary: Summary, scene: Summary) -> list[Block]:
     ]  # fmt: skip
 
 
-def _keys(summary: Summary, scene: Summary) -> list[Block]:
+def _keys(summary: Summary, scene: Tables) -> list[Block]:
     """The scene as it was run."""
     given = summary["given"]
     rows = [

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib import cm, colors
-from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
@@ -52,7 +51,7 @@ def draw_surface(folder: Path, unit: str, size: float) -> Path:
     figure = plt.figure(figsize=(11.0, 2.6 * ((len(chosen) + 1) // 2) + 0.4))
     extent = np.ptp(places, axis=0)
     for number, time in enumerate(chosen):
-        axes: Axes = figure.add_subplot((len(chosen) + 1) // 2, 2, number + 1, projection="3d")
+        axes = figure.add_subplot((len(chosen) + 1) // 2, 2, number + 1, projection="3d")
         shown = Poly3DCollection(places[faces], facecolors=cm.inferno(scale(warm[time])), edgecolors="none")
         axes.add_collection3d(shown)
         for name, low, high in zip("xyz", places.min(axis=0), places.max(axis=0), strict=True):

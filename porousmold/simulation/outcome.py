@@ -20,6 +20,7 @@ from ..scene.closures import departures
 from ..scene.scene import Scene
 from .accuracy import AT_END, PEAKS
 from .cycles import SURROUNDINGS, cycles_of
+from .end_warnings import beyond_the_inlet, of_the_corner, why_not_heated
 from .energy_use import energy_use
 from .estimates import rayleigh_darcy
 from .march import Simulation
@@ -33,12 +34,6 @@ LARGEST_OVERSHOOT = 0.1
 LARGEST_UNDERSHOOT = 0.05
 LARGEST_IMBALANCE = 1e-3
 """Of the heat put in, above which the balance is warned of."""
-BEYOND_THE_MARGIN = 1.5
-"""Times operation.heating_margin by which a heated place may be beyond the inlet's temperature without a word."""
-EDGE_STEP = 0.01
-"""Part of a spread asked for that the first nodes at the inlet may differ by."""
-STEADY = 0.02
-"""Relative change of the wall's distance from the inlet temperature over the last fifth of a run that counts as none."""
 SPENT = ("fluid_heat", "pumping_work", "energy_spent", "mean_power")
 
 
@@ -312,79 +307,6 @@ def _reached_by_materials(simulation: Simulation) -> dict[str, tuple[float, floa
     return {use: of("bed" if use in ("fluid", "beads") else place) for use, place in layers.items()}
 
 
-def _why_not_heated(simulation: Simulation) -> str:
-    """How far the wall is from the inlet's temperature at the end, and whether it still approaches it."""
-    time, history, heat = simulation.specs.time, simulation.recorder.history, simulation.specs.heat
-    end = f"at {simulation.time:.4g} s" if simulation.is_steady() else f"by operation.end_time {time.end_time:g} s"
-    place, column = time.heated_place, f"deficit_{time.heated_place}"
-    named = {"wall": "the wall", "bed_side": "the wall's bed side", "bed": "the bed"}.get(place, f"layer {place!r}")
-    cools = heat.inlet_temperature.values[-1] < heat.initial_temperature
-    changed, farthest = ("cooled", "hottest") if cools else ("heated", "coldest")
-    text = f"not {changed} to within {time.margin:g} K {end}: {named} is {history[column][-1]:.1f} K away"
-    times, deficits = (np.array(history[name]) for name in ("time", column))
-    if len(times) < 3:
-        return text
-    before = min(int(np.searchsorted(times, 0.8 * times[-1])), len(times) - 2)
-    approached = deficits[before] - deficits[-1]
-    may_last = simulation.is_steady() or times[-1] > simulation.problem.medium.estimates.heating_duration
-    if abs(approached) < STEADY * deficits[-1] and may_last:
-        return text + " and stays there" + _what_balances(simulation, before)
-    if deficits[-1] > (1.0 - STEADY) * deficits.max():
-        beyond = deficits[-1] > (1.0 + STEADY) * deficits[0]
-        more = ", farther than at the start: the surroundings reach it before the flow does" if beyond else ""
-        return f"{text}, its {farthest} point hardly {changed} yet{more}"
-    return text + f" and approaches it by {60.0 * approached / (times[-1] - times[before]):.2g} K/min"
-
-
-def _of_the_corner(simulation: Simulation) -> list[str]:
-    """Of targets that ask how even a place is, where its extreme is the inlet's edge: gas and wall of two temperatures meet
-    there, and a finer mesh comes nearer to the one or the other (collective)."""
-    problem, history = simulation.problem, simulation.recorder.history
-    asked = [one for one in simulation.specs.time.targets if one.asks == "spread" and one.place in problem.places]
-    found = []
-    for place in dict.fromkeys(one.place for one in asked):
-        step = problem.step_at_the_inlet(place)
-        names = ", ".join(repr(one.name) for one in asked if one.place == place)
-        least = min(one.limit for one in asked if one.place == place)
-        if step > EDGE_STEP * least:
-            range_of_all = max(history["highest_temperature"]) - min(history["lowest_temperature"])
-            found.append(
-                f"target {names}: the extreme of {place.replace('_', ' ')} is at the edge of the inlet, {step:.1f} K from the "
-                f"next node: finer cells move it by as much or more ({step / range_of_all:.1%} of all differences), and with it "
-                "the target's time; a target at a sensor, or a line of them, is free of that"
-            )
-    return found
-
-
-def _what_balances(simulation: Simulation, before: int) -> str:
-    """What the outer wall has exchanged since a row of the history, beside the bed."""
-    outer, history = simulation.specs.heat.outer_wall, simulation.recorder.history["heat_through_outer_wall"]
-    if not outer.exchanges and outer.heat_flux is None:
-        return ""
-    if history[-1] > history[before]:
-        return ": heat that comes in through the outer wall balances what the flow carries away"
-    return ": heat losses of the outer wall balance the heat from the bed"
-
-
-def _beyond_the_inlet(simulation: Simulation) -> list[str]:
-    """Of a place that counts as heated though heat from elsewhere has brought it beyond the inlet's temperature."""
-    recorder, specs = simulation.recorder, simulation.specs
-    place, margin, history = specs.time.heated_place, specs.time.margin, recorder.history
-    if recorder.heating_time is None or not specs.waits_for_heat:
-        return []
-    after = int(np.searchsorted(history["time"], recorder.heating_time))
-    rows, inlet = slice(min(after, len(history) - 1), len(history)), history["inlet_temperature"]
-    above = max(history[f"highest_{place}"][rows]) - max(inlet)
-    below = min(inlet) - min(history[f"lowest_{place}"][rows])
-    beyond, side = (above, "hotter") if above >= below else (below, "colder")
-    if beyond <= BEYOND_THE_MARGIN * margin:
-        return []
-    return [
-        f"the time of {place.replace('_', ' ')} is that of its side that comes last: by then or later it is up to {beyond:.1f} K "
-        f"{side} than the inlet, by heat from elsewhere"
-    ]
-
-
 def _of_the_outcome(simulation: Simulation) -> list[str]:
     time, found = simulation.specs.time, []
     at_end, steady = simulation.time >= time.end_time * (1 - 1e-9), simulation.is_steady()
@@ -398,8 +320,8 @@ def _of_the_outcome(simulation: Simulation) -> list[str]:
         elif course.tolerance is not None and not course.is_periodic:
             found.append(f"the state is not periodic within operation.cycle_tolerance after {course.cycles} cycles")
     if waiting and (at_end or steady) and not time.targets:
-        found.append(_why_not_heated(simulation))
-    found += _beyond_the_inlet(simulation) + _of_the_corner(simulation)
+        found.append(why_not_heated(simulation))
+    found += beyond_the_inlet(simulation) + of_the_corner(simulation)
     kept = kept_targets(simulation)
     is_unmet = None in simulation.recorder.targets.values() and (at_end or steady)
     energy = _energy_of_the_tool(simulation) if is_unmet and simulation.problem.air_loop is not None else None

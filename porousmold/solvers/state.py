@@ -58,10 +58,9 @@ class State:
         self.functions, self._numbers = dict(functions), dict(numbers or {})
 
     @classmethod
-    def joined(cls, parts: Mapping[str, "State"], numbers: Mapping[str, Numbers] | None = None) -> "State":
-        """Of parts, whose functions get the part's name before their own."""
-        functions = {f"{name}/{one}": f for name, part in parts.items() for one, f in part.functions.items()}
-        return cls(functions, numbers)
+    def joined(cls, parts: Mapping[str, "State"]) -> "State":
+        """Of the functions of parts, which get the part's name before their own."""
+        return cls({f"{name}/{one}": f for name, part in parts.items() for one, f in part.functions.items()})
 
     def copy(self) -> Copy:
         """As it is now."""

@@ -255,7 +255,7 @@ class SteadySolver:
             self.solution.set(start)
             return True
 
-        before = self._unknown.x.array.copy()
+        before = np.empty(0)
 
         def prepare(update: float, last: float) -> None:
             nonlocal before

@@ -1,0 +1,85 @@
+"""What is to be said at the end of a run of the place that was to be heated, and of how even places are."""
+
+import numpy as np
+
+from .march import Simulation
+
+BEYOND_THE_MARGIN = 1.5
+"""Times operation.heating_margin by which a heated place may be beyond the inlet's temperature without a word."""
+EDGE_STEP = 0.01
+"""Part of a spread asked for that the first nodes at the inlet may differ by."""
+STEADY = 0.02
+"""Relative change of the wall's distance from the inlet temperature over the last fifth of a run that counts as none."""
+
+
+def why_not_heated(simulation: Simulation) -> str:
+    """How far the wall is from the inlet's temperature at the end, and whether it still approaches it."""
+    time, history, heat = simulation.specs.time, simulation.recorder.history, simulation.specs.heat
+    end = f"at {simulation.time:.4g} s" if simulation.is_steady() else f"by operation.end_time {time.end_time:g} s"
+    place, column = time.heated_place, f"deficit_{time.heated_place}"
+    named = {"wall": "the wall", "bed_side": "the wall's bed side", "bed": "the bed"}.get(place, f"layer {place!r}")
+    cools = heat.inlet_temperature.values[-1] < heat.initial_temperature
+    changed, farthest = ("cooled", "hottest") if cools else ("heated", "coldest")
+    text = f"not {changed} to within {time.margin:g} K {end}: {named} is {history[column][-1]:.1f} K away"
+    times, deficits = (np.array(history[name]) for name in ("time", column))
+    if len(times) < 3:
+        return text
+    before = min(int(np.searchsorted(times, 0.8 * times[-1])), len(times) - 2)
+    approached = deficits[before] - deficits[-1]
+    may_last = simulation.is_steady() or times[-1] > simulation.problem.medium.estimates.heating_duration
+    if abs(approached) < STEADY * deficits[-1] and may_last:
+        return text + " and stays there" + _what_balances(simulation, before)
+    if deficits[-1] > (1.0 - STEADY) * deficits.max():
+        beyond = deficits[-1] > (1.0 + STEADY) * deficits[0]
+        more = ", farther than at the start: the surroundings reach it before the flow does" if beyond else ""
+        return f"{text}, its {farthest} point hardly {changed} yet{more}"
+    return text + f" and approaches it by {60.0 * approached / (times[-1] - times[before]):.2g} K/min"
+
+
+def of_the_corner(simulation: Simulation) -> list[str]:
+    """Of targets that ask how even a place is, where its extreme is the inlet's edge: gas and wall of two temperatures meet
+    there, and a finer mesh comes nearer to the one or the other (collective)."""
+    problem, history = simulation.problem, simulation.recorder.history
+    asked = [one for one in simulation.specs.time.targets if one.asks == "spread" and one.place in problem.places]
+    found = []
+    for place in dict.fromkeys(one.place for one in asked):
+        step = problem.step_at_the_inlet(place)
+        names = ", ".join(repr(one.name) for one in asked if one.place == place)
+        least = min(one.limit for one in asked if one.place == place)
+        if step > EDGE_STEP * least:
+            range_of_all = max(history["highest_temperature"]) - min(history["lowest_temperature"])
+            found.append(
+                f"target {names}: the extreme of {place.replace('_', ' ')} is at the edge of the inlet, {step:.1f} K from the "
+                f"next node: finer cells move it by as much or more ({step / range_of_all:.1%} of all differences), and with it "
+                "the target's time; a target at a sensor, or a line of them, is free of that"
+            )
+    return found
+
+
+def _what_balances(simulation: Simulation, before: int) -> str:
+    """What the outer wall has exchanged since a row of the history, beside the bed."""
+    outer, history = simulation.specs.heat.outer_wall, simulation.recorder.history["heat_through_outer_wall"]
+    if not outer.exchanges and outer.heat_flux is None:
+        return ""
+    if history[-1] > history[before]:
+        return ": heat that comes in through the outer wall balances what the flow carries away"
+    return ": heat losses of the outer wall balance the heat from the bed"
+
+
+def beyond_the_inlet(simulation: Simulation) -> list[str]:
+    """Of a place that counts as heated though heat from elsewhere has brought it beyond the inlet's temperature."""
+    recorder, specs = simulation.recorder, simulation.specs
+    place, margin, history = specs.time.heated_place, specs.time.margin, recorder.history
+    if recorder.heating_time is None or not specs.waits_for_heat:
+        return []
+    after = int(np.searchsorted(history["time"], recorder.heating_time))
+    rows, inlet = slice(min(after, len(history) - 1), len(history)), history["inlet_temperature"]
+    above = max(history[f"highest_{place}"][rows]) - max(inlet)
+    below = min(inlet) - min(history[f"lowest_{place}"][rows])
+    beyond, side = (above, "hotter") if above >= below else (below, "colder")
+    if beyond <= BEYOND_THE_MARGIN * margin:
+        return []
+    return [
+        f"the time of {place.replace('_', ' ')} is that of its side that comes last: by then or later it is up to {beyond:.1f} K "
+        f"{side} than the inlet, by heat from elsewhere"
+    ]
