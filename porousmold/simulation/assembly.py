@@ -205,13 +205,13 @@ def locally_developed_flow(specs: Specs, medium: Medium) -> LocallyDevelopedFlow
         medium.boundary.present_drive,
         medium.inlet_area,
         specs.laws.fluid,
-        lambda: _profile_table(specs, estimates, medium.size.half_height),
+        lambda: profile_table(specs, estimates, medium.size.half_height),
         estimates.mass_flux,
         QUADRATURE_DEGREE,
     )
 
 
-def _profile_table(specs: Specs, estimates: Estimates, half_height: float) -> ProfileTable:
+def profile_table(specs: Specs, estimates: Estimates, half_height: float) -> ProfileTable:
     """Developed profiles over a plane bed with the scene's cells at its wall, on this rank alone."""
     from ..mpi import MPI
 

@@ -1,0 +1,42 @@
+"""Tables of developed profiles against the pressure gradient."""
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+
+from porousmold.simulation.assembly import profile_table
+
+from ..support import ALUMINIUM, coarse_scene, simulation_of
+
+
+@pytest.mark.parametrize(
+    ("gradient", "bead_diameter", "half_height", "refinement", "model"),
+    [
+        (2.04e6, 8.0, 40.9, 2.0, "damped-nakayama-kuwahara"),
+        (2.99e6, 9.4, 31.4, 2.0, "damped-nakayama-kuwahara"),
+        (2.32e6, 8.0, 27.2, 1.0, "nakayama-kuwahara"),
+        (2.31e6, 9.9, 45.0, 1.0, "damped-nakayama-kuwahara"),
+        (2.6e5, 5.0, 25.0, 1.0, "damped-nakayama-kuwahara"),
+    ],
+)
+def test_profiles_from_laminar_to_turbulent_are_found_at_once(
+    gradient, bead_diameter, half_height, refinement, model
+):
+    """Stations whose turbulence dies out beside turbulent ones, where Newton's method leads astray: all are found.
+
+    A larger gradient drives a faster flow, by G (Darcy) to the square root of it (Forchheimer, turbulence).
+    """
+    settings = {
+        "bed.bead_diameter": 1e-3 * bead_diameter,
+        "geometry.cavity_height": 2e-3 * half_height,
+        "bed.allow_small_ratio": True,
+        "solver.mesh_refinement": refinement,
+        "model.turbulence": model,
+    }
+    problem = simulation_of(coarse_scene(ALUMINIUM, settings), MPI.COMM_SELF).problem
+    table = profile_table(problem.specs, problem.medium.estimates, 1e-3 * half_height)
+    logarithms = np.log(gradient) + np.linspace(-3.0, 3.0, 25)
+    table.cover(np.log(gradient))
+    speeds, slopes = table.at(np.full(25, 1e-3 * half_height), logarithms)[0]
+    assert np.all(np.diff(speeds) > 0.0)
+    assert np.all((slopes > 0.4) & (slopes < 1.02))
