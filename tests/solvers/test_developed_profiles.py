@@ -19,9 +19,7 @@ from ..support import ALUMINIUM, coarse_scene, simulation_of
         (2.6e5, 5.0, 25.0, 1.0, "damped-nakayama-kuwahara"),
     ],
 )
-def test_profiles_from_laminar_to_turbulent_are_found_at_once(
-    gradient, bead_diameter, half_height, refinement, model
-):
+def test_profiles_from_laminar_to_turbulent_are_found_at_once(gradient, bead_diameter, half_height, refinement, model):
     """Stations whose turbulence dies out beside turbulent ones, where Newton's method leads astray: all are found.
 
     A larger gradient drives a faster flow, by G (Darcy) to the square root of it (Forchheimer, turbulence).
