@@ -12,10 +12,13 @@ method, implicit in the drag of both sides (`equations.suspended_beads`); its te
 
 each followed by steps of their contacts (`packing.dynamics`). A bead takes up K (T - T_i) over the step with
 K = M C (1 - exp(-h A dt/(M C)))/dt, so that it never overshoots, h by one of `laws.nusselt.NUSSELT_CORRELATIONS`.
-The gas has constant properties. It predicts the beads' motion with what weight and contacts did to them in the step before (Henry
-et al., eq. A.20), and so knows what holds a bed at rest.
+Of beads of several sizes drag and h are those of their Sauter diameter. Walls take h_w (T - T_w) per area at the sides, and
+lambda (T - T_w) per volume in front and rear, from the gas, whose properties are constant.
+The gas predicts the beads' motion with what weight and contacts did to them in the step before (Henry et al., eq. A.20), and so
+knows what holds a bed at rest.
 """
 
+import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
@@ -25,7 +28,7 @@ from ..arrays import Floats
 from ..errors import SolveError
 from ..files.atomic_files import output_file
 from ..laws.fluidisation import SUSPENSION_DRAGS
-from .column_beads import ColumnBeads
+from .column_beads import ColumnBeads, bed_at_rest
 from .column_gas import ColumnGas
 from .column_grid import ColumnGrid, Weights
 from .column_input import ColumnInput
@@ -37,21 +40,26 @@ LARGEST_SHARE = 0.72
 class Column:
     """The state of a `ColumnInput`; `step()` advances it by its `time_step` (s), `rows` has what is recorded of every step."""
 
-    def __init__(self, given: ColumnInput, positions: Floats | None = None) -> None:
+    def __init__(self, given: ColumnInput, positions: Floats | None = None, diameters: Floats | None = None) -> None:
         self.given, self.time = given, 0.0
         self.rows: list[dict[str, float]] = []
-        self.beads, self.grid = ColumnBeads(given, positions), ColumnGrid(given)
+        self.beads = bed_at_rest(given) if positions is None else ColumnBeads(given, positions, diameters)
+        self.grid = ColumnGrid(given)
         self.gas = ColumnGas(given, self.grid, self.weight)
-        self.heat_given = self.heat_carried_off = 0.0
+        self.heat_given = self.heat_carried_off = self.heat_to_walls = 0.0
+        self._to_walls = np.full(self.grid.volumes.shape, given.depth_coefficient)
+        self._to_walls[:, [0, -1]] += 2.0 * given.wall_coefficient / self.grid.sizes[1]
         self._deposit()
         self._heat_at_first = self._stored_heat()
 
     @classmethod
     def restored(cls, given: ColumnInput, saved: Mapping[str, Floats]) -> "Column":
         """The column that `save` wrote a checkpoint of."""
-        column = cls(given, given.bead_diameter * saved["body"][:, :3])
+        column = cls(given, given.bead_diameter * saved["body"][:, :3], 2.0 * saved["size"][:, 0])
         column.time = float(saved["time"])
-        column._heat_at_first, column.heat_given, column.heat_carried_off = map(float, saved["heats"])
+        column._heat_at_first, column.heat_given, column.heat_carried_off, column.heat_to_walls = map(
+            float, saved["heats"]
+        )
         names = [str(name) for name in saved["row_names"]]
         column.rows = [dict(zip(names, map(float, row), strict=True)) for row in saved["rows"]]
         column.beads.restore(saved)
@@ -62,7 +70,12 @@ class Column:
     def weight(self) -> float:
         """Of the beads less buoyancy, over the cross-section, Pa."""
         given = self.given
-        return -len(self.beads) * given.bead_mass * self.beads.gravity / (given.width * given.depth)
+        return -self._bead_mass * self.beads.gravity / (given.width * given.depth)
+
+    @property
+    def _bead_mass(self) -> float:
+        """Of all beads, kg; the same in whatever order they are."""
+        return self.given.bead_density * math.fsum(self.beads.volumes)
 
     def march(self, end_time: float, progress: Callable[[float, float, str], None] | None = None) -> None:
         """Step until `end_time` (s); progress(time, end time, text)."""
@@ -82,13 +95,13 @@ class Column:
         pressure = self.gas.pressure
         push = [-slope / given.bead_density for slope in grid.gradient(weights, pressure)]
         rate = grid.at(weights, drag / np.maximum(share, 1e-9) / given.bead_density)
-        force = (
-            given.bead_mass * (push[0] + rate * (gas[0] - self.beads.velocity[0])).sum() / (given.width * given.depth)
-        )
+        masses = given.bead_density * self.beads.volumes
+        force = (masses * (push[0] + rate * (gas[0] - self.beads.velocity[0]))).sum() / (given.width * given.depth)
         self.beads.move(gas, push, rate)
         self.time += given.time_step
         gained = self._stored_heat() - self._heat_at_first
-        moved = self.heat_given - self.heat_carried_off
+        moved = self.heat_given - self.heat_carried_off - self.heat_to_walls
+        exchanged = max(abs(self.heat_given), abs(self.heat_to_walls), 1e-30)
         up = self.beads.places[:, 1]
         self.rows.append({
             "time": self.time,
@@ -99,16 +112,17 @@ class Column:
             "fastest_bead": self.beads.fastest,
             "bead_temperature": float(self.beads.temperature.mean()),
             "outlet_temperature": float(self.gas.temperature[-1].mean()),
-            "heat_imbalance": float((gained - moved) / max(abs(self.heat_given), 1e-30)),
+            "heat_to_walls": self.heat_to_walls,
+            "heat_imbalance": float((gained - moved) / exchanged),
         })  # fmt: skip
         if self.rows[-1]["highest_bead"] > given.height:
             raise SolveError("fluidise", self.time, "a bead leaves the column", "a higher one (--height), or less gas")
 
     def _deposit(self) -> tuple[Weights, Floats, Floats, Floats]:
         """Put the beads into the gas; gives their weights, and share, relative speed and drag at the nodes."""
-        given, d, grid = self.given, self.given.bead_diameter, self.grid
-        weights, volume = grid.weights(self.beads.places), np.pi / 6.0 * d**3
-        share = np.minimum(grid.spread(weights, np.full(len(self.beads), volume)) / grid.volumes, LARGEST_SHARE)
+        given, d, grid = self.given, self.beads.sauter_diameter, self.grid
+        weights, volume = grid.weights(self.beads.places), self.beads.volumes
+        share = np.minimum(grid.spread(weights, volume) / grid.volumes, LARGEST_SHARE)
         safe = np.maximum(share, 1e-9)
         beads, pushed = (
             [grid.spread(weights, volume * values) / grid.volumes / safe for values in of_beads]
@@ -124,14 +138,16 @@ class Column:
 
     def _heat_up(self, weights: Weights, slip: Floats) -> None:
         """Temperatures of gas and beads over a step."""
-        given, d, grid = self.given, self.given.bead_diameter, self.grid
+        given, grid, beads = self.given, self.grid, self.beads
         porosity, step = self.gas.porosity, self.given.time_step
-        film = given.film_coefficient(d, porosity * given.density * slip, porosity)
-        capacity = given.bead_mass * given.bead_heat_capacity
-        conductance = -capacity / step * np.expm1(-grid.at(weights, film) * np.pi * d**2 * step / capacity)
+        film = given.film_coefficient(beads.sauter_diameter, porosity * given.density * slip, porosity)
+        capacity = given.bead_density * beads.volumes * given.bead_heat_capacity
+        conductance = -capacity / step * np.expm1(-grid.at(weights, film) * beads.surfaces * step / capacity)
         exchange = grid.spread(weights, conductance) / grid.volumes
         heating = grid.spread(weights, conductance * self.beads.temperature) / grid.volumes
-        leaving = self.gas.heat_up(exchange, heating)
+        leaving = self.gas.heat_up(exchange + self._to_walls, heating + self._to_walls * given.wall_temperature)
+        warmer = self.gas.temperature - given.wall_temperature
+        self.heat_to_walls += float((grid.volumes * self._to_walls * warmer).sum()) * step
         warm = grid.at(weights, self.gas.temperature)
         self.beads.temperature += conductance * (warm - self.beads.temperature) * step / capacity
         flow = given.density * given.heat_capacity * self.gas.volume_flow
@@ -143,11 +159,12 @@ class Column:
         given, start = self.given, self.given.initial_temperature
         gas = self.gas.porosity * (self.gas.temperature - start)
         in_gas = given.density * given.heat_capacity * (self.grid.volumes * gas).sum()
-        return float(in_gas + given.bead_mass * given.bead_heat_capacity * (self.beads.temperature - start).sum())
+        capacities = given.bead_density * given.bead_heat_capacity * self.beads.volumes
+        return float(in_gas + (capacities * (self.beads.temperature - start)).sum())
 
     def save(self, path: Path, more: Mapping[str, Floats]) -> None:
         """Write a checkpoint, with `more` arrays, from which a column of the same input goes on to the same numbers."""
-        heats = [self._heat_at_first, self.heat_given, self.heat_carried_off]
+        heats = [self._heat_at_first, self.heat_given, self.heat_carried_off, self.heat_to_walls]
         rows = np.array([list(row.values()) for row in self.rows])
         names = np.array(list(self.rows[0]))
         state = {"time": np.array(self.time), "heats": np.array(heats), "rows": rows, "row_names": names}

@@ -13,8 +13,15 @@ if TYPE_CHECKING:
     from .column_input import ColumnInput
 
 LENGTHS = ("width", "depth", "height", "bed-height", "bead-diameter")
+TEMPERATURES = ("initial-temperature", "inlet-temperature", "wall-temperature")
 UNITS = {"time": "s", "pressure_drop": "Pa", "force_on_beads": "Pa", "bed_height": "m", "highest_bead": "m"}
-UNITS |= {"fastest_bead": "m/s", "bead_temperature": "K", "outlet_temperature": "K", "heat_imbalance": "1"}
+UNITS |= {
+    "fastest_bead": "m/s",
+    "bead_temperature": "K",
+    "outlet_temperature": "K",
+    "heat_to_walls": "J",
+    "heat_imbalance": "1",
+}
 
 
 def add_commands(commands: Any) -> None:
@@ -24,7 +31,7 @@ def add_commands(commands: Any) -> None:
     )
     for option, default, text in (
         ("--width", None, "between the walls"),
-        ("--depth", None, "of the slab, periodic"),
+        ("--depth", None, "of the slab, periodic; not above a bead diameter: one layer of beads"),
         ("--height", None, "of the column"),
         ("--bed-height", None, "of the bed at rest"),
         ("--bead-diameter", None, "of the beads"),
@@ -37,6 +44,11 @@ def add_commands(commands: Any) -> None:
         ("--initial-temperature", "20 degC", "of beads and gas (default 20 degC)"),
         ("--inlet-temperature", "80 degC", "of the gas (default 80 degC)"),
         ("--blocked-width", "0 mm", "in the middle of the floor, through which no gas enters (default 0)"),
+        ("--smallest-diameter", None, "beads are spread evenly from it to --bead-diameter (default: all have that)"),
+        ("--wall-temperature", "20 degC", "of the walls (default 20 degC)"),
+        ("--wall-coefficient", "0 W/m2/K", "from the gas to the walls at the sides (default 0)"),
+        ("--depth-coefficient", "0 W/m3/K", "from the gas to front and rear, per volume (default 0)"),
+        ("--depth-drag", "0 kg/m3/s", "of front and rear on the gas, 12 viscosity/depth^2 of a gap (default 0)"),
         ("--friction", "0.3", "coefficient between beads and at walls (default 0.3)"),
         ("--drag", "gidaspow", "on the beads: gidaspow (default), or di-felice as in equation (12) of Henry et al."),
         ("--nusselt", "wakao", "correlation of the film around the beads, as model.nusselt of a scene (default wakao)"),
@@ -58,19 +70,17 @@ def _input(options: argparse.Namespace) -> "ColumnInput":
     from .column_input import ColumnInput
 
     beads, fluid = named("--beads", options.beads, SOLIDS), named("--fluid", options.fluid, FLUIDS)
-    start, inlet = (
-        to_si(f"--{name}", getattr(options, name.replace("-", "_")), "K")
-        for name in ("initial-temperature", "inlet-temperature")
-    )
-    for name, value in (("--initial-temperature", start), ("--inlet-temperature", inlet)):
+    start, inlet, wall = (to_si(f"--{name}", getattr(options, name.replace("-", "_")), "K") for name in TEMPERATURES)
+    for name, value in zip(TEMPERATURES, (start, inlet, wall), strict=True):
         if not 150.0 < value < 5000.0:
-            raise InputError(name, value, "must be > 150 and < 5000 K")
+            raise InputError(f"--{name}", value, "must be > 150 and < 5000 K")
     lengths = {
         name.replace("-", "_"): to_si(f"--{name}", getattr(options, name.replace("-", "_")), "m") for name in LENGTHS
     }
     for name, value in lengths.items():
         if not value > 0.0:
             raise InputError(f"--{name.replace('_', '-')}", value, "must be > 0 m")
+    smallest = options.smallest_diameter
     return ColumnInput(
         **lengths,
         velocity=to_si("--velocity", options.velocity, "m/s"),
@@ -83,6 +93,11 @@ def _input(options: argparse.Namespace) -> "ColumnInput":
         blocked_width=to_si("--blocked-width", options.blocked_width, "m"),
         initial_temperature=start,
         inlet_temperature=inlet,
+        smallest_diameter=None if smallest is None else to_si("--smallest-diameter", smallest, "m"),
+        wall_temperature=wall,
+        wall_coefficient=to_si("--wall-coefficient", options.wall_coefficient, "W/m2/K"),
+        depth_coefficient=to_si("--depth-coefficient", options.depth_coefficient, "W/m3/K"),
+        depth_drag=to_si("--depth-drag", options.depth_drag, "kg/m3/s"),
         friction=to_si("--friction", options.friction, ""),
         cell_size=to_si("--cell-size", options.cell_size, ""),
         seed=whole_number("--seed", options.seed),

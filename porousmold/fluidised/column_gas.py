@@ -90,7 +90,7 @@ class ColumnGas:
         zero = number(0.0)
         old = equations.state_of(ufl.split(self._previous))
         beads = SuspendedBeads(self._bead_velocity, self._share, self._theta, self._yielding)
-        force = beads.force(state, self._drag)
+        force = beads.force(state, self._drag) - number(given.depth_drag) * state.velocity
         form = equations.residual_of(state, old, tests, self._inverse_step, zero, openings, dx, nodes, (force, zero))
         form += beads.residual(equations, state, tests[1], gas.density_of, dx)
         across_space, _ = mixed.sub(0).sub(1).collapse()

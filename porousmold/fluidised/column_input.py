@@ -58,8 +58,18 @@ class BedInput:
         return nusselt * self.conductivity / diameter
 
     @property
+    def is_one_layer(self) -> bool:
+        """Whether beads are one layer, which moves in its plane."""
+        return self.depth <= self.bead_diameter
+
+    @property
+    def relative_diameters(self) -> Floats:
+        """Those of a mixture, each of as many beads, over the largest."""
+        return np.ones(1)
+
+    @property
     def bead_mass(self) -> float:
-        """Of a bead, kg."""
+        """Of the largest bead, kg."""
         return self.bead_density * math.pi / 6.0 * self.bead_diameter**3
 
     @property
@@ -68,16 +78,30 @@ class BedInput:
         return self.relative_step * math.sqrt(self.bead_diameter / GRAVITY)
 
 
+SIZES, LEAST_RATIO = 9, 0.4
+"""Diameters of a mixture, and the least ratio of its smallest to its largest."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class ColumnInput(BedInput):
     """A bed that gas enters from below with the superficial `velocity` (m/s) and `inlet_temperature` (K), but for the
     `blocked_width` (m) in the middle.
+
+    Diameters are spread evenly between `smallest_diameter` (default: that of all) and `bead_diameter`; where the slab is no
+    deeper than a bead, beads are one layer that moves in its plane. Heat goes from the gas to the walls of `wall_temperature`
+    (K): those at the sides by `wall_coefficient` (W/m2/K), front and rear by `depth_coefficient` (W/m3/K); these two resist the
+    gas by `depth_drag` (kg/m3/s) times its velocity (Henry et al., eq. 14).
 
     Raises `InputError` for lengths that do not fit each other."""
 
     velocity: float
     inlet_temperature: float = 353.15
     blocked_width: float = 0.0
+    smallest_diameter: float | None = None
+    wall_temperature: float = 293.15
+    wall_coefficient: float = 0.0
+    depth_coefficient: float = 0.0
+    depth_drag: float = 0.0
 
     def __post_init__(self) -> None:
         d = self.bead_diameter
@@ -88,6 +112,28 @@ class ColumnInput(BedInput):
             raise InputError("--cell-size", self.cell_size, "must be >= 2 and <= 10 bead diameters")
         if not 0.0 <= self.blocked_width < 0.9 * self.width:
             raise InputError("--blocked-width", self.blocked_width, f"must be >= 0 and < {0.9 * self.width:g} m")
-        if not self.velocity >= 0.0:
-            raise InputError("--velocity", self.velocity, "must be >= 0 m/s")
+        for key, unit in (
+            ("velocity", "m/s"),
+            ("wall_coefficient", "W/m2/K"),
+            ("depth_coefficient", "W/m3/K"),
+            ("depth_drag", "kg/m3/s"),
+        ):
+            if not getattr(self, key) >= 0.0:
+                raise InputError(f"--{key.replace('_', '-')}", getattr(self, key), f"must be >= 0 {unit}")
+        if not LEAST_RATIO * d <= self.smallest <= d:
+            allowed = f"must be >= {LEAST_RATIO * d:g} and <= {d:g} m"
+            raise InputError("--smallest-diameter", self.smallest_diameter, allowed)
+        if not self.depth >= self.smallest:
+            raise InputError("--depth", self.depth, f"must be >= {self.smallest:g} m, the diameter of a bead")
         super().__post_init__()
+
+    @property
+    def smallest(self) -> float:
+        """Diameter of the smallest bead, m."""
+        return self.bead_diameter if self.smallest_diameter is None else self.smallest_diameter
+
+    @property
+    def relative_diameters(self) -> Floats:
+        """Those of a mixture, each of as many beads, over the largest."""
+        low = self.smallest / self.bead_diameter
+        return np.ones(1) if low == 1.0 else np.linspace(low, 1.0, SIZES)

@@ -10,19 +10,12 @@ from numpy.typing import NDArray
 from ..arrays import Floats, Scalar
 from ..errors import InputError
 from ..laws.fluidisation import GRAVITY
-from .column_beads import ColumnBeads
+from .column_beads import ColumnBeads, lattice
 from .droplet import Droplet
 from .droplet_input import DropletInput
 
 STIFFNESS = 2e3
 """Of contacts, in weights of a parcel per diameter: 40 layers press their lowest together by 2 %."""
-LATTICE = 1.12
-"""Distance of the parcels, in diameters, before they fall."""
-SETTLED = 0.867
-"""Part of the area that circles cover which have fallen: how many parcels a bed takes follows from it."""
-SETTLING = 0.25
-"""s of falling with damping, at `DAMPING` (1/s), after which parcels are at rest."""
-DAMPING = 10.0
 EDGE_STIFFNESS, EDGE_DAMPING = 0.2, 0.2
 """Of the vapour between a hot parcel and the water: part of `STIFFNESS`, and of critical damping."""
 
@@ -46,10 +39,8 @@ class DropletBeads(ColumnBeads):
     def at_rest(cls, given: DropletInput) -> "DropletBeads":
         """Parcels that have fallen and come to rest, filled so that the bed has its solid fraction. Raises `InputError` for one
         that parcels do not have."""
-        beads = cls(given, lattice(given))
-        still = np.zeros(len(beads))
-        for _ in range(math.ceil(SETTLING / given.time_step)):
-            beads.move([still, still], [still, still], np.full(len(beads), DAMPING))
+        beads = cls(given, lattice(given)[0])
+        beads.come_to_rest()
         of_parcels = len(beads) * beads.volume / (given.width * given.depth * beads.surface)
         if given.solid_fraction > of_parcels:
             raise InputError(
@@ -145,19 +136,3 @@ class DropletBeads(ColumnBeads):
             change = -self.mass * span * push[:, slot].sum()
             self.on_water[slot] += change
             droplet.velocity[slot] += change / droplet.mass
-
-
-def lattice(given: DropletInput) -> Floats:
-    """Places (n, 3; m) of one layer of parcels, disturbed by chance, from which they fall; the same seed gives the same ones."""
-    rng, d = np.random.default_rng(given.seed), given.bead_diameter
-    columns = int(given.width / (LATTICE * d))
-    rows = math.ceil(SETTLED * given.width * given.bed_height / (0.25 * math.pi * d**2 * columns))
-    spacing = given.width / columns
-    row, column = (numbers.ravel() for numbers in np.indices((rows, columns)))
-    places = np.zeros((rows * columns, 3))
-    places[:, 0] = (column + 0.5 + np.where(row % 2, 0.25, -0.25)) * spacing - 0.5 * given.width
-    places[:, 2] = (row + 0.5) * LATTICE * d
-    places[:, [0, 2]] += 0.05 * d * rng.uniform(-1.0, 1.0, (len(places), 2))
-    room = 0.5 * (given.width - d)
-    places[:, 0] = np.clip(places[:, 0], -room, room)
-    return places

@@ -191,6 +191,9 @@ def test_a_bed_at_rest_takes_the_drag_and_the_film_that_are_chosen(monkeypatch):
         ({"cell_size": 1.0}, "--cell-size = 1.0: must be >= 2"),
         ({"blocked_width": 0.02}, "--blocked-width = 0.02: must be >= 0"),
         ({"velocity": -1.0}, "--velocity = -1.0: must be >= 0"),
+        ({"depth_coefficient": -1.0}, "--depth-coefficient = -1.0: must be >= 0"),
+        ({"smallest_diameter": 2e-3}, "--smallest-diameter = 0.002: must be >= 0.0004 and <= 0.001"),
+        ({"depth": 5e-4}, "--depth = 0.0005: must be >= 0.001"),
         ({"bead_density": 1.0}, "float"),
     ],
 )
@@ -268,3 +271,44 @@ def test_a_stopped_command_goes_on(tmp_path, capsys):
     for name in ("history.csv", "column.gif", "result.json"):
         assert (out / name).read_bytes() == (whole / name).read_bytes()
     assert not (out / "checkpoint.npz").exists()
+
+
+def test_one_layer_of_a_mixture_floats_and_its_walls_take_its_heat():
+    """Beads of 0.8 to 1 mm, one layer: weight, plane motion, sizes kept, heat closed with what walls take; goes on alike."""
+    warm = {"initial_temperature": 363.15, "inlet_temperature": 363.15, "wall_temperature": 290.0}
+    lost = {"wall_coefficient": 350.0, "depth_coefficient": 4e4, "depth_drag": 1.067}
+    run = column(0.9, depth=0.9e-3, bed_height=0.02, width=0.03, smallest_diameter=0.8e-3, **warm, **lost)
+    diameters = np.sqrt(run.beads.surfaces / np.pi)
+    assert diameters.min() == pytest.approx(0.8e-3) and diameters.max() == pytest.approx(1e-3)
+    assert run.beads.sauter_diameter == pytest.approx((diameters**3).sum() / (diameters**2).sum())
+    run.march(0.35)
+    late = [row["pressure_drop"] for row in run.rows if row["time"] > 0.2]  # the start lifts the whole bed
+    assert np.mean(late) == pytest.approx(run.weight, rel=0.05)
+    assert np.sort(np.sqrt(run.beads.surfaces / np.pi)) == pytest.approx(np.sort(diameters))
+    last = run.rows[-1]
+    assert abs(last["heat_imbalance"]) < 1e-10
+    # nearly uniform: what walls take is that of a bed at its temperature, up to its height, and of the gas above it
+    in_bed = 0.35 * 73.0 * (4e4 * 0.03 + 2.0 * 350.0) * 0.9e-3 * run.rows[0]["bed_height"]
+    assert 0.9 * in_bed < last["heat_to_walls"] < 3.0 * in_bed
+    assert last["bead_temperature"] < 362.5 and last["outlet_temperature"] < last["bead_temperature"]
+
+
+def test_a_mixture_goes_on_from_a_checkpoint_to_the_same_numbers(tmp_path):
+    layer = {"depth": 0.9e-3, "smallest_diameter": 0.8e-3}
+    once, first = column(0.9, **layer), column(0.9, **layer)
+    once.march(0.02)
+    first.march(0.01)
+    first.save(tmp_path / "checkpoint.npz", {})
+    with np.load(tmp_path / "checkpoint.npz") as saved:
+        second = Column.restored(first.given, saved)
+    second.march(0.02)
+    assert second.rows == once.rows and (second.beads.places == once.beads.places).all()
+
+
+def test_beads_of_several_sizes_are_packed_in_a_deep_slab():
+    """As many of each size; the bed holds about 0.6 of solid."""
+    run = column(0.1, smallest_diameter=0.7e-3)
+    diameters = np.sqrt(run.beads.surfaces / np.pi)
+    assert np.mean(diameters) == pytest.approx(0.85e-3, rel=0.02)
+    solid = run.beads.volumes.sum() / (0.014 * 0.007 * 0.012)
+    assert 0.5 < solid < 0.66
