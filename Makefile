@@ -5,7 +5,7 @@ export OMP_NUM_THREADS := 1
 MPIRUN := mpirun --oversubscribe $(if $(filter 0,$(shell id -u)),--allow-run-as-root)
 PARTS := 3
 
-.PHONY: heat deb test-container docs docs-test test test-quick test-durations test-fast test-heavy test-mpi check install tables packing speed-against-error adjoint hard-cases random-scenes crossed-scenes three-dimensions measured-stores accuracy model-choice lattices bubbling-bed sheared-bed regression regression-store sweep growth figures chapter-6 bead-interior permeability workshop fluid-properties tracer validation kill-test fuzz-test test-debian13 test-debian-sid clean
+.PHONY: heat deb test-container docs docs-test test test-quick test-durations test-fast test-heavy test-mpi check install tables packing speed-against-error adjoint hard-cases random-scenes crossed-scenes three-dimensions measured-stores accuracy model-choice lattices bubbling-bed patil-bed sheared-bed regression regression-store sweep growth figures chapter-6 bead-interior permeability workshop fluid-properties tracer validation kill-test fuzz-test test-debian13 test-debian-sid clean
 
 heat: .venv/installed  ## heat the aluminium mold: summary and pictures in runs/aluminium
 	$(PYTHON) -m porousmold run studies/mold/aluminium.toml --out runs/aluminium --force
@@ -64,6 +64,9 @@ lattices: .venv/installed  ## conductivity of packings beside resolved lattices:
 
 bubbling-bed: .venv/installed  ## 80 000 beads in a bubbling bed: docs/bubbling-bed.png
 	$(PYTHON) -m studies.bubbling_bed
+
+patil-bed: .venv/installed  ## a bubbling bed that cools at its walls, three velocities (an hour of one core): docs/patil-bed.md
+	$(PYTHON) -m studies.patil_bed
 
 droplet: .venv/installed  ## a droplet on hot grains at six temperatures, seeds, variants (40 minutes): docs/droplet.md
 	$(PYTHON) -m studies.droplet

@@ -28,7 +28,7 @@ GIVEN = {
     "wall_temperature": 290.0, "wall_coefficient": 350.0, "depth_coefficient": 4e4, "depth_drag": 1.067,
     "cell_size": 4.0, "drag": "di-felice", "nusselt": "henry",
 }  # fmt: skip
-"""Of the paper, but for the initial temperature, which it does not print, and the height (0.25 m there), so that no bead leaves."""
+"""Of the paper, but for the initial temperature, which it does not print, and the height, which is 0.25 m there."""
 
 
 def marched(case):
@@ -171,7 +171,8 @@ def page(runs, end):
     """The page's text."""
     table = "\n".join(
         f"| {f['velocity']:g} | {f['pressure_drop'] / f['weight']:.3f} | {1e3 * f['half_bed']:.1f} | "
-        f"{1e3 * f['bed_height']:.1f} | {f['history'][-1][1] - 273.15:.1f} | {f['to_walls']:.1f} | {abs(f['heat_imbalance']):.0e} |"
+        f"{1e3 * f['bed_height']:.1f} | {f['history'][-1][1] - 273.15:.1f} | {f['to_walls']:.1f} K | "
+        f"{abs(f['heat_imbalance']):.0e} |"
         for f in runs
     )
     words = "\n".join(f"| {said} | {found} | {'yes' if agrees else 'no'} |" for said, found, agrees in statements(runs))
@@ -185,7 +186,7 @@ paper does not print the initial temperature). Heat goes to walls of 290 K: 350 
 which the paper fitted to the measurement at 1.54 m/s; a drag of 1.067 kg/m3/s there (eq. 14). {end:g} s of simulated time, means
 over the second half, {sum(f["seconds"] for f in runs) / 60.0:.0f} minutes of one core.
 
-| velocity, m/s | pressure drop over weight | height at rest, mm | height, mm | beads at the end, °C | to walls, K of the beads | imbalance |
+| velocity, m/s | pressure drop over weight | at rest, mm | height, mm | beads at the end, °C | to walls | imbalance |
 |---|---|---|---|---|---|---|
 {table}
 
@@ -196,7 +197,8 @@ over the second half, {sum(f["seconds"] for f in runs) / 60.0:.0f} minutes of on
 ![the bed](patil-bed.png)
 
 The paper's curves of temperature stand in a figure without numbers, so none is compared here. Beads of one layer cannot pass each
-other in depth, and their bed at rest is looser (porosity near 0.45) than one of many layers.
+other in depth, and their bed at rest is looser (porosity near 0.45) than one of many layers. What walls take is given as the
+cooling of the beads that it is worth.
 """
 
 

@@ -27,6 +27,9 @@ from .aliases import Communicator, Constant, Expression, Mesh
 BED, WALL = 1, 2
 INLET, OUTLET, INTERFACE, OUTER, SYMMETRY, SIDE = 1, 2, 3, 4, 5, 6
 
+ACROSS = 1.0 - 1e-9
+"""Of the normal of a plane of symmetry, its part along an axis that it is across."""
+
 Marker: TypeAlias = Callable[[Floats], Booleans]
 Marked: TypeAlias = Sequence[tuple[int, Marker]]
 """Tags, each with a function that tells which of the points (coordinates, points) it belongs to."""
@@ -101,6 +104,17 @@ class Domain:
     def facets(self, tag: int) -> Integers:
         """Local facets with the tag."""
         return self.facet_tags.find(tag)
+
+    def planes_of_symmetry(self) -> list[Integers]:
+        """Local facets of the planes of symmetry (`SYMMETRY`, `SIDE`) across each axis. Oblique ones are in none: there, as at a
+        boundary without a tag, no flow passes because none enters the mass balance."""
+        facets, dimension = np.union1d(self.facets(SYMMETRY), self.facets(SIDE)), self.mesh.topology.dim
+        corners = fenicsx.facet_corners(self.mesh, facets)
+        along = corners[:, 1] - corners[:, 0]
+        up = corners[:, 2] - corners[:, 0] if dimension == 3 else np.broadcast_to((0.0, 0.0, 1.0), along.shape)
+        normals = np.abs(np.cross(along, up))
+        normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
+        return [facets[normals[:, axis] > ACROSS] for axis in range(dimension)]
 
     def entrance(self) -> fem.Function:
         """Function that is 1 in the cells with a node on the inlet, else 0."""

@@ -448,6 +448,19 @@ def cell_vertices(domain: Mesh) -> Integers:
     return np.asarray(nodes)
 
 
+def facet_corners(domain: Mesh, facets: Integers) -> Floats:
+    """Places (n, corners, 3) of the corners of local facets."""
+    topology, dimension = domain.topology, domain.topology.dim
+    topology.create_connectivity(dimension - 1, 0)
+    topology.create_connectivity(dimension, 0)
+    vertices = topology.connectivity(dimension, 0).array
+    place_of = np.zeros((vertices.max() + 1 if vertices.size else 0, 3))
+    place_of[vertices] = domain.geometry.x[cell_vertices(domain).ravel()]
+    of_facet = topology.connectivity(dimension - 1, 0)
+    corners = [of_facet.links(facet) for facet in facets]
+    return place_of[np.array(corners)] if corners else np.zeros((0, dimension, 3))
+
+
 def dof_table(space: Space) -> Integers:
     """Unknowns of the local cells of a scalar space as an array, one row a cell."""
     table = space.dofmap.list

@@ -49,7 +49,10 @@ def settings_of(options: argparse.Namespace) -> dict[str, str]:
         name, equals, value = text.partition("=")
         if not equals:
             raise InputError("--set", text, "must be TABLE.KEY=VALUE")
-        settings[name.strip()] = value.strip()
+        value = value.strip()
+        if len(value) > 1 and value[0] == value[-1] and value[0] in "\"'":  # as in TOML
+            value = value[1:-1]
+        settings[name.strip()] = value
     return settings
 
 

@@ -45,7 +45,7 @@ from ..solvers.protocols import Flow, Heat, Observer, silent
 from .air_loop import AirLoop
 from .boundary_values import BoundaryValues
 from .estimates import Estimates, estimate
-from .initial_guess import InitialGuess
+from .initial_guess import InitialGuesses
 from .meshing import cells_at_wall, plane_of_stations, straight_domain
 from .problem import Balances, Medium, Problem
 from .specs import Specs
@@ -168,14 +168,15 @@ def build_flow(specs: Specs, medium: Medium, observe: Observer = silent) -> Flow
             return locally_developed_flow(specs, medium)
         return developed_flow(specs, medium)
     developed = None if medium.domain.columns is None else developed_flow(specs, medium)
-    guess = InitialGuess(specs, medium, developed, _flow_in_the_plane, observe)
+    anywhere = partial(locally_developed_flow, specs, medium)
+    guesses = InitialGuesses(specs, medium, developed, _flow_in_the_plane, anywhere, observe)
     return FullFlow(
         medium.domain,
         medium.equations,
         _openings(medium),
         medium.flow_temperature,
         medium.domain.cell_measure(QUADRATURE_DEGREE),
-        guess=guess,
+        guesses=guesses,
         simpler=developed,
     )
 

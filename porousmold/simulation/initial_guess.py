@@ -1,7 +1,7 @@
-"""Initial guess of a full flow, from a cheaper flow model over the same bed."""
+"""Initial guesses of a full flow, from cheaper flow models over the same bed."""
 
 import contextlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from dolfinx import fem
@@ -14,6 +14,7 @@ from ..mesh.probe import PointProbe
 from ..solvers.developed import DevelopedFlow
 from ..solvers.equilibrium import local_equilibrium
 from ..solvers.flow import FullFlow
+from ..solvers.locally_developed import LocallyDevelopedFlow
 from ..solvers.protocols import Observer, silent
 from .problem import Medium
 from .specs import Specs
@@ -24,12 +25,17 @@ NEAR = 0.02
 """Update at which the developed flow is near enough: less than what is between it and the full one."""
 
 
-class InitialGuess:
-    """Gives a `FullFlow` its initial guess: the developed profiles where the bed is straight, in three dimensions the flow over
-    two of them at the same distance from the wall, else the local equilibrium of drag and beads.
+LARGE = 10_000
+"""Unknowns from which the locally developed flow (a second) takes less than iterations from a guess that is far."""
+
+
+class InitialGuesses:
+    """Gives a `FullFlow` its initial guesses: the developed profiles where the bed is straight, in three dimensions the flow over
+    two of them at the same distance from the wall; in other meshes the local equilibrium of drag and beads, which takes no
+    time, and the locally developed flow, which is near.
 
     `developed` is the developed flow over the same bed, None where there is none; `in_the_plane(specs)` gives the domain and the
-    fields of the scene's flow in two dimensions.
+    fields of the scene's flow in two dimensions; `anywhere()` makes the locally developed flow.
     """
 
     def __init__(
@@ -38,27 +44,44 @@ class InitialGuess:
         medium: Medium,
         developed: DevelopedFlow | None,
         in_the_plane: Callable[[Specs], tuple[Domain, Fields]],
+        anywhere: Callable[[], LocallyDevelopedFlow],
         observe: Observer = silent,
     ) -> None:
         self._specs, self._medium, self.observe = specs, medium, observe
-        self._in_the_plane = in_the_plane
-        self.developed = developed
+        self._in_the_plane, self._anywhere = in_the_plane, anywhere
+        self._developed = developed
 
-    def __call__(self, flow: FullFlow) -> bool:
-        """Give the flow its guess; tells whether it is so near that Newton's method should be tried from it."""
-        domain = self._medium.domain
-        with contextlib.suppress(SolveError):  # then the uniform one has to do
-            if self.developed is not None:
-                self.developed.observe_with(self.observe)
-                self.developed.start(near=NEAR)
-                flow.guess(self.developed.fields())
-                return True
-            if domain.straight:
-                flow.guess(self._spread(*self._in_the_plane(self._specs)))
-                return True
-        if not domain.straight:
-            flow.guess(self._local_equilibrium())
-        return self._specs.laws.turbulence is None
+    def __call__(self, flow: FullFlow) -> Iterator[bool]:
+        """Give the flow one guess after another; tells of each whether it is so near that Newton's method should be tried from
+        it. A straight bed whose developed flow is not found has the uniform one."""
+        if self._medium.domain.straight:
+            found = False
+            with contextlib.suppress(SolveError):
+                flow.guess(self._of_straight_bed())
+                found = True
+            yield found or self._specs.laws.turbulence is None
+            return
+        guesses = [(self._local_equilibrium, self._specs.laws.turbulence is None), (self._locally_developed, True)]
+        for make, is_near in guesses if flow.unknowns < LARGE else reversed(guesses):
+            try:
+                fields = make()
+            except SolveError:
+                continue
+            flow.guess(fields)
+            yield is_near
+
+    def _of_straight_bed(self) -> Fields:
+        if self._developed is None:
+            return self._spread(*self._in_the_plane(self._specs))
+        self._developed.observe_with(self.observe)
+        self._developed.start(near=NEAR)
+        return self._developed.fields()
+
+    def _locally_developed(self) -> Fields:
+        flow = self._anywhere()
+        flow.observe_with(self.observe)
+        flow.start()
+        return flow.fields()
 
     def _spread(self, plane: Domain, fields: Fields) -> Fields:
         """Fields of a plane bed on this three-dimensional mesh, by the distance along and to the wall."""

@@ -1,7 +1,7 @@
 """The quasi-steady flow over a bed: its solution, and its update as temperatures change."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from ..laws.functions import Value
 from ..laws.turbulence_models import TurbulentUnknown
 from ..mesh import fenicsx, ranks
 from ..mesh.aliases import Space
-from ..mesh.domain import BED, INTERFACE, SIDE, SYMMETRY, Domain
+from ..mesh.domain import BED, INTERFACE, Domain
 from .linear_solution import LinearSolution
 from .newton import Beside, NewtonSystem
 from .protocols import FlowCounts, Observer
@@ -45,6 +45,10 @@ class NonlinearFlow(ABC):
     @abstractmethod
     def initial_guess(self) -> bool:
         """Give the flow something to start from; tells whether it is so near that Newton's method should be tried."""
+
+    def initial_guesses(self) -> Iterator[bool]:
+        """The initial guesses one after another, each in place when its turn comes: where no flow is found from one, the next."""
+        yield self.initial_guess()
 
     @abstractmethod
     def fields(self) -> dict[str, fem.Function]:
@@ -121,12 +125,14 @@ class NonlinearFlow(ABC):
         return found
 
     def _find_from_guess(self, time: float, near: float = 0.0) -> bool:
-        starts_near = self.initial_guess()
-        guess = self.solution.arrays()
-        if starts_near and self.solver.find(np.inf, time, near):
-            return True
-        self.solution.set(guess)
-        return self.solver.find(FIRST_PSEUDO_STEP, time, near)
+        for starts_near in self.initial_guesses():
+            guess = self.solution.arrays()
+            if starts_near and self.solver.find(np.inf, time, near):
+                return True
+            self.solution.set(guess)
+            if self.solver.find(FIRST_PSEUDO_STEP, time, near):
+                return True
+        return False
 
     def _find_by_continuation(self, time: float) -> bool:
         """Find the flow with an easy value of the turbulence model's parameter, and follow it to the wanted one."""
@@ -191,7 +197,7 @@ class FullFlow(NonlinearFlow):
 
     `equations` are `FlowEquations`; `openings` the inlet and outlet; `temperature` the function (K) that density and
     viscosity are taken at; `sources` and the local unknowns `fixed` are for manufactured solutions. The scaled unknown is
-    `unknown`. `guess(flow)` gives a better initial guess than the uniform flow, and tells whether it is near;
+    `unknown`. `guesses(flow)` gives better initial guesses than the uniform flow, and tells of each whether it is near;
     `simpler` is a cheaper flow over the same bed, in which a laminar flow is sought.
     """
 
@@ -204,11 +210,11 @@ class FullFlow(NonlinearFlow):
         dx: ufl.Measure,
         sources: Sequence[Value] | None = None,
         fixed: Sequence[Floats] = (),
-        guess: "Callable[[FullFlow], bool] | None" = None,
+        guesses: "Callable[[FullFlow], Iterator[bool]] | None" = None,
         simpler: NonlinearFlow | None = None,
     ) -> None:
         self.domain, self.openings, self.dx = domain, openings, dx
-        self._better_guess, self._simpler = guess, simpler
+        self._better_guesses, self._simpler = guesses, simpler
         self.inlet = openings[0] if openings else None
         turbulence = equations.turbulent_unknowns
         elements = [fenicsx.lagrange_element(domain.mesh, 1, domain.mesh.geometry.dim)]
@@ -246,8 +252,14 @@ class FullFlow(NonlinearFlow):
             mean_square.value = moment / flow if flow > 0.0 else 0.0
 
     def initial_guess(self) -> bool:
+        return next(self.initial_guesses())
+
+    def initial_guesses(self) -> Iterator[bool]:
         self.guess_uniform()
-        return self.equations.model is None if self._better_guess is None else self._better_guess(self)
+        if self._better_guesses is None:
+            yield self.equations.model is None
+        else:
+            yield from self._better_guesses(self)
 
     def is_also_laminar(self, time: float = 0.0) -> bool:
         simpler = self._simpler
@@ -297,12 +309,12 @@ def constrained_unknowns(domain: Domain, space: Space, turbulent_unknowns: Seque
     the wall."""
     constrained = [unknowns_outside(domain, space, range(2 + len(turbulent_unknowns)), BED)]
     facet_dimension = domain.mesh.topology.dim - 1
-    parts = [(space.sub(0), INTERFACE), (space.sub(0).sub(1), SYMMETRY)]
-    if domain.mesh.geometry.dim == 3:
-        parts.append((space.sub(0).sub(2), SIDE))
-    parts += [(space.sub(2 + number), INTERFACE) for number, u in enumerate(turbulent_unknowns) if u.zero_at_wall]
-    for part, tag in parts:
-        constrained.append(fem.locate_dofs_topological(part, facet_dimension, domain.facets(tag)))
+    interface = domain.facets(INTERFACE)
+    parts = [(space.sub(0), interface)]
+    parts += [(space.sub(0).sub(axis), facets) for axis, facets in enumerate(domain.planes_of_symmetry())]
+    parts += [(space.sub(2 + number), interface) for number, u in enumerate(turbulent_unknowns) if u.zero_at_wall]
+    for part, facets in parts:
+        constrained.append(fem.locate_dofs_topological(part, facet_dimension, facets))
     return np.concatenate(constrained)
 
 

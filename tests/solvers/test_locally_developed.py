@@ -80,18 +80,23 @@ Physical Surface("side") = {wall[2], wall[3], wall[4], wall[5]};
 """A quarter of the space between two disks, from its middle plane (z = 0) to the wall, in hexahedra."""
 
 
+def between_disks(folder, **model):
+    """A scene on that mesh."""
+    (folder / "radial.geo").write_text(RADIAL)
+    tables = {
+        "geometry": {"kind": "mesh", "mesh": str(folder / "radial.geo"), "symmetry": "none"},
+        "bed": {"bead_diameter": 2.5e-3, "bead_material": "ceramic"},
+        "operation": {"initial_temperature": 300.0, "inlet_temperature": 310.0, "pressure_drop": 100.0},
+        "model": model,
+        "wall": {"material": "aluminium"},
+    }
+    return Scene(tables)
+
+
 def test_radial_flow_between_plates(tmp_path):
     """Outwards from 50 to 200 mm: the mass flow of an ordinary differential equation with the same profiles, within 1 %."""
     inner, outer, gap = 0.05, 0.2, 0.0125
-    (tmp_path / "radial.geo").write_text(RADIAL)
-    tables = {
-        "geometry": {"kind": "mesh", "mesh": str(tmp_path / "radial.geo"), "symmetry": "none"},
-        "bed": {"bead_diameter": 2.5e-3, "bead_material": "ceramic"},
-        "operation": {"initial_temperature": 300.0, "inlet_temperature": 310.0, "pressure_drop": 100.0},
-        "model": {"flow": "developed"},
-        "wall": {"material": "aluminium"},
-    }
-    problem = simulation_of(Scene(tables), MPI.COMM_SELF).problem
+    problem = simulation_of(between_disks(tmp_path, flow="developed"), MPI.COMM_SELF).problem
     flow = problem.flow
     flow.start()
     fluid, pressure = problem.specs.laws.fluid, problem.specs.flow.outlet_pressure
@@ -118,6 +123,30 @@ def test_radial_flow_between_plates(tmp_path):
 
     expected = brentq(lambda total: lost(total) - 100.0, 1e-7, 0.1, xtol=1e-12)
     assert mass_flow(problem) == pytest.approx(expected, rel=0.01)
+
+
+def test_planes_of_symmetry_of_a_full_flow_lie_in_any_direction(tmp_path):
+    """Laminar flow outwards between disks, full beside locally developed: mass flow within 2 %, alike in all directions.
+
+    Planes across x[0] and x[1] and the middle plane, all named symmetry: each holds the velocity across itself.
+    """
+    full, developed = (
+        simulation_of(between_disks(tmp_path, flow=flow, turbulence="none"), MPI.COMM_SELF).problem
+        for flow in ("full", "developed")
+    )
+    for problem in (full, developed):
+        problem.flow.start()
+    assert mass_flow(full) == pytest.approx(mass_flow(developed), rel=0.02)
+    velocity = full.flow.fields()["velocity"]
+    places = velocity.function_space.tabulate_dof_coordinates()
+    speeds = velocity.x.array.reshape(-1, 3)
+    radius = np.hypot(places[:, 0], places[:, 1])
+    outwards = (speeds[:, :2] * places[:, :2]).sum(axis=1) / radius
+    angle = np.arctan2(places[:, 1], places[:, 0])
+    middle = (np.abs(radius - 0.12) < 0.02) & (places[:, 2] < 1e-9)
+    edges, inside = (outwards[middle & part].mean() for part in (np.minimum(angle, 0.5 * np.pi - angle) < 0.02,
+                                                                 np.abs(angle - 0.25 * np.pi) < 0.4))  # fmt: skip
+    assert inside > 0.0 and edges == pytest.approx(inside, rel=0.02)
 
 
 @pytest.mark.parametrize(
