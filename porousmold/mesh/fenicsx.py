@@ -461,6 +461,16 @@ def facet_corners(domain: Mesh, facets: Integers) -> Floats:
     return place_of[np.array(corners)] if corners else np.zeros((0, dimension, 3))
 
 
+def spans_along_flow(space: Space) -> Floats:
+    """Interval of x[0] (n, 2) that each node of a scalar space stands for: halfway to the far ends of its cells."""
+    place, table = space.tabulate_dof_coordinates()[:, 0], dof_table(space)
+    low, high = place.copy(), place.copy()
+    ends = place[table]
+    np.minimum.at(low, table, ends.min(axis=1)[:, None])
+    np.maximum.at(high, table, ends.max(axis=1)[:, None])
+    return 0.5 * np.column_stack((place + low, place + high))
+
+
 def dof_table(space: Space) -> Integers:
     """Unknowns of the local cells of a scalar space as an array, one row a cell."""
     table = space.dofmap.list

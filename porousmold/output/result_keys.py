@@ -64,7 +64,7 @@ RESULT_KEYS: Mapping[str, ResultKey] = {
     "energy_imbalance": _number("1", "relative imbalance of the heat balance"),
     "energy_rev_residual": _number("1", "heat created by the REV terms, relative to the heat from the fluid"),
     "heat_by_fluid": _number("J", "heat transferred from the fluid to bed and wall"),
-    "heat_stored": _number("J", "heat stored in fluid, beads and wall"),
+    "heat_stored": _number("J", "heat stored in fluid, beads and wall, less what a cure has set free"),
     "fluid_heat": _number(
         "J",
         "heat to bring the fluid from initial to inlet temperature up to the heating time, or the end (of a run that starts from "

@@ -60,9 +60,26 @@ class Profile:
         """Of its content."""
         return hashlib.sha256(repr((self.positions, self.values)).encode()).hexdigest()
 
-    def at(self, places: Floats, *, of_beads: bool) -> Floats:
-        """Temperatures (K) at places (n, 3) in m; those of fluid, beads and wall are the same."""
-        return np.asarray(np.interp(places[:, 0], self.positions, self.values))
+    def at(self, places: Floats, spans: Floats, *, of_beads: bool) -> Floats:
+        """Temperatures (K) at places (n, 3) in m; those of fluid, beads and wall are the same.
+
+        Where the profile has a corner among what a place stands for, `spans` (n, 2) in m from the inlet, it is the mean over
+        that: a step between two places keeps its heat.
+        """
+        positions, values = np.array(self.positions), np.array(self.values)
+        heat = np.append(0.0, np.cumsum(0.5 * np.diff(positions) * (values[1:] + values[:-1])))
+
+        def integral(place: Floats) -> Floats:
+            inside = np.clip(place, positions[0], positions[-1])
+            piece = np.clip(np.searchsorted(positions, inside, side="right") - 1, 0, max(len(positions) - 2, 0))
+            here = np.interp(inside, positions, values)
+            found = heat[piece] + 0.5 * (inside - positions[piece]) * (values[piece] + here)
+            return np.asarray(found + (place - inside) * here)
+
+        low, high = spans.T
+        means, little = (integral(high) - integral(low)) / (high - low), 1e-6 * (high - low)
+        has_corner = np.searchsorted(positions, high - little) > np.searchsorted(positions, low + little)
+        return np.where(has_corner, means, np.interp(places[:, 0], positions, values))
 
 
 @dataclass(frozen=True)
@@ -119,7 +136,7 @@ class LastState:
         nodes, fields = self._last
         return hashlib.sha256(b"".join(array.tobytes() for array in (nodes, *fields.values()))).hexdigest()
 
-    def at(self, places: Floats, *, of_beads: bool) -> Floats:
+    def at(self, places: Floats, spans: Floats, *, of_beads: bool) -> Floats:
         """Temperatures (K) of fluid and wall, or of beads, at places (n, 3) in m: those of the nodes where there are nodes,
         linear between them elsewhere."""
         from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator

@@ -156,7 +156,9 @@ def _start(specs: Specs, function: fem.Function) -> None:
     if start is None:
         return
     for part, (space, numbers) in enumerate(fenicsx.leaves(function.function_space)):
-        function.x.array[numbers] = start.at(space.tabulate_dof_coordinates(), of_beads=bool(part))
+        places, spans = space.tabulate_dof_coordinates(), fenicsx.spans_along_flow(space)
+        function.x.array[numbers] = start.at(places, spans, of_beads=bool(part))
+    function.x.scatter_forward()
 
 
 def build_flow(specs: Specs, medium: Medium, observe: Observer = silent) -> Flow:

@@ -20,6 +20,8 @@ SURROUNDINGS = 298.15
 """Temperature (K) of the surroundings of a scene that gives none."""
 FRONT = (0.1, 0.9)
 """Parts of the temperature difference between which the thermocline lies."""
+AT_REST = 1e-9
+"""Of the largest mass flow, below which one is a rounding error."""
 POINTS, WEIGHTS = np.polynomial.legendre.leggauss(8)  # type: ignore[no-untyped-call]
 
 
@@ -43,6 +45,8 @@ def cycles_of(
     `given`: "outlet_pressure" (Pa), "surroundings" (K), "length" (m), and "storable" (J) between the phases' temperatures.
     """
     columns = {name: np.array(values) for name, values in history.columns.items()}
+    at_rest = np.abs(columns["mass_flow"]) < AT_REST * np.max(np.abs(columns["mass_flow"]), initial=0.0)
+    columns["mass_flow"] = np.where(at_rest, 0.0, columns["mass_flow"])
     known = {profile.number: profile for profile in profiles}
     warm = [float(value) for phase in course.phases for value in phase.temperature.values]
     phases = []

@@ -17,10 +17,11 @@ def why_not_heated(simulation: Simulation) -> str:
     time, history, heat = simulation.specs.time, simulation.recorder.history, simulation.specs.heat
     end = f"at {simulation.time:.4g} s" if simulation.is_steady() else f"by operation.end_time {time.end_time:g} s"
     place, column = time.heated_place, f"deficit_{time.heated_place}"
-    named = {"wall": "the wall", "bed_side": "the wall's bed side", "bed": "the bed"}.get(place, f"layer {place!r}")
+    wall = "the wall" if simulation.problem.has_wall else "the side of the bed"
+    named = {"wall": wall, "bed_side": "the wall's bed side", "bed": "the bed"}.get(place, f"layer {place!r}")
     cools = heat.inlet_temperature.values[-1] < heat.initial_temperature
     changed, farthest = ("cooled", "hottest") if cools else ("heated", "coldest")
-    text = f"not {changed} to within {time.margin:g} K {end}: {named} is {history[column][-1]:.1f} K away"
+    text = f"not {changed} to within {time.margin:g} K {end}: {named} is {_kelvin(history[column][-1])} away"
     times, deficits = (np.array(history[name]) for name in ("time", column))
     if len(times) < 3:
         return text
@@ -33,7 +34,13 @@ def why_not_heated(simulation: Simulation) -> str:
         beyond = deficits[-1] > (1.0 + STEADY) * deficits[0]
         more = ", farther than at the start: the surroundings reach it before the flow does" if beyond else ""
         return f"{text}, its {farthest} point hardly {changed} yet{more}"
+    if approached <= 0.0:  # a flow that turns, a programme
+        return f"{text}, farther than at {times[before]:.4g} s"
     return text + f" and approaches it by {60.0 * approached / (times[-1] - times[before]):.2g} K/min"
+
+
+def _kelvin(difference: float) -> str:
+    return f"{difference:.1f} K" if difference >= 0.95 else f"{difference:.2g} K"
 
 
 def of_the_corner(simulation: Simulation) -> list[str]:

@@ -226,7 +226,12 @@ class Problem:
         if not isinstance(heat.start, Profile):
             return self.domain.constant(heat.initial_temperature)
         function = fem.Function(self.medium.flow_temperature.function_space)
-        function.x.array[:] = heat.start.at(function.function_space.tabulate_dof_coordinates(), of_beads=False)
+        places, spans = (
+            function.function_space.tabulate_dof_coordinates(),
+            fenicsx.spans_along_flow(function.function_space),
+        )
+        function.x.array[:] = heat.start.at(places, spans, of_beads=False)
+        function.x.scatter_forward()
         return function
 
     def degrees_of_cure(self) -> dict[str, tuple[float, float]]:

@@ -38,6 +38,18 @@ def test_a_wall_that_the_surroundings_cool_before_the_flow_comes_is_not_said_to_
     assert "hardly heated yet, farther than at the start" in text and "stays there" not in text
 
 
+def test_a_bed_without_a_wall_and_an_inlet_that_cools_again_are_not_said_to_approach():
+    told = {"model.wall": "insulated", "operation.end_time": 20.0}
+    text = next(one for one in warnings_of(told) if "not heated" in one)
+    assert "the wall is" not in text and "the side of the bed is" in text
+    turned = {
+        "operation.inlet_temperature": ([0.0, 400.0, 401.0], [363.15, 363.15, 300.0]),
+        "operation.end_time": 900.0,
+    }
+    text = next(one for one in warnings_of(turned) if "not " in one and "away" in one)
+    assert "by -" not in text
+
+
 def test_surroundings_hotter_than_the_inlet_are_no_heat_losses():
     hot = {"operation.outer_coefficient": 20.0, "operation.ambient_temperature": 423.15, "operation.end_time": 2e4}
     text = next(one for one in warnings_of(hot) if "not heated" in one)
