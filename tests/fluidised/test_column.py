@@ -202,8 +202,9 @@ def test_bad_input_is_refused(settings, message):
         ColumnInput(**{**SIZES, **AIR, **GLASS, "velocity": 0.5, **settings})
 
 
-def test_it_goes_on_from_a_checkpoint_to_the_same_numbers(tmp_path):
-    once, first = column(0.9), column(0.9)
+@pytest.mark.parametrize("more", [{}, {"depth": 0.9e-3, "smallest_diameter": 0.8e-3}], ids=["deep", "one layer, mixed"])
+def test_it_goes_on_from_a_checkpoint_to_the_same_numbers(tmp_path, more):
+    once, first = column(0.9, **more), column(0.9, **more)
     once.march(0.02)
     first.march(0.01)
     first.save(tmp_path / "checkpoint.npz", {})
@@ -291,18 +292,6 @@ def test_one_layer_of_a_mixture_floats_and_its_walls_take_its_heat():
     in_bed = 0.35 * 73.0 * (4e4 * 0.03 + 2.0 * 350.0) * 0.9e-3 * run.rows[0]["bed_height"]
     assert 0.9 * in_bed < last["heat_to_walls"] < 3.0 * in_bed
     assert last["bead_temperature"] < 362.5 and last["outlet_temperature"] < last["bead_temperature"]
-
-
-def test_a_mixture_goes_on_from_a_checkpoint_to_the_same_numbers(tmp_path):
-    layer = {"depth": 0.9e-3, "smallest_diameter": 0.8e-3}
-    once, first = column(0.9, **layer), column(0.9, **layer)
-    once.march(0.02)
-    first.march(0.01)
-    first.save(tmp_path / "checkpoint.npz", {})
-    with np.load(tmp_path / "checkpoint.npz") as saved:
-        second = Column.restored(first.given, saved)
-    second.march(0.02)
-    assert second.rows == once.rows and (second.beads.places == once.beads.places).all()
 
 
 def test_beads_of_several_sizes_are_packed_in_a_deep_slab():
