@@ -105,6 +105,12 @@ class Domain:
         """Local facets with the tag."""
         return self.facet_tags.find(tag)
 
+    @functools.cached_property
+    def begin(self) -> float:
+        """Lowest x[0] of the bed (m), from which distances along the flow count (collective)."""
+        nodes = fenicsx.cell_vertices(self.mesh)[self.cells(BED)]
+        return ranks.extremes(self.communicator, self.mesh.geometry.x[nodes.ravel(), 0])[0]
+
     def planes_of_symmetry(self) -> list[Integers]:
         """Local facets of the planes of symmetry (`SYMMETRY`, `SIDE`) across each axis. Oblique ones are in none: there, as at a
         boundary without a tag, no flow passes because none enters the mass balance."""

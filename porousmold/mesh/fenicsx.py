@@ -462,13 +462,14 @@ def facet_corners(domain: Mesh, facets: Integers) -> Floats:
 
 
 def spans_along_flow(space: Space) -> Floats:
-    """Interval of x[0] (n, 2) that each node of a scalar space stands for: halfway to the far ends of its cells."""
+    """x[0] (n, 3) where what each node of a scalar space stands for begins, of the node, and where it ends: halfway to the far
+    ends of its cells."""
     place, table = space.tabulate_dof_coordinates()[:, 0], dof_table(space)
     low, high = place.copy(), place.copy()
     ends = place[table]
     np.minimum.at(low, table, ends.min(axis=1)[:, None])
     np.maximum.at(high, table, ends.max(axis=1)[:, None])
-    return 0.5 * np.column_stack((place + low, place + high))
+    return np.column_stack((0.5 * (place + low), place, 0.5 * (place + high)))
 
 
 def dof_table(space: Space) -> Integers:

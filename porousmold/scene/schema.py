@@ -174,7 +174,8 @@ KEYS: dict[str, dict[str, Key]] = {
         "outlet_pressure": Key("Pa", "absolute static pressure at the outlet", 101325.0, low=0.0, high=1e9),
         "gravity": Key("m/s^2", "acceleration along the flow (negative: against it)", 0.0, low=-1e3, high=1e3),
         "outer_heat_flux": Key("W/m^2", "heat flux into the outer wall (negative: loss; not set: adiabatic); a file may have "
-                               "columns `0.1 m [W/m^2]`, ... along the flow", low=-1e7, high=1e7, series=True, along=True),
+                               "columns `0.1 m [W/m^2]`, ... from the inlet along the flow",
+                               low=-1e7, high=1e7, series=True, along=True),
         "outer_heat_flux_factor": Key("", "factor on outer_heat_flux, for the error of its sensors", 1.0, low=0.0, high=10.0),
         "outer_coefficient": Key("W/(m^2*K)", "heat transfer coefficient of the outer wall (not set: adiabatic)",
                                  low=0.0, high=1e6),

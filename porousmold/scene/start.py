@@ -61,10 +61,10 @@ class Profile:
         return hashlib.sha256(repr((self.positions, self.values)).encode()).hexdigest()
 
     def at(self, places: Floats, spans: Floats, *, of_beads: bool) -> Floats:
-        """Temperatures (K) at places (n, 3) in m; those of fluid, beads and wall are the same.
+        """Temperatures (K) of places; those of fluid, beads and wall are the same.
 
-        Where the profile has a corner among what a place stands for, `spans` (n, 2) in m from the inlet, it is the mean over
-        that: a step between two places keeps its heat.
+        `spans` (n, 3) has, in m from where the bed begins, the begin of what a place stands for, the place, and the end. Where
+        the profile has a corner among that it is the mean over it: a step between two places keeps its heat.
         """
         positions, values = np.array(self.positions), np.array(self.values)
         heat = np.append(0.0, np.cumsum(0.5 * np.diff(positions) * (values[1:] + values[:-1])))
@@ -76,10 +76,10 @@ class Profile:
             found = heat[piece] + 0.5 * (inside - positions[piece]) * (values[piece] + here)
             return np.asarray(found + (place - inside) * here)
 
-        low, high = spans.T
+        low, place, high = spans.T
         means, little = (integral(high) - integral(low)) / (high - low), 1e-6 * (high - low)
         has_corner = np.searchsorted(positions, high - little) > np.searchsorted(positions, low + little)
-        return np.where(has_corner, means, np.interp(places[:, 0], positions, values))
+        return np.where(has_corner, means, np.interp(place, positions, values))
 
 
 @dataclass(frozen=True)

@@ -146,17 +146,18 @@ def build_medium(specs: Specs, domain: Domain, estimates: Estimates, size: BedSi
     temperatures.append(fem.Function(temperatures[0].function_space))
     for function in temperatures:
         function.x.array[:] = specs.heat.initial_temperature
-        _start(specs, function)
+        _start(specs, function, domain.begin)
     return Medium(domain, size, estimates, equations, boundary, inlet_area, *temperatures)
 
 
-def _start(specs: Specs, function: fem.Function) -> None:
-    """Give a function of the temperatures, T or T and T_s, the values at the start where these differ from place to place."""
+def _start(specs: Specs, function: fem.Function, begin: float) -> None:
+    """Give a function of the temperatures, T or T and T_s, the values at the start where these differ from place to place;
+    `begin` is the place (m) where the bed begins."""
     start = specs.heat.start
     if start is None:
         return
     for part, (space, numbers) in enumerate(fenicsx.leaves(function.function_space)):
-        places, spans = space.tabulate_dof_coordinates(), fenicsx.spans_along_flow(space)
+        places, spans = space.tabulate_dof_coordinates(), fenicsx.spans_along_flow(space) - begin
         function.x.array[numbers] = start.at(places, spans, of_beads=bool(part))
     function.x.scatter_forward()
 
@@ -350,7 +351,7 @@ def build_heat(specs: Specs, medium: Medium, flow: Flow, equations: EnergyEquati
         medium.property_temperature,
         QUADRATURE_DEGREE,
     )
-    _start(specs, heat.unknown)
+    _start(specs, heat.unknown, medium.domain.begin)
     if specs.flow.update != "transient":
         return heat
     return CoupledTransient(

@@ -94,7 +94,8 @@ class BoundaryValues:
             flux = self.following(given.heat_flux)
             if isinstance(given.heat_flux, ProfileSeries):
                 sensors = fem.Constant(self._domain.mesh, given.heat_flux.positions)
-                flux = _between(sensors, flux, ufl.SpatialCoordinate(self._domain.mesh)[0])
+                place = ufl.SpatialCoordinate(self._domain.mesh)[0] - self._domain.constant(self._domain.begin)
+                flux = _between(sensors, flux, place)
             terms["heat_flux"] = flux * self._domain.constant(given.heat_flux_factor)
         if given.exchanges:
             terms["ambient"] = self.following(given.ambient)

@@ -101,7 +101,7 @@ class InitialGuesses:
         """Fields of the local equilibrium of drag and beads along x[0], for a mesh whose stations are not known."""
         medium, space = self._medium, self._medium.flow_temperature.function_space
         length, estimates = medium.domain.length, medium.estimates
-        along = space.tabulate_dof_coordinates()[:, 0] / length
+        along = (space.tabulate_dof_coordinates()[:, 0] - medium.domain.begin) / length
         drive = medium.boundary.present_drive()
         pressure_drop = drive.value if drive.kind == "pressure_drop" else estimates.pressure_gradient * length
         pressure = pressure_drop * np.clip(1.0 - along, 0.0, 1.0)

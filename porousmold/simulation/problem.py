@@ -226,10 +226,8 @@ class Problem:
         if not isinstance(heat.start, Profile):
             return self.domain.constant(heat.initial_temperature)
         function = fem.Function(self.medium.flow_temperature.function_space)
-        places, spans = (
-            function.function_space.tabulate_dof_coordinates(),
-            fenicsx.spans_along_flow(function.function_space),
-        )
+        space = function.function_space
+        places, spans = space.tabulate_dof_coordinates(), fenicsx.spans_along_flow(space) - self.domain.begin
         function.x.array[:] = heat.start.at(places, spans, of_beads=False)
         function.x.scatter_forward()
         return function

@@ -162,7 +162,8 @@ class LocallyDevelopedFlow:
         """Find the flow, from the pressure of a uniform permeability; raises `SolveError`."""
         drive, scale = self._drive(), float(self._equations.scales.pressure.value)
         self._set_inlet(drive.value if drive.kind == "pressure_drop" else scale)
-        along = self.pressure.function_space.tabulate_dof_coordinates()[:, 0] / self.domain.length
+        places, domain = self.pressure.function_space.tabulate_dof_coordinates(), self.domain
+        along = (places[:, 0] - domain.begin) / domain.length
         # of any mesh: what is harmonic has the gradients of the section's changes
         self.pressure.x.array[:] = self._inlet_pressure * np.clip(1.0 - along, 0.0, 1.0)
         self.pressure.x.array[self._outside] = 0.0

@@ -48,6 +48,30 @@ def extruded(path, *replaced):
 COARSE = (("along = 24", "along = 8"), ("across = 22", "across = 10"))
 
 
+def test_a_mesh_that_begins_elsewhere_has_profiles_where_they_are_given(tmp_path):
+    """Distances of a profile, and of a heat flux along the wall, count from where the bed begins, not from x = 0."""
+    (tmp_path / "start.csv").write_text("x [m], temperature [degC]\n0, 25\n0.3, 25\n0.6, 60\n1, 60\n")
+    (tmp_path / "flux.csv").write_text("time [s], 0.2 m [W/m^2], 0.5 m [W/m^2]\n0, 0, 3000\n100, 0, 3000\n")
+    moved = [(f"{{{x}, ", f"{{2.5 + {x}, ") for x in ("0", "length")]
+    settings = {
+        **SOON,
+        "operation.initial_temperature": str(tmp_path / "start.csv"),
+        "operation.outer_heat_flux": str(tmp_path / "flux.csv"),
+        "model.flow": "developed",
+    }
+    here, there = (
+        run(
+            Scene.load(CURVED, settings | {"geometry.mesh": str(mold_like(tmp_path / name, *COARSE, *change))}),
+            communicator=MPI.COMM_SELF,
+        )
+        for name, change in (("here.geo", []), ("there.geo", moved))
+    )
+    for name in ("heat_stored", "heat_by_fluid", "heat_through_outer_wall", "outlet_temperature"):
+        if name in here.history:
+            assert there.history[name] == pytest.approx(here.history[name], rel=1e-6, abs=1e-3)
+    assert here.history["lowest_temperature"][0] == pytest.approx(298.15, abs=0.1)
+
+
 @pytest.mark.parametrize("refine", [False, True])
 def test_an_extruded_mold_is_heated_as_the_plane_one(tmp_path, refine):
     changes = SOON | {"geometry.refine_wall": refine, "solver.flow_tolerance": 1e-4}
