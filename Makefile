@@ -65,7 +65,7 @@ lattices: .venv/installed  ## conductivity of packings beside resolved lattices:
 bubbling-bed: .venv/installed  ## 80 000 beads in a bubbling bed: docs/bubbling-bed.png
 	$(PYTHON) -m studies.bubbling_bed
 
-patil-bed: .venv/installed  ## a bubbling bed that cools at its walls, three velocities (an hour of one core): docs/patil-bed.md
+patil-bed: .venv/installed  ## a bubbling bed that cools at its walls, three velocities (100 minutes of one core): docs/patil-bed.md
 	$(PYTHON) -m studies.patil_bed
 
 droplet: .venv/installed  ## a droplet on hot grains at six temperatures, seeds, variants (40 minutes): docs/droplet.md

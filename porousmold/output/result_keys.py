@@ -94,7 +94,7 @@ RESULT_KEYS: Mapping[str, ResultKey] = {
     ),
     "spread_at_end": _number(
         "K",
-        "difference of temperature over the wall's bed side at the end",
+        "difference of temperature over the wall's bed side when the last of what was asked for is met, or at the end",
         optional=True,
     ),
     "layers_at_end": ResultKey("object", "lowest and highest temperature (K) of each layer of the wall at the end"),

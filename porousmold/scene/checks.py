@@ -261,6 +261,10 @@ def _bed(scene: "Scene") -> None:
     geometry, bed, limit = scene.geometry, scene.bed, POROSITY_MODELS[scene.bed.porosity_model].largest_bulk_porosity
     if bed.porosity_profile is None and bed.bulk_porosity > limit:
         _refuse(scene, "bed.bulk_porosity", f"must be <= {limit:g} with porosity_model {bed.porosity_model!r}")
+    if bed.porosity_profile is not None:
+        for name in ("bulk_porosity", "porosity_model"):
+            if getattr(bed, name) != KEYS["bed"][name].default:
+                _refuse(scene, f"bed.{name}", "has no place beside bed.porosity_profile, which is used instead")
     if bed.conductivity_profile is not None:
         for name in ("model.bead_conduction", "bed.emissivity", "bed.contact_flattening"):
             if scene.is_given(name):

@@ -16,6 +16,8 @@ PROFILE, STATE = "operation.initial_temperature", "operation.initial_state"
 FIELDS = "fields.xdmf"
 SAME_PLACE = 1e-9
 """Distance over the extent of a mesh within which a node is the same one."""
+SAME_EXTENT = 0.01
+"""Part of a mesh's extent by which another one of the same bed may differ."""
 
 
 @dataclass(frozen=True)
@@ -118,6 +120,27 @@ class LastState:
     def length(self) -> float:
         """Of the mesh along the flow, m."""
         return float(np.ptp(self._last[0][:, 0]))
+
+    def require_place(self, low: Floats, high: Floats) -> None:
+        """Raise `InputError` for a mesh between the corners `low` and `high` (m) that lies where the run's did not.
+
+        Along x[0] it must be as long; across it may be narrower, as without the cells of a wall.
+        """
+        nodes = self._last[0]
+        if nodes.shape[1] != len(low):
+            allowed = f"is of a bed in {nodes.shape[1]} dimensions, and this one has {len(low)}"
+            raise InputError(STATE, str(self.folder), allowed)
+        least, most = nodes.min(axis=0), nodes.max(axis=0)
+        slack = SAME_EXTENT * (most - least)
+        for axis in range(len(low)):
+            beyond = low[axis] < least[axis] - slack[axis] or high[axis] > most[axis] + slack[axis]
+            within = low[axis] > least[axis] + slack[axis] or high[axis] < most[axis] - slack[axis]
+            if beyond or (axis == 0 and within):
+                allowed = (
+                    f"is of a run between x[{axis}] = {least[axis]:.4g} and {most[axis]:.4g} m, and this mesh lies between "
+                    f"{low[axis]:.4g} and {high[axis]:.4g} m: it has no temperatures there"
+                )
+                raise InputError(STATE, str(self.folder), allowed)
 
     def mean(self) -> float:
         """Mean temperature (K) of the nodes."""

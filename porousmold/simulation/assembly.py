@@ -10,6 +10,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any, cast
 
+import numpy as np
 import ufl
 from dolfinx import fem
 
@@ -33,6 +34,7 @@ from ..mesh.domain import Domain
 from ..mesh.from_gmsh import from_file
 from ..scene.geometries import BedSize
 from ..scene.series import TimeSeries
+from ..scene.start import LastState
 from ..solvers.coupled import CoupledTransient
 from ..solvers.developed import DevelopedFlow
 from ..solvers.developed_profiles import STATIONS, ProfilesOfGradient, ProfileTable
@@ -153,9 +155,12 @@ def build_medium(specs: Specs, domain: Domain, estimates: Estimates, size: BedSi
 def _start(specs: Specs, function: fem.Function, begin: float) -> None:
     """Give a function of the temperatures, T or T and T_s, the values at the start where these differ from place to place;
     `begin` is the place (m) where the bed begins."""
-    start = specs.heat.start
+    start, mesh = specs.heat.start, function.function_space.mesh
     if start is None:
         return
+    if isinstance(start, LastState):
+        ends = [ranks.extremes(mesh.comm, mesh.geometry.x[:, axis]) for axis in range(mesh.geometry.dim)]
+        start.require_place(*np.transpose(ends))
     for part, (space, numbers) in enumerate(fenicsx.leaves(function.function_space)):
         places, spans = space.tabulate_dof_coordinates(), fenicsx.spans_along_flow(space) - begin
         function.x.array[numbers] = start.at(places, spans, of_beads=bool(part))

@@ -77,13 +77,23 @@ def summarise(
         "energy": _energy_of_the_tool(simulation) | {"currency": scene.operation.currency}
         if recorded and problem.air_loop is not None
         else None,
-        "spread_at_end": history["highest_bed_side"][-1] - history["lowest_bed_side"][-1] if recorded else None,
+        "spread_at_end": _spread_at_end(simulation) if recorded else None,
         "layers_at_end": _layers_at_end(simulation) if recorded else {},
         "temperature_bounds": bounds,
         **_work_done(simulation),
         **_provenance(scene, simulation),
         "warnings": warnings_of(scene, simulation, bounds),
     }
+
+
+def _spread_at_end(simulation: Simulation) -> float:
+    """Spread (K) of the wall's bed side when the last of what was asked for was met, within the last step, or at the end."""
+    recorder, history = simulation.recorder, simulation.recorder.history
+    met = [time for time in (recorder.heating_time, *recorder.targets.values()) if time is not None]
+    begun = history["time"][-2] if len(history) > 1 else 0.0
+    end = max(met) if met and max(met) > begun else simulation.time
+    spreads = np.subtract(history["highest_bed_side"][-2:], history["lowest_bed_side"][-2:])
+    return float(np.interp(end, history["time"][-2:], spreads))
 
 
 def _cycles(simulation: Simulation) -> dict[str, Any]:

@@ -45,6 +45,12 @@ def unit_of_record(name: str) -> str | None:
     return RECORDS.get(name)
 
 
+def kind_of_record(name: str) -> str:
+    """The same as `files.units` reads and shows it: temperatures that are recorded are differences, and 1 has no unit."""
+    unit = unit_of_record(name) or ""
+    return {"K": "delta_degC", "1": ""}.get(unit, unit)
+
+
 QUIET = {"output.pictures": False, "output.fields": False}
 
 

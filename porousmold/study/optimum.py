@@ -26,7 +26,7 @@ from ..files.units import to_si
 from ..mpi import MPI
 from ..scene.keys import key_of
 from ..scene.schema import KEYS
-from .definition import Case, Study, check_names, table_of, unit_of_record
+from .definition import Case, Study, check_names, kind_of_record, table_of, unit_of_record
 from .running import Row, run_study, setting
 
 AGREEMENT = 0.003
@@ -69,10 +69,7 @@ def load(path: str | Path, *, allow_extensions: bool = False) -> tuple[Study, Ai
     for key, name in [("minimise", minimise), ("trade_off", trade_off), *(("below", name) for name in below)]:
         if name not in study.record and not (key == "trade_off" and name is None):
             raise InputError(f"optimum.{key}", str(name), f"must be one of study.record {study.record}", where)
-    limits = {
-        name: to_si(f"optimum.below.{name}", given, str(unit_of_record(name)).replace("1", ""), where)
-        for name, given in below.items()
-    }
+    limits = {name: to_si(f"optimum.below.{name}", given, kind_of_record(name), where) for name, given in below.items()}
     for name, limit in limits.items():
         if not limit > 0.0:
             raise InputError(f"optimum.below.{name}", limit, "must be > 0", where)
@@ -292,7 +289,8 @@ def summary_text(found: Optimum, study: Study, aim: Aim) -> str:
         tried = [setting(case, name) for case in study.cases if case.scene is not None]
         value = setting(found.row.case, name)
         edge = "" if min(tried) < value < max(tried) else ", at its bound"
-        lines.append(f"  at {name} = {value:.6g}{edge}")
+        unit = key_of(KEYS, name).unit
+        lines.append(f"  at {name} = {value:.6g}{f' {unit}' if unit else ''}{edge}")
     if not found.agreed:
         lines.append(
             "warning: the last search and its run still differ by more than 0.3 %; more points of the grid help"

@@ -24,7 +24,7 @@ from ..scene.geometries import modelled_part
 from ..scene.keys import WITHOUT_UNIT, key_of, kind_of
 from ..scene.scene import Scene
 from ..scene.schema import KEYS
-from .definition import Study, unit_of_record
+from .definition import Study, kind_of_record, unit_of_record
 from .parameters import case_around, value_of
 from .running import run_study
 
@@ -73,11 +73,10 @@ def aim_of(text: str) -> Aim:
     match = TARGET.fullmatch(text)
     if match is None:
         raise InputError("--target", text, "must be RECORD = VALUE, such as 'heating_time = 15 min'")
-    unit = unit_of_record(match.group(1))
-    if unit is None:
+    if unit_of_record(match.group(1)) is None:
         hint = "; of a target of the scene it is targets.NAME, such as 'targets.cured = 2 h'"
         raise InputError("--target", match.group(1), f"is nothing that a run records{hint}")
-    value = to_si("--target", match.group(2), unit.replace("1", ""))
+    value = to_si("--target", match.group(2), kind_of_record(match.group(1)))
     if not value > 0.0:
         raise InputError("--target", match.group(2), "must be > 0")
     return Aim(match.group(1), value)
@@ -230,7 +229,7 @@ class _Search:
 def summary_text(found: Sequence[Change], aim: Aim, scene: Scene) -> str:
     """Which single change reaches the aim, as a table."""
     reached = [change.reached for change in found]
-    (aimed, *reached), unit = preferred_unit([aim.value, *reached], unit_of_record(aim.record) or "")
+    (aimed, *reached), unit = preferred_unit([aim.value, *reached], kind_of_record(aim.record))
     lines = [f"{aim.record} = {aimed:.6g} {unit}".rstrip() + " by a single change of"]
     for change, value in zip(found, reached, strict=True):
         if change.needed is None:

@@ -6,7 +6,7 @@ from mpi4py import MPI
 from porousmold import InputError, Scene, run
 from porousmold.simulation.checking import check
 
-from ..support import ALUMINIUM, coarse_scene
+from ..support import ALUMINIUM, STUDIES, coarse_scene
 
 PLUG = {"model.flow": "plug", "model.turbulence": "none"}
 
@@ -90,3 +90,23 @@ def test_a_sensor_has_no_name_of_a_place(tmp_path):
     path.write_text("name, x [mm], y [mm]\nbed, 100, 5\n")
     with pytest.raises(InputError, match="bed"):
         coarse_scene({"geometry.sensors": str(path)}, ALUMINIUM)
+
+
+def test_the_spread_at_the_end_is_that_when_the_wall_is_heated():
+    """Not that of the last step, however far it goes beyond: nearly the same with half the steps."""
+    spreads = []
+    for step in (80.0, 20.0):
+        settings = {**PLUG, "solver.largest_step": step}
+        result = run(coarse_scene(settings), communicator=MPI.COMM_SELF)
+        assert result.summary["end_time"] > result.heating_time
+        spreads.append(result.summary["spread_at_end"])
+        history = result.history
+        last = history["highest_bed_side"][-1] - history["lowest_bed_side"][-1]
+        assert spreads[-1] > last
+    assert spreads[0] == pytest.approx(spreads[1], rel=0.03)
+
+
+def test_a_porosity_beside_its_profile_is_refused():
+    profile = str(STUDIES / "profiles" / "slab_ratio_10.csv")
+    with pytest.raises(InputError, match=r"bed.bulk_porosity = 0.3: has no place beside bed.porosity_profile"):
+        coarse_scene({"bed.porosity_profile": profile, "bed.bulk_porosity": 0.3})

@@ -7,7 +7,7 @@ from mpi4py import MPI
 from porousmold import InputError, Scene, run
 from porousmold.scene.identity import identity_of
 from porousmold.simulation.specs import specs_of
-from tests.support import FIELD_CASES, STUDIES, problem_of
+from tests.support import FIELD_CASES, STUDIES, coarse_scene, problem_of, simulation_of
 
 STORE = FIELD_CASES / "17-tes-cycle" / "tes.toml"
 PROFILE = "x [cm], temperature [degC]\n0, 500\n30, 480\n50, 200\n100, 25\n"
@@ -58,6 +58,26 @@ def test_heat_of_a_profile_is_given_back_to_cold_gas(profile):
     stored = bed * profile_area([475.0, 455.0, 175.0, 0.0], [0.0, 0.3, 0.5, 1.0])
     assert -result["heat_stored"][-1] == pytest.approx(stored, rel=0.01)
     assert result.summary["temperature_bounds"][1] < 773.15 + 0.3
+
+
+def test_a_state_goes_to_a_mesh_in_its_place_alone(tmp_path):
+    """Temperatures beyond those of the run are not made up: half a mold is no whole one, nor a wider one, nor in 3-D."""
+    short = {"model.flow": "plug", "model.turbulence": "none", "operation.end_time": 30.0}
+    layer = [{"name": "other", "material": "aluminium", "thickness": 0.003}]
+    run(coarse_scene(short), tmp_path / "half", MPI.COMM_SELF)
+    start = {"operation.initial_temperature": None, "operation.initial_state": str(tmp_path / "half")}
+    for change, words in (
+        (
+            {"geometry.cavity": "whole", "wall.opposite_layer": layer},
+            r"x\[1\] = 0 and 0.028 m, and this mesh lies between -0.02",
+        ),
+        ({"geometry.cavity_height": 0.1}, "it has no temperatures there"),
+        ({"geometry.width": 0.2, "model.flow": "developed"}, "2 dimensions, and this one has 3"),
+    ):
+        with pytest.raises(InputError, match=words):
+            simulation_of(coarse_scene(short | start | change), MPI.COMM_SELF)
+    thin = simulation_of(coarse_scene(short | start | {"model.wall": "thin"}), MPI.COMM_SELF).problem
+    assert thin.extremes("bed")[1] > 320.0
 
 
 @pytest.mark.parametrize("refined", [1.0, 1.7])

@@ -7,7 +7,7 @@ import pytest
 from porousmold import InputError
 from porousmold.cli import main
 from porousmold.output.report import write_report
-from porousmold.study.solve_for import aim_of, solve_for
+from porousmold.study.solve_for import Change, aim_of, solve_for, summary_text
 
 from ..support import ALUMINIUM, COARSE, coarse_scene, under_mpirun
 
@@ -78,3 +78,11 @@ def test_the_command_and_its_file(tmp_path, capsys):
     again = under_mpirun(2, "-m", "porousmold", *words, "--out", str(tmp_path), "--quiet")
     assert again.returncode == 0, again.stderr
     assert json.loads((tmp_path / "solve_for.json").read_text())["changes"][0] == change
+
+
+def test_a_spread_is_a_difference_of_temperatures():
+    """Given and shown in K, not in degrees Celsius."""
+    scene, aim = coarse_scene({"model.flow": "plug", "model.turbulence": "none"}), aim_of("spread_at_end = 1.5 K")
+    change = Change("wall.thickness", "m", 0.003, 0.002, 0.002, 1.5, {"mean_power": None, "energy_spent": None}, "")
+    text = summary_text([change], aim, scene)
+    assert aim.value == 1.5 and "spread_at_end = 1.5 K" in text and "1.5 K" in text and "°C" not in text
