@@ -143,6 +143,8 @@ _EXAMPLES = {
     "kg/s": ("mass flow", "40 g/s"),
     "Pa*s": ("viscosity", "1 mPa*s"),
     "W/(m^2*K)": ("heat transfer coefficient", "5 W/m^2/K"),
+    "W/(m^3*K)": ("heat transfer coefficient per volume", "40 kW/m^3/K"),
+    "kg/(m^3*s)": ("drag per volume and velocity", "1.1 kg/m^3/s"),
     "W/m^2": ("heat flux", "50 W/m^2"),
     "m^3/s": ("volume flow", "9 ft^3/min"),
     "m^2": ("area", "81 cm^2"),

@@ -226,6 +226,10 @@ def test_the_command_writes_history_summary_and_pictures(tmp_path, capsys):
     assert "of the weight of the beads" in capsys.readouterr().out
     assert sorted(path.name for path in out.iterdir()) == ["column.gif", "column.png", "history.csv", "result.json"]
     assert json.loads((out / "result.json").read_text())["steps"] > 10
+    layer = ["--depth", "0.9 mm", "--smallest-diameter", "0.8 mm", "--wall-coefficient", "350 W/m^2/K",
+             "--depth-coefficient", "40 kW/m^3/K", "--depth-drag", "1.07 kg/m^3/s"]  # fmt: skip
+    assert main([*command(tmp_path / "layer", 0.01), *layer, "--quiet"]) == 0
+    assert json.loads((tmp_path / "layer" / "result.json").read_text())["heat_imbalance"] < 1e-10
     assert main(command(out, 0)) == 2
     assert "--time" in capsys.readouterr().err
     assert main([*command(out, 0.01), "--fluid", "honey"]) == 2
