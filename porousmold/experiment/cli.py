@@ -123,6 +123,8 @@ def _compare(options: argparse.Namespace) -> str:
         lines.append(f"not compared, as they are no sensors of the run: {', '.join(left_out)}")
     if gaps := sum(each.gaps for each in compared):
         lines.append(f"{gaps} missing value(s) of the measurement left out")
+    if beyond := sum(each.beyond for each in compared):
+        lines.append(f"{beyond} value(s) of the measurement left out, before or after the run")
     return "\n".join([*lines, f"written to {folder}: comparison.json, {picture.name}"])
 
 

@@ -60,6 +60,8 @@ class Comparison(NamedTuple):
     deviations: list[Deviation]
     left_out: tuple[str, ...]
     gaps: int
+    beyond: int
+    """Values at times that the run does not have."""
 
 
 def compare(
@@ -102,15 +104,16 @@ def compare(
     if not shared.any():
         allowed = f"has no time within the run's: {time[0]:g} to {time[-1]:g} s beside {begins:g} to {ends:g} s; --time-offset"
         raise InputError("MEASURED", str(path), allowed)
-    deviations = []
+    deviations, beyond = [], 0
     for name, column in names.items():
         if column not in read.names:
             continue
         measured = read.in_si(read.names.index(column), "K")
+        beyond += int(np.sum(~shared & np.isfinite(measured)))
         there = shared & np.isfinite(measured)
         if there.any():
             deviations.append(_deviation(name, time[there], measured[there], (history, sensors), others))
-    return Comparison(deviations, read.others, int(np.isnan(read.values[shared]).sum()))
+    return Comparison(deviations, read.others, int(np.isnan(read.values[shared]).sum()), beyond)
 
 
 def _deviation(name: str, times: Floats, measured: Floats, run: Any, others: Any) -> Deviation:

@@ -134,12 +134,13 @@ class _Search:
         except KeyError:
             raise InputError("--key", key, "is not a key of a scene") from None
         value = value_of(scene, laws, key) if described.kind not in WITHOUT_UNIT else None
-        self._datum = scene.operation.initial_temperature if described.kind == "K" else 0.0
+        self._datum = _datum(scene, key) if described.kind == "K" else 0.0
         if scene.value(key) is None and value is None:
             allowed = f"is not set in the scene: give it a value to begin from, --set {key}='VALUE'"
             raise InputError("--key", key, allowed)
         if value is None or value - self._datum == 0.0:
-            raise InputError("--key", key, "must be a positive number of the scene that does not change in time")
+            allowed = "must be a number of the scene that does not change in time, and not 0, or where the other temperatures are"
+            raise InputError("--key", key, allowed)
         self._unit, self._value = described.unit, value
         self._farthest = FARTHEST_TEMPERATURE if described.kind == "K" else FARTHEST
         self._rows: dict[float, Any] = {}
@@ -224,6 +225,13 @@ class _Search:
         needed = self._setting(place) if not reason else None
         beside = {name: row.values.get(name) for name in BESIDE}
         return Change(self._key, self._unit, self._value, self._setting(place), needed, reached, beside, reason)
+
+
+def _datum(scene: Scene, key: str) -> float:
+    """Temperature (K) from which another one is varied: the initial one, itself from the inlet's."""
+    operation = scene.operation
+    is_initial = key == "operation.initial_temperature" and operation.inlet_temperature is not None
+    return float(operation.inlet_temperature.values[-1] if is_initial else operation.initial_temperature)
 
 
 def summary_text(found: Sequence[Change], aim: Aim, scene: Scene) -> str:

@@ -174,3 +174,11 @@ def test_sensors_record_what_stations_do(tmp_path):
     history = run(scene, communicator=MPI.COMM_SELF).history
     assert history["sensor_here"] == pytest.approx(history["temperature_centre_L/2"], abs=1e-9)
     assert np.ptp(history["sensor_here"]) > 1.0
+
+
+def test_values_at_times_that_the_run_does_not_have_are_counted(folder, capsys):
+    """The run ends at 10 s."""
+    measured = folder / "long.csv"
+    measured.write_text("time [s], a [degC], b [degC]\n-1, 30, 30\n2.5, 30.35, 31\n5, 31, 31\n50, 60,\n")
+    assert main(["compare", str(folder), str(measured)]) == 0
+    assert "3 value(s) of the measurement left out, before or after the run" in capsys.readouterr().out

@@ -86,3 +86,10 @@ def test_a_spread_is_a_difference_of_temperatures():
     change = Change("wall.thickness", "m", 0.003, 0.002, 0.002, 1.5, {"mean_power": None, "energy_spent": None}, "")
     text = summary_text([change], aim, scene)
     assert aim.value == 1.5 and "spread_at_end = 1.5 K" in text and "1.5 K" in text and "°C" not in text
+
+
+def test_the_initial_temperature_is_found_too(tmp_path):
+    """It is varied from the inlet's temperature, as others are from the initial one: a warmer tool is heated sooner."""
+    scene = coarse_scene({"model.flow": "plug", "model.turbulence": "none"})
+    (change,) = solve_for(scene, ["operation.initial_temperature"], aim_of("heating_time = 30 min"), tmp_path)
+    assert 298.15 < change.needed < 363.15 and change.reached == pytest.approx(1800.0, rel=2e-3)
