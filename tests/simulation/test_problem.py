@@ -50,7 +50,7 @@ HEIGHT, DIAMETER = {"geometry.cavity_height": 0.06}, {"geometry.diameter": 0.06}
         (PIPE, DIAMETER | OUTER, {"model.flow": "plug"} | LAMINAR),
         (ALUMINIUM, {"operation.wall_temperature": 340.0} | HEIGHT, {"model.wall": "fixed-temperature"} | LAMINAR),
         (ALUMINIUM, {"bed.averaging_diameter_ratio": 0.9} | HEIGHT,
-         {"model.rev_terms": "consistent", "bed.porosity_profile": str(PROFILE)} | LAMINAR),
+         {"model.rev_terms": "consistent", "bed.porosity_profile": str(PROFILE), "bed.bulk_porosity": None} | LAMINAR),
     ],
     ids=["mold", "box", "liquid", "developed", "plug", "held", "rev"],
 )  # fmt: skip
