@@ -45,7 +45,7 @@ def marched(case):
             moved += grid.spread(weights, volumes * column.beads.velocity[0])
             heat += grid.spread(weights, volumes * column.beads.temperature)
     late = column.rows[len(column.rows) // 2 :]
-    mass = column.given.bead_density * column.beads.volumes.sum() / column.given.depth
+    mass = column.beads.masses.sum() / column.given.depth
     found = {
         "velocity": velocity,
         "beads": len(column.beads),

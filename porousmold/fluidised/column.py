@@ -69,13 +69,8 @@ class Column:
     @property
     def weight(self) -> float:
         """Of the beads less buoyancy, over the cross-section, Pa."""
-        given = self.given
-        return -self._bead_mass * self.beads.gravity / (given.width * given.depth)
-
-    @property
-    def _bead_mass(self) -> float:
-        """Of all beads, kg; the same in whatever order they are."""
-        return self.given.bead_density * math.fsum(self.beads.volumes)
+        given, mass = self.given, math.fsum(self.beads.masses)  # the same in whatever order they are
+        return -mass * self.beads.gravity / (given.width * given.depth)
 
     def march(self, end_time: float, progress: Callable[[float, float, str], None] | None = None) -> None:
         """Step until `end_time` (s); progress(time, end time, text)."""
@@ -95,8 +90,9 @@ class Column:
         pressure = self.gas.pressure
         push = [-slope / given.bead_density for slope in grid.gradient(weights, pressure)]
         rate = grid.at(weights, drag / np.maximum(share, 1e-9) / given.bead_density)
-        masses = given.bead_density * self.beads.volumes
-        force = (masses * (push[0] + rate * (gas[0] - self.beads.velocity[0]))).sum() / (given.width * given.depth)
+        force = (self.beads.masses * (push[0] + rate * (gas[0] - self.beads.velocity[0]))).sum() / (
+            given.width * given.depth
+        )
         self.beads.move(gas, push, rate)
         self.time += given.time_step
         gained = self._stored_heat() - self._heat_at_first
@@ -141,7 +137,7 @@ class Column:
         given, grid, beads = self.given, self.grid, self.beads
         porosity, step = self.gas.porosity, self.given.time_step
         film = given.film_coefficient(beads.sauter_diameter, porosity * given.density * slip, porosity)
-        capacity = given.bead_density * beads.volumes * given.bead_heat_capacity
+        capacity = given.bead_heat_capacity * beads.masses
         conductance = -capacity / step * np.expm1(-grid.at(weights, film) * beads.surfaces * step / capacity)
         exchange = grid.spread(weights, conductance) / grid.volumes
         heating = grid.spread(weights, conductance * self.beads.temperature) / grid.volumes
@@ -159,8 +155,8 @@ class Column:
         given, start = self.given, self.given.initial_temperature
         gas = self.gas.porosity * (self.gas.temperature - start)
         in_gas = given.density * given.heat_capacity * (self.grid.volumes * gas).sum()
-        capacities = given.bead_density * given.bead_heat_capacity * self.beads.volumes
-        return float(in_gas + (capacities * (self.beads.temperature - start)).sum())
+        in_beads = given.bead_heat_capacity * (self.beads.masses * (self.beads.temperature - start)).sum()
+        return float(in_gas + in_beads)
 
     def save(self, path: Path, more: Mapping[str, Floats]) -> None:
         """Write a checkpoint, with `more` arrays, from which a column of the same input goes on to the same numbers."""

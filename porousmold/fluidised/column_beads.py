@@ -84,6 +84,11 @@ class ColumnBeads:
         return math.pi / 6.0 * self.given.bead_diameter**3 * self._size[:, 1]
 
     @property
+    def masses(self) -> Floats:
+        """Of the beads, kg."""
+        return self.given.bead_density * self.volumes
+
+    @property
     def surfaces(self) -> Floats:
         """Of the beads, m2."""
         return math.pi * (2.0 * self.given.bead_diameter * self._size[:, 0]) ** 2

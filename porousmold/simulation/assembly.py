@@ -49,7 +49,7 @@ from .boundary_values import BoundaryValues
 from .estimates import Estimates, estimate
 from .initial_guess import InitialGuesses
 from .meshing import cells_at_wall, plane_of_stations, straight_domain
-from .problem import Balances, Medium, Problem
+from .problem import Balances, Medium, Problem, starting_temperatures
 from .specs import Specs
 from .stopwatch import Stopwatch
 
@@ -148,22 +148,20 @@ def build_medium(specs: Specs, domain: Domain, estimates: Estimates, size: BedSi
     temperatures.append(fem.Function(temperatures[0].function_space))
     for function in temperatures:
         function.x.array[:] = specs.heat.initial_temperature
-        _start(specs, function, domain.begin)
+        _start(specs, function, domain)
     return Medium(domain, size, estimates, equations, boundary, inlet_area, *temperatures)
 
 
-def _start(specs: Specs, function: fem.Function, begin: float) -> None:
-    """Give a function of the temperatures, T or T and T_s, the values at the start where these differ from place to place;
-    `begin` is the place (m) where the bed begins."""
-    start, mesh = specs.heat.start, function.function_space.mesh
+def _start(specs: Specs, function: fem.Function, domain: Domain) -> None:
+    """Give a function of the temperatures, T or T and T_s, the values at the start where these differ from place to place."""
+    start, mesh = specs.heat.start, domain.mesh
     if start is None:
         return
     if isinstance(start, LastState):
         ends = [ranks.extremes(mesh.comm, mesh.geometry.x[:, axis]) for axis in range(mesh.geometry.dim)]
         start.require_place(*np.transpose(ends))
     for part, (space, numbers) in enumerate(fenicsx.leaves(function.function_space)):
-        places, spans = space.tabulate_dof_coordinates(), fenicsx.spans_along_flow(space) - begin
-        function.x.array[numbers] = start.at(places, spans, of_beads=bool(part))
+        function.x.array[numbers] = starting_temperatures(start, space, domain, of_beads=bool(part))
     function.x.scatter_forward()
 
 
@@ -356,7 +354,7 @@ def build_heat(specs: Specs, medium: Medium, flow: Flow, equations: EnergyEquati
         medium.property_temperature,
         QUADRATURE_DEGREE,
     )
-    _start(specs, heat.unknown, medium.domain.begin)
+    _start(specs, heat.unknown, domain)
     if specs.flow.update != "transient":
         return heat
     return CoupledTransient(

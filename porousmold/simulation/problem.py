@@ -16,13 +16,13 @@ from ..errors import InputError
 from ..laws.functions import Value
 from ..mesh import domain as geometry
 from ..mesh import fenicsx, ranks
-from ..mesh.aliases import Communicator, Form
+from ..mesh.aliases import Communicator, Form, Space
 from ..mesh.domain import Domain
 from ..mesh.mirror import Mirror
 from ..mesh.probe import PointProbe
 from ..scene.geometries import BedSize
 from ..scene.sensors import read_sensors
-from ..scene.start import Profile
+from ..scene.start import Profile, Start
 from ..solvers.protocols import Flow, Heat
 from ..solvers.state import ArrayOf, Numbers, Saved, State
 from .air_loop import AirLoop
@@ -126,6 +126,12 @@ def sensors_of(specs: Specs, domain: Domain) -> tuple[list[str], PointProbe]:
         raise InputError("geometry.sensors", str(specs.mesh.sensors), str(error)) from error
 
 
+def starting_temperatures(start: Start, space: Space, domain: Domain, *, of_beads: bool) -> Floats:
+    """Those (K) that a run starts from, at the nodes of a scalar space (collective); ghosts may lack cells of theirs."""
+    spans = fenicsx.spans_along_flow(space) - domain.begin
+    return start.at(space.tabulate_dof_coordinates(), spans, of_beads=of_beads)
+
+
 class Problem:
     """A scene on a mesh: `specs`, `medium`, `flow`, `heat`, `balances`, the heat's equations, and where values are recorded.
 
@@ -226,9 +232,7 @@ class Problem:
         if not isinstance(heat.start, Profile):
             return self.domain.constant(heat.initial_temperature)
         function = fem.Function(self.medium.flow_temperature.function_space)
-        space = function.function_space
-        places, spans = space.tabulate_dof_coordinates(), fenicsx.spans_along_flow(space) - self.domain.begin
-        function.x.array[:] = heat.start.at(places, spans, of_beads=False)
+        function.x.array[:] = starting_temperatures(heat.start, function.function_space, self.domain, of_beads=False)
         function.x.scatter_forward()
         return function
 

@@ -93,7 +93,7 @@ def test_a_sensor_has_no_name_of_a_place(tmp_path):
 
 
 def test_the_spread_at_the_end_is_that_when_the_wall_is_heated():
-    """Not that of the last step, however far it goes beyond: nearly the same with half the steps."""
+    """Not that of the last step, however far it goes beyond: nearly the same with steps of a quarter."""
     spreads = []
     for step in (80.0, 20.0):
         settings = {**PLUG, "solver.largest_step": step}
