@@ -327,12 +327,12 @@ def _materials(options: argparse.Namespace) -> str:
 
 def _keys(options: argparse.Namespace) -> int:
     from .output import result_keys
-    from .scene import json_schema, schema
+    from .scene import json_schema, reference
 
     if options.json_schema:
         _printed(json.dumps(result_keys.result_schema() if options.result else json_schema.scene_schema(), indent=2))
     else:
-        _printed((result_keys.reference() if options.result else schema.reference(options.table)).removesuffix("\n"))
+        _printed((result_keys.reference() if options.result else reference.reference(options.table)).removesuffix("\n"))
     return DONE
 
 

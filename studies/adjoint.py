@@ -173,7 +173,7 @@ class Course:
     def __init__(self, scene: Scene) -> None:
         specs = specs_of(scene)
         series = specs.heat.inlet_temperature, specs.flow.driven_by
-        if specs.flow.kind != "full" or any(one.breakpoints for one in series):
+        if specs.flow.model.kind != "full" or any(one.breakpoints for one in series):
             raise ValueError("the adjoint is that of full flow, with an inlet and a drive that do not change in time")
         self.simulation = Simulation(specs, MPI.COMM_SELF)
         self.problem = self.simulation.problem

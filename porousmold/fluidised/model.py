@@ -29,17 +29,33 @@ from ..laws import fluidisation
 from ..laws.materials import IdealGasDensity
 from ..laws.nusselt import prandtl_number, specific_surface
 from ..scene.chosen_laws import Laws
-from ..scene.geometries import GEOMETRIES, BedSize
+from ..scene.features import require_used
+from ..scene.features.bed import Beads
+from ..scene.features.extensions import Extensions
+from ..scene.features.fluid import BedFluid
+from ..scene.features.geometries import GEOMETRIES, BedSize
+from ..scene.features.inlet import STAGE, Inflow
+from ..scene.features.output import Output
+from ..scene.features.straight_bed import StraightBed
+from ..scene.features.wall import BedWall
 from ..scene.scene import Scene
 
 TOLERANCE = 1e-8
-WITHOUT_EFFECT = (
-    *("operation.outer_heat_flux", "operation.heater_power", "operation.recirculation", "operation.bead_velocity"),
-    *("operation.outer_emissivity", "operation.phase", "operation.reversal_period", "operation.return_temperature"),
-    *("operation.initial_state", "output.times", "output.every"),
-    *("target.list", "model.bead_modes", "bed.shear_rate", "geometry.cavity"),
-)
-"""Keys of a scene that would be ignored."""
+USED = {
+    *StraightBed.keys().keys() - {"geometry.cavity"},
+    *Beads.keys().keys() - {"bed.contact_flattening"},
+    *("bed.bulk_porosity", "bed.porosity_profile", "model.closures", "model.nusselt", "model.exchange_factor"),
+    *("operation.initial_temperature", "operation.inlet_velocity", "operation.mass_flow"),
+    *Inflow.keys(),
+    *(f"operation.programme.{name}" for name in STAGE),
+    *BedWall.keys().keys() - {"wall.opposite_layer", "solver.wall_cells", "operation.wall_temperature"},
+    *(f"wall.layer.{name}" for name in ("name", "material", "thickness")),
+    *("operation.outer_coefficient", "operation.ambient_temperature", "operation.heating_margin", "operation.end_time"),
+    *BedFluid.keys(),
+    *Extensions.keys(),
+    *Output.keys().keys() - {"output.times", "output.every"},
+}
+"""Keys of a scene that a fluidised bed is computed from; the others are refused."""
 LARGEST_RATIO = 10.0
 """Of the velocity to that of minimum fluidisation, up to which the coefficient at the wall is known."""
 
@@ -78,13 +94,14 @@ class FluidisedBed:
             raise InputError(
                 "model.wall", scene.model.wall, "must be 'conjugate' or 'thin' for a fluidised bed", scene.source
             )
-        for name in WITHOUT_EFFECT:
-            if scene.is_given(name):
-                raise InputError(name, str(scene.value(name)), "has no effect on a fluidised bed", scene.source)
+        require_used(scene, USED, "a fluidised bed")
         if scene.start is not None:
             allowed = "must be one temperature: a fluidised bed is mixed"
             raise InputError("operation.initial_temperature", None, allowed, scene.source)
         self._laws = Laws.of(scene)
+        if any(one.cure is not None for one in self._laws.walls.values()):
+            allowed = "must not cure: the heat of cure has no effect on a fluidised bed"
+            raise InputError("wall.material", ", ".join(self._laws.walls), allowed, scene.source)
         self.porosity_at_rest = self._laws.bulk_porosity
         layers = scene.wall.layer
         self._layers = (

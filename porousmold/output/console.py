@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from ..errors import InputError
-from ..scene.geometries import modelled_part
+from ..scene.features.geometries import modelled_part
 from ..scene.scene import Scene
 from .quantities import ENERGY_GIVEN, ENERGY_NAMES, JOULES_A_KWH
 from .result_keys import Summary

@@ -9,9 +9,9 @@ from xml.etree.ElementTree import ParseError
 from ..errors import InputError
 from ..files.atomic_files import output_file
 from ..files.units import preferred_unit
-from ..scene.geometries import modelled_part
+from ..scene.features import KEYS
+from ..scene.features.geometries import modelled_part
 from ..scene.keys import Tables, flat, kind_of, unit_and_meaning
-from ..scene.schema import KEYS
 from .console import closures_text, kept_text, outer_wall_text
 from .pictures import draw, fields_with_slider
 from .quantities import ENERGY_GIVEN, ENERGY_NAMES, JOULES_A_KWH

@@ -11,8 +11,8 @@ import numpy as np
 from ..errors import InputError
 from ..files.atomic_files import output_file, output_folder
 from ..files.units import preferred_unit
+from ..scene.features import KEYS
 from ..scene.keys import flat, kind_of
-from ..scene.schema import KEYS
 from .figures import STYLE, plt, save
 from .quantities import Columns
 from .stored import read_table

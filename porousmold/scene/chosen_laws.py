@@ -14,7 +14,7 @@ from ..laws.porosity import POROSITY_MODELS, Porosity
 from ..laws.real_gas import real_gas
 from ..laws.registry import Registry
 from ..laws.turbulence_models import TURBULENCE_MODELS, TurbulenceModel
-from .geometries import GEOMETRIES
+from .features.geometries import GEOMETRIES
 from .keys import Table
 from .scene import Scene
 

@@ -14,9 +14,9 @@ from typing import Any
 from ..laws.material_library import SOLIDS
 from ..laws.registry import source_text
 from .chosen_laws import CHOICES
+from .features import KEYS
 from .keys import Table
 from .scene import Scene
-from .schema import KEYS
 from .series import TimeSeries
 
 COMPUTING = ("laws", "mesh", "equations", "solvers", "simulation", "scene", "files")

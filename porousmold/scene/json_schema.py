@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
+from .features import KEYS
 from .keys import INFINITY, Key
-from .schema import KEYS
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 

@@ -6,7 +6,7 @@ import html
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 from ..errors import InputError
 from ..files.gmsh_files import merged_files, refusal
@@ -16,9 +16,12 @@ from ..laws.conductivity_profile import ConductivityProfile
 from ..laws.materials import Fluid, Solid
 from ..laws.porosity import POROSITY_MODELS, LawPorosity, Porosity
 from ..laws.porosity_profile import PorosityProfile
-from .checks import check_together
 from .closures import completed
-from .geometries import GEOMETRIES
+from .features import KEYS, check_together
+from .features.geometries import GEOMETRIES
+from .features.inlet import temperature_of
+from .features.phases import drive_name, representative
+from .features.wall import BedWall
 from .keys import (
     LISTED,
     Settings,
@@ -33,9 +36,6 @@ from .keys import (
     unknown,
 )
 from .materials import own_materials, schema_with
-from .phases import drive_name, representative
-from .programme import series_of
-from .schema import KEYS
 from .series import TimeSeries
 from .start import LastState, Profile, Start
 
@@ -112,7 +112,7 @@ class Scene:
             found["operation"] = Table("operation", values["operation"])
             found["file_digests"][found["start"].key] = found["start"].digest()
         if (programme := values["operation"]["programme"]) and (begun := values["operation"]["initial_temperature"]):
-            series = series_of(programme, begun, found["source"])
+            series = temperature_of(programme, begun, found["source"])
             found["operation"] = Table("operation", {**values["operation"], "inlet_temperature": series})
         if (phases := values["operation"]["phase"]) and (begun := values["operation"]["initial_temperature"]):
             found["operation"] = Table("operation", {**values["operation"], **representative(phases, begun)})
@@ -180,6 +180,31 @@ class Scene:
         table, _, name = full_name.partition(".")
         return self._given.get(table, {}).get(name) is not None
 
+    def differs_from_default(self, full_name: str) -> bool:
+        """Whether the key "table.key" has another value than where nothing is given."""
+        table, _, name = full_name.partition(".")
+        default = completed({table: {}, "model": {"closures": self.model.closures}}).get(table, {}).get(name)
+        return bool(self.value(full_name) != (KEYS[table][name].default if default is None else default))
+
+    def require(self, full_name: str) -> None:
+        """Raise `InputError` where the key "table.key" has no value."""
+        if self.value(full_name) is None:
+            raise InputError(full_name, None, f"is missing; {key_of(KEYS, full_name).meaning}", self.source)
+
+    def refuse(self, full_name: str, allowed: str, *, value: Any = ...) -> NoReturn:
+        """Raise the `InputError` of a key and its value, or another one that is shown instead."""
+        raise InputError(full_name, self.value(full_name) if value is ... else value, allowed, self.source)
+
+    @property
+    def has_no_stations(self) -> bool:
+        """Whether the bed is no straight one in a plane, with stations along the flow."""
+        return self.geometry.width is not None or self.geometry.kind == "mesh"
+
+    @property
+    def is_locally_developed(self) -> bool:
+        """Whether its developed flow is that over any mesh, by local profiles."""
+        return self.has_no_stations and self.model.flow == "developed"
+
     def given(self) -> dict[str, str]:
         """{"table.key": text} of what was given, as it was written."""
         return {name: str(value) for name, value in flat(self._given).items()}
@@ -201,11 +226,7 @@ class Scene:
     @property
     def layers(self) -> Settings:
         """The layers of the wall and of the wall opposite, each from the bed outwards, by their keys; a plain wall has none."""
-        return {
-            f"wall.{name}[{number}]": layer
-            for name in ("layer", "opposite_layer")
-            for number, layer in enumerate(getattr(self.wall, name) or (), start=1)
-        }
+        return BedWall.of(self).listed
 
     @property
     def porosity(self) -> Porosity:

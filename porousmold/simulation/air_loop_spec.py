@@ -9,9 +9,9 @@ from scipy.optimize import brentq
 from ..errors import InputError
 from ..laws.air_supply import AirSupply, Blower
 from ..laws.materials import Fluid
-from ..scene.air_loop import has_air_loop, read_curve, share_of
 from ..scene.chosen_laws import Laws
-from ..scene.geometries import GEOMETRIES, BedSize
+from ..scene.features.air_loop import has_air_loop, read_curve, share_of
+from ..scene.features.geometries import GEOMETRIES, BedSize
 from ..scene.scene import Scene
 from ..scene.series import TimeSeries
 

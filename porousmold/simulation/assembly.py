@@ -32,7 +32,8 @@ from ..mesh import fenicsx, ranks
 from ..mesh.aliases import Communicator, Form
 from ..mesh.domain import Domain
 from ..mesh.from_gmsh import from_file
-from ..scene.geometries import BedSize
+from ..scene.features.geometries import BedSize
+from ..scene.features.own_mesh import OwnMesh
 from ..scene.series import TimeSeries
 from ..scene.start import LastState
 from ..solvers.coupled import CoupledTransient
@@ -86,16 +87,16 @@ def build_domain(
     if mesh.size is not None:
         estimates = estimate(specs, mesh.size)
         return straight_domain(mesh, estimates, communicator, observe), mesh.size, estimates
-    assert mesh.file is not None
+    assert mesh.own.mesh is not None
     names = [layer.name for layer in specs.heat.layers] or ["wall"]
     shape = {"dimension": mesh.dimension, "axisymmetric": mesh.axisymmetric}
     read = partial(
-        from_file, communicator, mesh.file, names, **shape, trusted=mesh.trusted, conventions=mesh.conventions
+        from_file, communicator, mesh.own.mesh, names, **shape, trusted=mesh.trusted, conventions=mesh.conventions
     )
     domain = read()
     size = _size_of(domain)
     estimates = estimate(specs, size)
-    if mesh.refine_wall:
+    if mesh.own.refine_wall:
         drawn, domain = domain, read(cells_at_wall=partial(cells_at_wall, mesh, estimates))
         if (
             abs(_bed_volume(domain) / _bed_volume(drawn) - 1.0) > SAME_VOLUME
@@ -104,7 +105,9 @@ def build_domain(
             raise InputError("geometry.refine_wall", True, allowed, mesh.scene_file)
     outer = specs.heat.outer_wall
     if not domain.has_outer_wall and (outer.heat_flux is not None or outer.exchanges):
-        raise InputError("geometry.mesh", str(mesh.file), "needs a physical curve 'outer' for the outer wall's heat")
+        raise InputError(
+            "geometry.mesh", str(mesh.own.mesh), "needs a physical curve 'outer' for the outer wall's heat"
+        )
     return domain, size, estimates
 
 
@@ -124,7 +127,7 @@ def build_medium(specs: Specs, domain: Domain, estimates: Estimates, size: BedSi
         _with_constant_factor(laws.bead_conduction, domain),
         _with_constant_factor(laws.dispersion, domain),
         constant(specs.heat.emissivity) if specs.heat.emissivity else 0.0,
-        constant(specs.heat.bead_velocity) if specs.heat.bead_velocity else None,
+        constant(specs.heat.bead_motion.velocity) if specs.heat.bead_motion.velocity else None,
     )
     fluid = FluidState(with_constants(laws.fluid, domain), constant(flow.outlet_pressure))
     scales = FlowScales(constant(estimates.speed), constant(estimates.pressure_gradient * domain.length), bead_diameter)
@@ -140,7 +143,7 @@ def build_medium(specs: Specs, domain: Domain, estimates: Estimates, size: BedSi
         scales,
         model,
         gravity,
-        published_pressure_term=flow.rev_terms == "as-published",
+        published_pressure_term=flow.averaging.terms == "as-published",
     )
     inlet_area = _inlet_area(domain)
     boundary = BoundaryValues(flow, specs.heat, domain, inlet_area)
@@ -167,9 +170,9 @@ def _start(specs: Specs, function: fem.Function, domain: Domain) -> None:
 
 def build_flow(specs: Specs, medium: Medium, observe: Observer = silent) -> Flow:
     """The flow that the scene asks for."""
-    if specs.flow.kind == "plug":
+    if specs.flow.model.kind == "plug":
         return _plug_flow(specs, medium)
-    if specs.flow.kind == "developed":
+    if specs.flow.model.kind == "developed":
         if medium.domain.columns is None:
             return locally_developed_flow(specs, medium)
         return developed_flow(specs, medium)
@@ -223,7 +226,7 @@ def profile_table(specs: Specs, estimates: Estimates, half_height: float) -> Pro
     from ..mpi import MPI
 
     size = BedSize(length=1.0, half_height=half_height)
-    mesh = replace(specs.mesh, size=size, file=None, dimension=2, axisymmetric=False)
+    mesh = replace(specs.mesh, size=size, own=OwnMesh(), dimension=2, axisymmetric=False)
     flow = replace(specs.flow, gravity=0.0, by_blower=False)
     heat = replace(specs.heat, air_loop=None, start=None, initial_temperature=specs.heat.inlet_temperature.range[1])
     flat = replace(specs, mesh=mesh, flow=flow, heat=heat)
@@ -242,7 +245,7 @@ def _plug_flow(specs: Specs, medium: Medium) -> PlugFlow:
 
     def resistance(mass_flux: float, density: Value, viscosity: Value) -> Value:
         speed = mass_flux / (phi * density)
-        relative = speed - specs.heat.bead_velocity
+        relative = speed - specs.heat.bead_motion.velocity
         coefficient = laws.drag.coefficient(phi, diameter, density, viscosity, abs(relative))
         return coefficient * relative / phi - density * specs.flow.gravity
 
@@ -292,8 +295,8 @@ def _energy_equations(specs: Specs, medium: Medium, flow: Flow) -> EnergyEquatio
         outlet=ds(geometry.OUTLET),
         dx_bed=dx(geometry.BED),
         nodes_bed=domain.nodal_measure()(geometry.BED),
-        two_temperatures=heat.two_temperatures,
-        exchange_factor=domain.constant(heat.exchange_factor),
+        two_temperatures=heat.model.two_temperatures,
+        exchange_factor=domain.constant(heat.model.exchange_factor),
         straight=domain.straight,
         opening=flow.inlet,
         interface=Interface(domain.interface_measure(QUADRATURE_DEGREE), domain.in_bed()),
@@ -304,16 +307,16 @@ def _energy_equations(specs: Specs, medium: Medium, flow: Flow) -> EnergyEquatio
 
 def _moving_beads(specs: Specs, medium: Medium, ds: Any, dx_bed: Any) -> MovingBeads | None:
     heat, bed = specs.heat, medium.equations.bed
-    if bed.bead_velocity is None or heat.bead_inlet_temperature is None:
+    if bed.bead_velocity is None or heat.bead_motion.inlet_temperature is None:
         return None
     ends = ds(geometry.INLET), ds(geometry.OUTLET)
-    entering, leaving = ends if heat.bead_velocity > 0.0 else reversed(ends)
+    entering, leaving = ends if heat.bead_motion.velocity > 0.0 else reversed(ends)
     return MovingBeads(
         bed=bed,
         coordinates=medium.equations.coordinates,
         velocity=bed.bead_velocity,
-        sign=math.copysign(1.0, heat.bead_velocity),
-        inlet_temperature=medium.boundary.following(heat.bead_inlet_temperature),
+        sign=math.copysign(1.0, heat.bead_motion.velocity),
+        inlet_temperature=medium.boundary.following(heat.bead_motion.inlet_temperature),
         entering=entering,
         leaving=leaving,
         dx=dx_bed,
@@ -333,7 +336,7 @@ def _wall(specs: Specs, medium: Medium, ds: Any) -> Wall:
 
 def _wall_layers(specs: Specs, medium: Medium) -> list[WallLayer]:
     domain, layers = medium.domain, []
-    if not (domain.has_wall or specs.heat.wall == "thin"):
+    if not (domain.has_wall or specs.heat.wall.kind == "thin"):
         return []
     dx, nodes = domain.cell_measure(QUADRATURE_DEGREE), domain.nodal_measure()
     for tag, layer in zip(domain.wall_tags, specs.heat.all_layers, strict=True):
@@ -355,7 +358,7 @@ def build_heat(specs: Specs, medium: Medium, flow: Flow, equations: EnergyEquati
         QUADRATURE_DEGREE,
     )
     _start(specs, heat.unknown, domain)
-    if specs.flow.update != "transient":
+    if specs.flow.model.update != "transient":
         return heat
     return CoupledTransient(
         domain,
@@ -466,15 +469,16 @@ def _at_nodes(domain: Domain, function: Any) -> fem.Function:
 
 
 def _rev_vector(specs: Specs, domain: Domain) -> Value | None:
-    if specs.flow.rev_terms == "off":
+    if specs.flow.averaging.terms == "off":
         return None
     porosity, diameter = specs.porosity, specs.mesh.bead_diameter
     difference = _at_nodes(domain, lambda y: porosity.volume(y, diameter) - porosity.area(y, diameter))
-    return rev_vector(difference, domain.wall_distance, domain.constant(specs.flow.largest_averaging_diameter))
+    largest_diameter = domain.constant(specs.flow.averaging.diameter_ratio * diameter)
+    return rev_vector(difference, domain.wall_distance, largest_diameter)
 
 
 def _thin_wall(specs: Specs, medium: Medium, ds: ufl.Measure) -> ThinWall | None:
-    if specs.heat.wall != "thin":
+    if specs.heat.wall.kind != "thin":
         return None
     thickness = specs.heat.layers[0].thickness
     assert thickness is not None, "checked with the scene"
@@ -485,9 +489,9 @@ def _thin_wall(specs: Specs, medium: Medium, ds: ufl.Measure) -> ThinWall | None
 
 
 def _bead_interior(specs: Specs, medium: Medium) -> BeadInterior | None:
-    if specs.heat.bead_modes is None:
+    if specs.heat.model.bead_modes is None:
         return None
     bed = medium.equations.bed
     lag = fem.Function(medium.flow_temperature.function_space)
-    eigenvalues = tuple(bead_interior.eigenvalues(specs.heat.bead_modes))
+    eigenvalues = tuple(bead_interior.eigenvalues(specs.heat.model.bead_modes))
     return BeadInterior(eigenvalues, bed.beads, bed.bead_diameter, lag, medium.domain.constant(1.0))

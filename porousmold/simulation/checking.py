@@ -52,7 +52,7 @@ def check(scene: Scene, communicator: Communicator) -> Checked:
     sensors_of(specs, domain)
     dimension, nodes = domain.mesh.topology.dim, _nodes(domain)
     flow = nodes["bed"] * specs.mesh.unknowns_per_node
-    energy = nodes["all"] + (nodes["bed"] if specs.heat.two_temperatures else 0)
+    energy = nodes["all"] + (nodes["bed"] if specs.heat.model.two_temperatures else 0)
     memory = BYTES_AN_UNKNOWN[dimension] * flow
     first = first_cell(domain)
     mass_flow = expected_mass_flow(specs, size, estimates)
@@ -70,7 +70,7 @@ def check(scene: Scene, communicator: Communicator) -> Checked:
         breakpoints = (0.0,) * int(duration / specs.course.phase.duration)
     begins = STEPS_AT_THE_START if specs.course is not None else STEPS_AT_A_BREAKPOINT
     steps = float(STEPS_AT_THE_START + begins * len(breakpoints))
-    steps += duration / (specs.time.largest_step or estimates.largest_step)
+    steps += duration / (specs.time.steps.largest or estimates.largest_step)
     of_flow, of_heat = SECONDS_A_STEP[dimension]
     seconds = SECONDS_AT_THE_START + (of_flow * flow + of_heat * energy) * steps
     unit = "m2" if dimension == 3 or domain.axisymmetric else "m2 per metre of width"
@@ -80,11 +80,11 @@ def check(scene: Scene, communicator: Communicator) -> Checked:
         f"unknowns: about {flow} of the flow and {energy} of the temperatures; {memory / 2**30:.2g} GiB",
         f"expected computing time: {seconds:.0f} s, within a factor of two in four of five scenes, for {steps:.0f} time steps",
         _flow_text(estimates, mass_flow),
-        f"time steps of up to {specs.time.largest_step or estimates.largest_step:.3g} s: {_limit_text(specs, estimates)}",
+        f"time steps of up to {specs.time.steps.largest or estimates.largest_step:.3g} s: {_limit_text(specs, estimates)}",
         f"bead Biot number: {estimates.bead_biot_number:.2g}",
         *(
             [f"outer wall: {outer_wall_text(dict(scene.operation))}"]
-            if domain.has_outer_wall or specs.heat.wall == "thin"
+            if domain.has_outer_wall or specs.heat.wall.kind == "thin"
             else []
         ),
         *(_bound_text(estimates, least) if specs.course is None else [_phases_text(specs.course)]),
@@ -106,7 +106,7 @@ def _flow_text(estimates: Estimates, mass_flow: float) -> str:
 
 def _limit_text(specs: Specs, estimates: Estimates) -> str:
     """What keeps the steps from being longer, besides their estimated errors."""
-    if specs.time.largest_step is not None:
+    if specs.time.steps.largest is not None:
         return "solver.largest_step"
     limits = estimates.step_limits
     name = min(limits, key=lambda one: limits[one])
@@ -140,7 +140,7 @@ def _nodes(domain: Domain) -> dict[str, int]:
 
 def _warnings_of_the_mesh(specs: Specs, domain: Domain, estimates: Estimates, first: float, least: float) -> list[str]:
     found = []
-    is_file = specs.mesh.file is not None
+    is_file = specs.mesh.own.mesh is not None
     if is_file and not SHORTEST_MESH <= domain.length <= LONGEST_MESH:
         unit = (
             "mm: a mesh is read in m, so scale it by 0.001" if domain.length > LONGEST_MESH else "another unit than m"

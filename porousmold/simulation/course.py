@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ..scene.phases import Phase, has_phases, phases_of
+from ..scene.features.phases import Phase, has_phases, phases_of
 from ..scene.scene import Scene
 from ..scene.series import TimeSeries
 

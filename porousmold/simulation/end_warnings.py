@@ -16,12 +16,12 @@ def why_not_heated(simulation: Simulation) -> str:
     """How far the wall is from the inlet's temperature at the end, and whether it still approaches it."""
     time, history, heat = simulation.specs.time, simulation.recorder.history, simulation.specs.heat
     end = f"at {simulation.time:.4g} s" if simulation.is_steady() else f"by operation.end_time {time.end_time:g} s"
-    place, column = time.heated_place, f"deficit_{time.heated_place}"
+    place, column = time.heated.place, f"deficit_{time.heated.place}"
     wall = "the wall" if simulation.problem.has_wall else "the side of the bed"
     named = {"wall": wall, "bed_side": "the wall's bed side", "bed": "the bed"}.get(place, f"layer {place!r}")
     cools = heat.inlet_temperature.values[-1] < heat.initial_temperature
     changed, farthest = ("cooled", "hottest") if cools else ("heated", "coldest")
-    text = f"not {changed} to within {time.margin:g} K {end}: {named} is {_kelvin(history[column][-1])} away"
+    text = f"not {changed} to within {time.heated.margin:g} K {end}: {named} is {_kelvin(history[column][-1])} away"
     times, deficits = (np.array(history[name]) for name in ("time", column))
     if len(times) < 3:
         return text
@@ -76,7 +76,7 @@ def _what_balances(simulation: Simulation, before: int) -> str:
 def beyond_the_inlet(simulation: Simulation) -> list[str]:
     """Of a place that counts as heated though heat from elsewhere has brought it beyond the inlet's temperature."""
     recorder, specs = simulation.recorder, simulation.specs
-    place, margin, history = specs.time.heated_place, specs.time.margin, recorder.history
+    place, margin, history = specs.time.heated.place, specs.time.heated.margin, recorder.history
     if recorder.heating_time is None or not specs.waits_for_heat:
         return []
     after = int(np.searchsorted(history["time"], recorder.heating_time))

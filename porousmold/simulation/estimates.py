@@ -14,9 +14,10 @@ from ..laws.conductivity import Anisotropic, LocalBed, added, core_dispersion, s
 from ..laws.materials import Solid
 from ..laws.natural_convection import rayleigh_darcy_number
 from ..laws.nusselt import bead_reynolds_number, prandtl_number, specific_surface
-from ..scene.geometries import BedSize
+from ..scene.features.geometries import BedSize
+from ..scene.features.wall import Layer
 from ..scene.series import TimeSeries
-from .specs import LayerSpec, Specs
+from .specs import Specs
 
 FIRST_CELL_IN_WALL_UNITS = 1.0
 FEWEST_AXIAL_CELLS = 18
@@ -182,7 +183,7 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
         front_width=math.sqrt(2.0 * size.length * spreading),
         wall_time_constant=wall.time,
         inlet_time=_inlet_time(heat.inlet_temperature),
-        bead_residence_time=size.length / abs(heat.bead_velocity) if heat.bead_velocity else math.inf,
+        bead_residence_time=size.length / abs(heat.bead_motion.velocity) if heat.bead_motion.velocity else math.inf,
         length=size.length,
         flow_duration=(bead_heat + wall.heat_capacity) / (advection * size.area),
         conduction_time=math.inf if flows and not _is_heated_from_outside(specs) else _conduction_time(specs, bed),
@@ -311,7 +312,7 @@ def _is_heated_from_outside(specs: Specs) -> bool:
     heat = specs.heat
     sources = any(layer.heat_source is not None or layer.solid.cure is not None for layer in heat.all_layers)
     outer = heat.outer_wall
-    return sources or outer.exchanges or outer.heat_flux is not None or heat.wall == "fixed-temperature"
+    return sources or outer.exchanges or outer.heat_flux is not None or heat.wall.kind == "fixed-temperature"
 
 
 def _conduction_time(specs: Specs, bed: _Store) -> float:
@@ -330,7 +331,7 @@ def _conduction_time(specs: Specs, bed: _Store) -> float:
     return min(times)
 
 
-def _walls(specs: Specs) -> list[list[tuple[LayerSpec, float]]]:
+def _walls(specs: Specs) -> list[list[tuple[Layer, float]]]:
     """The layers of each wall that have a thickness, with it."""
     heat = specs.heat
     walls = [heat.layers, heat.opposite_layers] if heat.opposite_layers else [heat.layers]
@@ -367,7 +368,7 @@ def _wall(specs: Specs, size: BedSize, film: float, wall_coefficient: float, dur
 def _one_wall(
     specs: Specs,
     size: BedSize,
-    layers: list[tuple[LayerSpec, float]],
+    layers: list[tuple[Layer, float]],
     along_section: float,
     film: float,
     wall_coefficient: float,

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.linalg import solve_banded
 
 from ..arrays import Floats
-from ..scene.geometries import BedSize
+from ..scene.features.geometries import BedSize
 from .estimates import Estimates, fluid_at
 from .specs import Specs
 
@@ -26,7 +26,7 @@ LARGEST_POROSITY = 1.0 - 1e-6
 
 def expected_mass_flow(specs: Specs, size: BedSize, estimates: Estimates) -> float:
     """Mass flow (kg/s) of the modelled part, warm, at the strongest drive; what is given of it as it is given."""
-    if specs.flow.drive != "pressure_drop" or specs.flow.kind == "plug" or not estimates.flows:
+    if specs.flow.drive != "pressure_drop" or specs.flow.model.kind == "plug" or not estimates.flows:
         return estimates.mass_flow if estimates.flows else 0.0
     depths = np.concatenate([[0.0], np.geomspace(1e-4 * specs.mesh.bead_diameter, size.half_height, NODES)])
     porosity = np.minimum(specs.porosity.volume(depths, specs.mesh.bead_diameter), LARGEST_POROSITY)

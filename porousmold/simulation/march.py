@@ -55,7 +55,7 @@ class Simulation:
         self.regimes: list[str] = []
         self.is_also_laminar = False
         self._past = Past()
-        self._stepper = STEPPERS[specs.flow.update](self.problem)
+        self._stepper = STEPPERS[specs.flow.model.update](self.problem)
         self._rules = StepRules(self.problem, self.recorder)
 
     def free(self) -> None:
@@ -64,14 +64,14 @@ class Simulation:
 
     def _time_control(self) -> TimeControl:
         time = self.specs.time
-        largest = time.largest_step or min(self.problem.medium.estimates.largest_step, time.end_time)
+        largest = time.steps.largest or min(self.problem.medium.estimates.largest_step, time.end_time)
         return TimeControl(
-            min(time.first_step or math.inf, FIRST_STEP * largest) / time.refinement,
-            time.step_growth ** (1.0 / time.refinement),
-            largest / time.refinement,
+            min(time.steps.first or math.inf, FIRST_STEP * largest) / time.steps.refinement,
+            time.steps.growth ** (1.0 / time.steps.refinement),
+            largest / time.steps.refinement,
             time.end_time,
             self._breakpoints(),
-            self.specs.output.times,
+            self.specs.output.times or (),
         )
 
     def march(
@@ -104,7 +104,7 @@ class Simulation:
                 self._note_regime()
                 self.recorder.record(self.time, step, self._stepper.flow_time(self.time, self._past))
                 self._keep_snapshot()
-                progress(self.time, self.recorder.history[f"deficit_{self.specs.time.heated_place}"][-1])
+                progress(self.time, self.recorder.history[f"deficit_{self.specs.time.heated.place}"][-1])
                 self._follow_course()
         return self
 

@@ -31,7 +31,7 @@ def straight_domain(
 
     `observe(text)` gets its size as a text. Raises `InputError` where it would need more memory than the machine has.
     """
-    size, finer = spec.size, spec.refinement
+    size, finer = spec.size, spec.cells.refinement
     assert size is not None
     layers = [
         layer.thickness * _through(max(1, round((layer.cells or cells) * finer)), to_surfaces=thick)
@@ -44,9 +44,9 @@ def straight_domain(
     conducts = estimates.conduction_time < estimates.flow_duration
 
     def from_wall(width: float) -> Floats:
-        first_cell = spec.first_cell or estimates.first_cell
+        first_cell = spec.cells.first or estimates.first_cell
         layer, widest = spec.bead_diameter, (WIDEST_OF_CONDUCTION if conducts else WIDEST_CELL) * width
-        growth = spec.cell_growth ** (GROWTH_OF_CONDUCTION if conducts else 1.0)
+        growth = spec.cells.growth ** (GROWTH_OF_CONDUCTION if conducts else 1.0)
         return refined(domain.graded_coordinates(width, first_cell, growth, layer, widest), finer)
 
     to_wall = from_wall(size.half_height)
@@ -59,8 +59,8 @@ def straight_domain(
         cells = max(2, round(finer * size.half_width / size.half_height))
         across.append(domain.Across(np.linspace(0.0, size.half_width, cells + 1), cells, walled=False))
     nodes = symmetric_nodes if spec.is_symmetric else axial_nodes
-    along = nodes(size.length, spec.axial_cells or estimates.axial_cells, estimates.end_length)
-    along = refined(along, finer * spec.axial_refinement)
+    along = nodes(size.length, spec.cells.along or estimates.axial_cells, estimates.end_length)
+    along = refined(along, finer * spec.cells.refinement_along)
     _announce(spec, len(along) - 1, across, observe)
     return domain.straight_bed(communicator, along, across, axisymmetric=size.axisymmetric)
 
@@ -68,9 +68,9 @@ def straight_domain(
 def plane_of_stations(spec: MeshSpec, estimates: Estimates, communicator: Communicator, stations: int) -> Domain:
     """Plane bed whose stations are those of a table of profiles: across it twice the cells that a scene has by default."""
     assert spec.size is not None
-    width, first_cell = spec.size.half_height, spec.first_cell or estimates.first_cell
-    nodes = domain.graded_coordinates(width, first_cell, spec.cell_growth, spec.bead_diameter, WIDEST_CELL * width)
-    across = domain.Across.to_wall(refined(nodes, FINER_PROFILES * max(1.0, spec.refinement)))
+    width, first_cell = spec.size.half_height, spec.cells.first or estimates.first_cell
+    nodes = domain.graded_coordinates(width, first_cell, spec.cells.growth, spec.bead_diameter, WIDEST_CELL * width)
+    across = domain.Across.to_wall(refined(nodes, FINER_PROFILES * max(1.0, spec.cells.refinement)))
     return domain.straight_bed(communicator, np.linspace(0.0, 1.0, stations), [across])
 
 
@@ -90,7 +90,7 @@ def _announce(spec: MeshSpec, cells_along: int, across: list[domain.Across], obs
     if memory > machine:
         raise InputError(
             "solver.mesh_refinement",
-            spec.refinement,
+            spec.cells.refinement,
             f"makes a mesh of {cells} cells, whose flow needs about {memory / 2**30:.0f} GiB of memory; this machine has "
             f"{machine / 2**30:.0f}",
             spec.scene_file,
@@ -99,7 +99,7 @@ def _announce(spec: MeshSpec, cells_along: int, across: list[domain.Across], obs
 
 def cells_at_wall(spec: MeshSpec, estimates: Estimates, gap: float) -> Floats:
     """Depths (m) of the nodes that the wall of a mesh of one's own needs in a gap beside it."""
-    return domain.graded_coordinates(gap, estimates.first_cell, spec.cell_growth, spec.bead_diameter)
+    return domain.graded_coordinates(gap, estimates.first_cell, spec.cells.growth, spec.bead_diameter)
 
 
 def axial_nodes(length: float, cells: int, last_cell: float) -> Floats:

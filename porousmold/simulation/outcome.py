@@ -15,8 +15,9 @@ from ..laws.natural_convection import ONSET, carried_from_below, carried_from_th
 from ..laws.phases import LARGEST_DEPARTURE, departure, other_phase
 from ..laws.real_gas import RealGasDensity
 from ..output.quantities import JOULES_A_KWH
-from ..scene.checks import RESERVED_PLACES, series_of
 from ..scene.closures import departures
+from ..scene.features.targets import series_of
+from ..scene.features.wall import RESERVED_PLACES
 from ..scene.scene import Scene
 from .accuracy import AT_END, PEAKS
 from .cycles import SURROUNDINGS, cycles_of
@@ -175,7 +176,7 @@ def _provenance(scene: Scene, simulation: Simulation) -> dict[str, Any]:
         "date": datetime.now().astimezone().isoformat(timespec="seconds"),
         "model": scene.as_tables()["model"],
         "closures": {"set": scene.model.closures, "departures": departures(scene)},
-        "sources": specs.laws.sources(specs.heat.bead_modes is not None),
+        "sources": specs.laws.sources(specs.heat.model.bead_modes is not None),
         "materials": materials_used(specs, has_wall=problem.has_wall),
         "versions": versions(problem.communicator.size),
     }
@@ -438,7 +439,7 @@ def _of_what_was_reached(simulation: Simulation, bounds: list[float]) -> list[st
     if beyond > LARGEST_OVERSHOOT:
         if in_bed < LARGEST_OVERSHOOT:
             remedy = "in the wall, where heat has entered less than a cell: solver.mesh_refinement lessens"
-        elif simulation.specs.mesh.file is None:
+        elif simulation.specs.mesh.own.mesh is None:
             remedy = "behind the sharp first front: more solver.axial_cells lessen"
         else:
             remedy = "behind the sharp first front: a finer mesh along the flow lessens"

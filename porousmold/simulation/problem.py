@@ -20,15 +20,16 @@ from ..mesh.aliases import Communicator, Form, Space
 from ..mesh.domain import Domain
 from ..mesh.mirror import Mirror
 from ..mesh.probe import PointProbe
-from ..scene.geometries import BedSize
-from ..scene.sensors import read_sensors
+from ..scene.features.geometries import BedSize
+from ..scene.features.sensors import read_sensors
+from ..scene.features.wall import Layer
 from ..scene.start import Profile, Start
 from ..solvers.protocols import Flow, Heat
 from ..solvers.state import ArrayOf, Numbers, Saved, State
 from .air_loop import AirLoop
 from .boundary_values import BoundaryValues
 from .estimates import Estimates
-from .specs import LayerSpec, Specs
+from .specs import Specs
 from .stopwatch import Stopwatch
 
 QUADRATURE = 2
@@ -119,11 +120,11 @@ class Balances:
 
 def sensors_of(specs: Specs, domain: Domain) -> tuple[list[str], PointProbe]:
     """Names of the sensors, and what gives their values (collective). Raises `InputError` for one outside the mesh."""
-    names, places = read_sensors(specs.mesh.sensors, domain.mesh.geometry.dim)
+    names, places = read_sensors(specs.mesh.sensors.file, domain.mesh.geometry.dim)
     try:
         return names, PointProbe(domain, places)
     except ValueError as error:
-        raise InputError("geometry.sensors", str(specs.mesh.sensors), str(error)) from error
+        raise InputError("geometry.sensors", str(specs.mesh.sensors.file), str(error)) from error
 
 
 def starting_temperatures(start: Start, space: Space, domain: Domain, *, of_beads: bool) -> Floats:
@@ -182,14 +183,14 @@ class Problem:
     def _places_along_the_flow(self) -> Floats:
         """x[0] (m) of every temperature of the heat's unknowns, without what rounding leaves at 0."""
         space, numbers = self.heat.space, np.arange(len(self.heat.unknown.x.array))
-        if self.specs.heat.two_temperatures:
+        if self.specs.heat.model.two_temperatures:
             space, numbers = fenicsx.collapse(space, 0)
         along, places = np.zeros(len(self.heat.unknown.x.array)), space.tabulate_dof_coordinates()[:, 0]
         along[numbers] = np.where(np.abs(places) < ROUNDING * self.domain.length, 0.0, places)
         return along
 
     def _numbers_of_places(self) -> Mapping[str, Integers]:
-        space = self.heat.space.sub(0) if self.specs.heat.two_temperatures else self.heat.space
+        space = self.heat.space.sub(0) if self.specs.heat.model.two_temperatures else self.heat.space
         dimension, domain = self.domain.mesh.topology.dim, self.domain
         interface = fem.locate_dofs_topological(space, dimension - 1, domain.facets(geometry.INTERFACE))
         wall = fem.locate_dofs_topological(space, dimension, domain.wall_cells)
@@ -203,7 +204,7 @@ class Problem:
         return places
 
     @property
-    def _layers(self) -> list[tuple[int, LayerSpec]]:
+    def _layers(self) -> list[tuple[int, Layer]]:
         """Tags and specs of the layers that have names of their own."""
         layers = zip(self.domain.wall_tags, self.specs.heat.all_layers, strict=False)
         return [(tag, layer) for tag, layer in layers if layer.name != "wall" and not layer.is_contact]
@@ -220,7 +221,7 @@ class Problem:
 
     def heat_kept(self) -> dict[str, float]:
         """Heat (J) gained by beads and wall since the start, and set free by cure (collective)."""
-        two = self.specs.heat.two_temperatures
+        two = self.specs.heat.model.two_temperatures
         parts = ufl.split(self.heat.unknown) if two else (self.heat.unknown,) * 2
         forms = self.energy_equations.heat_kept(parts[0], parts[1], self._at_first)
         return {name: ranks.integral(self.communicator, fenicsx.compiled_form(form)) for name, form in forms.items()}
@@ -244,7 +245,7 @@ class Problem:
     @property
     def has_wall(self) -> bool:
         """Whether there is a wall that stores heat, resolved or thin."""
-        return self.domain.has_wall or self.specs.heat.wall == "thin"
+        return self.domain.has_wall or self.specs.heat.wall.kind == "thin"
 
     @property
     def temperature(self) -> fem.Function:
@@ -280,7 +281,7 @@ class Problem:
         By interpolation: across ranks the spaces number their nodes differently.
         """
         function = fem.Function(self.medium.flow_temperature.function_space)
-        function.interpolate(unknown.sub(part) if self.specs.heat.two_temperatures else unknown)
+        function.interpolate(unknown.sub(part) if self.specs.heat.model.two_temperatures else unknown)
         function.x.scatter_forward()
         return function
 

@@ -37,7 +37,7 @@ class Recorder:
 
     def __init__(self, problem: Problem) -> None:
         self._problem, self._time, self._heat = problem, problem.specs.time, problem.specs.heat
-        self._course, self._place = problem.specs.course, problem.specs.time.heated_place
+        self._course, self._place = problem.specs.course, problem.specs.time.heated.place
         self.history = Columns()
         self.heating_time: float | None = None
         self.heating_time_bed_side: float | None = None
@@ -96,7 +96,7 @@ class Recorder:
         An inlet temperature that only passes the wall's on its way, as from one set point to the next, heats nothing: the place
         has to stay within the margin up to the next breakpoint of the inlet's temperature.
         """
-        times, deficits, margin = self.history["time"], self.history[f"deficit_{place}"], self._time.margin
+        times, deficits, margin = self.history["time"], self.history[f"deficit_{place}"], self._time.heated.margin
         if before is None:
             return crossing_time(times, deficits, margin)
         ahead = [one for one in self._heat.inlet_temperature.breakpoints if one >= before]
@@ -187,7 +187,10 @@ class Recorder:
 
     def _keep_profile(self, label: str, time: float, number: int | None = None) -> None:
         problem = self._problem
-        parts = [problem.temperature, problem.bead_temperature if self._heat.two_temperatures else problem.temperature]
+        parts = [
+            problem.temperature,
+            problem.bead_temperature if self._heat.model.two_temperatures else problem.temperature,
+        ]
         if self._direction(time) < 0:
             problem.mirror(*parts)
         fluid, beads = (problem.along_the_bed(part)[:, 0] for part in parts)

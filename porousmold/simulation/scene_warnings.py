@@ -9,9 +9,9 @@ from ..laws.stirring import SOLID_FRACTIONS
 from ..mesh import domain as geometry
 from ..mesh import fenicsx, ranks
 from ..mesh.domain import Domain
-from ..scene.checks import SMALLEST_RATIO
 from ..scene.chosen_laws import width_ratio
-from ..scene.geometries import BedSize
+from ..scene.features.bed import SMALLEST_RATIO
+from ..scene.features.geometries import BedSize
 from ..scene.plausibility import implausible_values
 from ..scene.scene import Scene
 from .estimates import Estimates, flow_change
@@ -36,7 +36,7 @@ LARGEST_RADIATION = 0.2
 def warnings_of_the_scene(scene: Scene, specs: Specs, estimates: Estimates, size: BedSize) -> list[str]:
     """A sentence for every limit of the model that the scene is beyond, before a run as after it."""
     found = implausible_values(scene)
-    if estimates.bead_biot_number > HIGHEST_BIOT_NUMBER and specs.heat.bead_modes is None:
+    if estimates.bead_biot_number > HIGHEST_BIOT_NUMBER and specs.heat.model.bead_modes is None:
         found.append(
             f"bead Biot number {estimates.bead_biot_number:.2g} > {HIGHEST_BIOT_NUMBER}: "
             "the assumption of isothermal beads is not valid (see model.bead_modes)"
@@ -47,7 +47,7 @@ def warnings_of_the_scene(scene: Scene, specs: Specs, estimates: Estimates, size
             f"bead Reynolds number {estimates.reynolds_number:.3g} is outside {low:g} to {high:g}, "
             f"the range of model.nusselt {scene.model.nusselt!r}"
         )
-    if specs.flow.kind == "plug" and scene.is_given("model.turbulence") and scene.model.turbulence != "none":
+    if specs.flow.model.kind == "plug" and scene.is_given("model.turbulence") and scene.model.turbulence != "none":
         found.append("plug flow carries no turbulence: model.turbulence has no effect")
     if estimates.conduction_ratio > HIGHEST_BEAD_CONDUCTION:
         found.append(
@@ -70,7 +70,7 @@ def warnings_of_the_scene(scene: Scene, specs: Specs, estimates: Estimates, size
             law = scene.model.bead_conduction
             found.append(f"bed.{name} has no effect with model.bead_conduction {law!r}")
     change = math.exp(flow_change(specs, size, specs.heat.initial_temperature, specs.heat.inlet_temperature.values[-1]))
-    if specs.flow.kind == "developed" and change > LARGEST_FLOW_CHANGE:
+    if specs.flow.model.kind == "developed" and change > LARGEST_FLOW_CHANGE:
         found.append(
             f"the flow changes by a factor of {change:.2g} between the initial and the inlet temperature: developed flow leaves "
             "out what crosses the bed as it changes, some per cent of the heating time (see model.flow 'full')"
@@ -87,7 +87,7 @@ def warnings_of_the_scene(scene: Scene, specs: Specs, estimates: Estimates, size
 def _of_a_thin_wall(specs: Specs, estimates: Estimates) -> list[str]:
     """Whether a wall that is lumped in its thickness s resists: outside by h s/lambda, as lag by s^2/(2 alpha) of the time."""
     heat = specs.heat
-    if heat.wall != "thin" or heat.layers[0].thickness is None:
+    if heat.wall.kind != "thin" or heat.layers[0].thickness is None:
         return []
     thickness, solid, temperature = heat.layers[0].thickness, heat.layers[0].solid, heat.initial_temperature
     resistance = thickness / float(solid.conductivity(temperature))
@@ -136,8 +136,8 @@ def first_cell(domain: Domain) -> float:
 
 def warnings_of_the_first_cell(specs: Specs, estimates: Estimates, first: float) -> list[str]:
     """Whether the bed's cells at the wall, of a height `first` (m), are too high for the flow there."""
-    if specs.flow.kind == "plug" or first <= COARSEST_FIRST_CELL * estimates.first_cell:
+    if specs.flow.model.kind == "plug" or first <= COARSEST_FIRST_CELL * estimates.first_cell:
         return []
-    remedy = "see geometry.refine_wall" if specs.mesh.file is not None else "see solver.first_cell"
+    remedy = "see geometry.refine_wall" if specs.mesh.own.mesh is not None else "see solver.first_cell"
     wrong = "the flow near the wall, and with it the mass flow and every time, may be far off"
     return [f"the first cell at the wall is {first / estimates.first_cell:.0f} times too high: {wrong} ({remedy})"]

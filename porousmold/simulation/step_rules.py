@@ -33,7 +33,7 @@ class StepRules:
     def __init__(self, problem: Problem, recorder: Recorder) -> None:
         self._problem, self._recorder, self._specs = problem, recorder, problem.specs
         # the published pressure term drives flow across the openings
-        free = not self._specs.time.keeps_bounds or self._specs.flow.rev_terms == "as-published"
+        free = not self._specs.time.steps.keep_bounds or self._specs.flow.averaging.terms == "as-published"
         self._given = (-math.inf, math.inf) if free else given_bounds(self._specs.heat)
         self._is_open = is_open(self._specs.heat)
 
@@ -50,9 +50,9 @@ class StepRules:
         change = max(abs(low - history["lowest_temperature"][-1]), abs(high - history["highest_temperature"][-1]))
         differences = self.differences(time, low, high, problem.inlet_temperature)
         allowed = STEP_ERROR * max(differences, STEPS_OF_CHANGE * change, LEAST_DIFFERENCE)
-        if specs.tolerance is not None:
-            allowed = min(allowed, specs.tolerance)
-        finer = max(specs.refinement, COARSEST_ERRORS)
+        if specs.steps.tolerance is not None:
+            allowed = min(allowed, specs.steps.tolerance)
+        finer = max(specs.steps.refinement, COARSEST_ERRORS)
         ratio = max(error.temperature / allowed, error.cure / CURE_ERROR[error.order]) * finer**error.order
         # an error of the flow moves times by as much of the time that it lasts
         weight = min(1.0, time / self._problem.medium.estimates.heating_duration)
@@ -73,7 +73,7 @@ class StepRules:
         if not now < before:
             return math.inf
         gone_after = now * (history["time"][-1] - history["time"][-2]) / (before - now)
-        return LARGEST_PART * gone_after / self._specs.time.refinement
+        return LARGEST_PART * gone_after / self._specs.time.steps.refinement
 
     def bounds(self) -> Bounds:
         """Bounds of the temperatures (K) of the present step: a heater cannot cool air that comes back too warm, which then

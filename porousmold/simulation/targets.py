@@ -7,10 +7,14 @@ the run serve as the reference, from which the quantities fall off nearly expone
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Literal, Protocol
+from typing import Protocol
 
 import numpy as np
 
+from ..scene.features.sensors import sensor_names
+from ..scene.features.targets import Asked, asked_of, target_name
+from ..scene.features.wall import RESERVED_PLACES, name_of
+from ..scene.scene import Scene
 from .heating_time import crossing_time
 
 HALF_WAY = 0.5
@@ -19,7 +23,6 @@ LEAST_MARGIN = 1.0
 """Kelvin between a limit and the reference that it is seen from."""
 SAME = 1e-9
 """Part of the margin that rounding may exceed it by."""
-Asked = Literal["within", "above", "below", "spread", "cured"]
 
 
 class Rows(Protocol):
@@ -47,6 +50,26 @@ class Target:
     final: float
     is_sensor: bool = False
     keep: bool = False
+
+    @classmethod
+    def of(cls, scene: Scene) -> "tuple[Target, ...]":
+        """Those of a scene."""
+        initial, sensors = scene.operation.initial_temperature, sensor_names(scene.geometry.sensors)
+        final = max(scene.operation.inlet_temperature.values, key=lambda value: abs(value - initial))
+        others = (*RESERVED_PLACES, *map(name_of, scene.layers.values()))
+        return tuple(
+            cls(
+                name=target_name(target),
+                place=target.place,
+                asks=asked_of(target),
+                limit=getattr(target, asked_of(target)),
+                is_sensor=target.place in sensors and target.place not in others,
+                initial=initial,
+                final=final,
+                keep=target.keep,
+            )
+            for target in scene.target.list or ()
+        )
 
     @property
     def meaning(self) -> str:

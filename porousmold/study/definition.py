@@ -15,9 +15,9 @@ import numpy as np
 from ..errors import InputError
 from ..files.tables import read_toml
 from ..files.units import to_si
+from ..scene.features import KEYS
 from ..scene.keys import LISTED, Settings, Tables, key_of
 from ..scene.scene import Scene
-from ..scene.schema import KEYS
 
 DESIGNS = ("grid", "one-at-a-time", "cases")
 RECORDS = {

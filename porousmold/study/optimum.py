@@ -24,8 +24,8 @@ from ..files.atomic_files import output_file
 from ..files.tables import read_toml
 from ..files.units import to_si
 from ..mpi import MPI
+from ..scene.features import KEYS
 from ..scene.keys import key_of
-from ..scene.schema import KEYS
 from .definition import Case, Study, check_names, kind_of_record, table_of, unit_of_record
 from .running import Row, run_study, setting
 

@@ -5,7 +5,7 @@ from typing import Any
 
 from ..errors import InputError
 from ..scene.chosen_laws import Laws
-from ..scene.phases import drive_name
+from ..scene.features.phases import drive_name
 from ..scene.scene import Scene
 from .definition import QUIET, Case
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from ..errors import InputError
-from ..scene.checks import target_name
+from ..scene.features.targets import target_name
 from ..scene.scene import Scene
 from .definition import RECORDS, unit_of_record
 

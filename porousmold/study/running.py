@@ -24,11 +24,11 @@ from ..files.subprocesses import forked
 from ..files.tables import text_cells
 from ..mpi import IS_ALONE, MPI
 from ..output.stored import checksum_of
-from ..scene.geometries import dimension_of
+from ..scene.features import KEYS
+from ..scene.features.geometries import dimension_of
 from ..scene.identity import identity_of
 from ..scene.keys import key_of
 from ..scene.scene import Scene
-from ..scene.schema import KEYS
 from ..scene.series import TimeSeries
 from ..simulation.running import RunInterrupted, run
 from .definition import Case, Study, unit_of_record

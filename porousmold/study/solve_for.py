@@ -18,12 +18,12 @@ from scipy.optimize import brentq
 from ..errors import InputError
 from ..files.atomic_files import output_file
 from ..files.units import preferred_unit, to_si
-from ..scene.checks import target_name
 from ..scene.chosen_laws import Laws
-from ..scene.geometries import modelled_part
+from ..scene.features import KEYS
+from ..scene.features.geometries import modelled_part
+from ..scene.features.targets import target_name
 from ..scene.keys import WITHOUT_UNIT, key_of, kind_of
 from ..scene.scene import Scene
-from ..scene.schema import KEYS
 from .definition import Study, kind_of_record, unit_of_record
 from .parameters import case_around, value_of
 from .running import run_study

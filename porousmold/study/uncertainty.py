@@ -31,11 +31,11 @@ from ..files.atomic_files import output_file
 from ..files.tables import text_cells
 from ..laws.porosity import POROSITY_MODELS
 from ..scene.chosen_laws import Laws
+from ..scene.features.drive import DRIVES
+from ..scene.features.tolerances import TOLERANCES, Tolerance, tolerance_of
 from ..scene.keys import LISTED
-from ..scene.phases import DRIVES
 from ..scene.scene import Scene
 from ..scene.series import TimeSeries
-from ..scene.tolerances import TOLERANCES, Tolerance, tolerance_of
 from ..simulation.accuracy import ORDER
 from .definition import Case, Study
 from .parameters import case_around, phase_values, value_of

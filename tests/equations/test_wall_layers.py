@@ -16,7 +16,7 @@ from porousmold.equations.wall import OuterWall, Wall, WallLayer
 from porousmold.laws.cure import Cure
 from porousmold.mesh import domain as geometry
 from porousmold.mesh import fenicsx
-from porousmold.simulation.specs import contact
+from porousmold.scene.features.wall import contact
 from porousmold.solvers.heating import TransientHeat
 
 from ..support import GivenFlow, flow_equations, liquid, solid

@@ -2,6 +2,7 @@
 
 import json
 import math
+import tomllib
 
 import numpy as np
 import pytest
@@ -97,3 +98,24 @@ def test_the_command_writes_result_history_and_picture(tmp_path, capsys):
     assert head == "time [s],inlet_temperature [K],bead_temperature [K],wall_temperature [K]"
     assert main(["fluidised", str(SCENE), "--set", "operation.mass_flow=0.0001", "--out", str(tmp_path / "no")]) == 2
     assert capsys.readouterr().err.count("\n") == 1 and not (tmp_path / "no").exists()
+
+
+@pytest.mark.parametrize(
+    ("changes", "word"),
+    [
+        ({"operation.gravity": 9.81}, "operation.gravity"),
+        ({"model.drag_factor": 2.0}, "model.drag_factor"),
+        ({"solver.axial_cells": 40}, "solver.axial_cells"),
+        ({"operation.outer_heat_flux": 100.0}, "operation.outer_heat_flux"),
+    ],
+)
+def test_keys_without_effect_are_refused(changes, word):
+    with pytest.raises(InputError, match=f"{word} = .*no effect on a fluidised bed"):
+        FluidisedBed(Scene.load(SCENE, changes))
+
+
+def test_a_source_in_a_layer_and_a_cure_are_refused():
+    scene = tomllib.loads(SCENE.read_text())
+    layer = {"material": "carbon_steel", "thickness": "4 mm", "heat_source": 5e6}
+    with pytest.raises(InputError, match=r"wall.layer\[1\].heat_source .*no effect on a fluidised bed"):
+        FluidisedBed(Scene(scene | {"wall": {"layer": [layer]}}))

@@ -10,8 +10,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from porousmold.errors import InputError
+from porousmold.scene.features import KEYS
 from porousmold.scene.scene import Scene
-from porousmold.scene.schema import KEYS
 
 from ..support import ALUMINIUM, FRP, PIPE, STUDIES
 

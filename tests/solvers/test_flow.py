@@ -146,7 +146,7 @@ def test_what_cannot_be_found_fails_soon_and_finer_cells_are_tried(monkeypatch):
     original = march.Simulation.__init__
 
     def noted(self, specs, *arguments):
-        meshes.append(specs.mesh.refinement)
+        meshes.append(specs.mesh.cells.refinement)
         original(self, specs, *arguments)
 
     monkeypatch.setattr(march.Simulation, "__init__", noted)

@@ -4,7 +4,7 @@ import pytest
 
 from porousmold import InputError, Scene
 from porousmold.cli import main
-from porousmold.scene.tolerances import TOLERANCES
+from porousmold.scene.features.tolerances import TOLERANCES
 from porousmold.study.quantity import quantity_of
 from porousmold.study.sensitivity import elasticities
 from porousmold.study.uncertainty import budget

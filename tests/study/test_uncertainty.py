@@ -8,7 +8,7 @@ import pytest
 from porousmold import InputError, Scene
 from porousmold.cli import main
 from porousmold.output.report import write_report
-from porousmold.scene.tolerances import TOLERANCES
+from porousmold.scene.features.tolerances import TOLERANCES
 from porousmold.study.uncertainty import (
     alternatives_of,
     budget,

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from .keys import Table
+from ..keys import Table
 
 OF_A_MESH = tuple(
     f"geometry.{name}" for name in ("mesh", "symmetry", "refine_wall", "scale", "groups", "join_nodes", "parts")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from porousmold.errors import InputError
-from porousmold.scene.sensors import read_sensors, sensor_names
+from porousmold.scene.features.sensors import read_sensors, sensor_names
 
 
 def written(tmp_path, *rows, head="name, x [mm], y [mm]"):

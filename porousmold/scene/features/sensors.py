@@ -1,18 +1,42 @@
 """Places whose temperature is recorded, as thermocouples are placed in an experiment."""
 
 import re
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InputError
-from ..files.tables import read_rows
-from ..files.units import to_si
+from ...errors import InputError
+from ...files.tables import read_rows
+from ...files.units import to_si
+from .feature import Feature, key
+from .wall import RESERVED_PLACES
+
+if TYPE_CHECKING:
+    from ..scene import Scene
 
 KEY = "geometry.sensors"
 MOST_ON_A_LINE = 1000
 """Sensors of one row."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sensors(Feature):
+    """The file of recorded places."""
+
+    file: Path | None = key(
+        KEY,
+        "file",
+        "CSV file `name, x [mm], y [mm]` of points where the temperature is recorded: x along the flow, y from the middle; "
+        "`0:300:11` for a coordinate gives 11 sensors on a line",
+    )
+
+    def check(self, scene: "Scene") -> None:
+        """Names are none of those that every scene has."""
+        for name in sensor_names(self.file):
+            if name in RESERVED_PLACES:
+                scene.refuse(KEY, f"has a sensor {name!r}: that is the name of a place that every scene has")
 
 
 def sensor_names(path: Path | None) -> list[str]:

@@ -6,11 +6,15 @@ workshop; those of closures follow from the scatter of the experiments behind th
 """
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from ..errors import InputError
-from ..files.units import to_si
-from .keys import Key
+from ...errors import InputError
+from ...files.units import to_si
+from ..keys import Key
+from .feature import Feature
+
+if TYPE_CHECKING:
+    from ..scene import Scene
 
 _DEFAULTS: dict[str, tuple[str, str, str]] = {
     "geometry.length": ("m", "0.5 %", "length of the bed"),
@@ -38,6 +42,22 @@ TOLERANCES = {
     name: Key("tolerance", f"of the {meaning}", default, tolerated=unit)
     for name, (unit, default, meaning) in _DEFAULTS.items()
 }
+
+
+@dataclass(frozen=True)
+class Tolerances(Feature):
+    """The keys of [tolerance], which stay as they are written."""
+
+    @classmethod
+    def keys(cls) -> dict[str, Key]:
+        """Each has the name of an input."""
+        return {f"tolerance.{name}": key for name, key in TOLERANCES.items()}
+
+    def check(self, scene: "Scene") -> None:
+        """Those that are given can be read."""
+        for name, value in scene.tolerance:
+            if scene.is_given(f"tolerance.{name}"):
+                tolerance_of(name, value, scene.source)
 
 
 @dataclass(frozen=True)

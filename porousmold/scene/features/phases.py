@@ -6,23 +6,81 @@ the outlet has a temperature of its own: that of the phase, or `operation.return
 """
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Literal
 
-from ..errors import InputError
-from .keys import Table
-from .series import ProfileSeries, TimeSeries
+from ...errors import InputError
+from ..keys import Key, Table
+from ..series import ProfileSeries, TimeSeries
+from .drive import DRIVES, drive_keys
+from .feature import Feature, key
 
 if TYPE_CHECKING:
-    from .scene import Scene
+    from ..scene import Scene
 
-DRIVES = ("pressure_drop", "inlet_velocity", "mass_flow")
 Side = Literal["above", "below"]
 ENDS: tuple[Side, ...] = ("above", "below")
 MOST_REVERSALS = 10_000
 """Up to the end of a run, each of which takes several steps."""
+
+PHASE: Mapping[str, Key] = {
+    "name": Key("text", "name of the phase in results"),
+    **{name: replace(one, series=False) for name, one in drive_keys().items()},
+    "temperature": Key("K", "of the fluid that enters, from whichever end", low=0.0, high=5000.0),
+    "duration": Key("s", "after which the phase ends", low=0.0, high=1e9),
+    "until_outlet_above": Key("K", "the phase ends when the fluid that leaves is as warm", low=0.0, high=5000.0),
+    "until_outlet_below": Key("K", "the phase ends when the fluid that leaves is as cold", low=0.0, high=5000.0),
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reversal(Feature):
+    """Flow from both ends in turn, and phases."""
+
+    return_temperature: TimeSeries | None = key(
+        "operation.return_temperature",
+        "K",
+        "of the fluid that enters at the outlet, where the drive of the flow gets negative",
+        low=0.0,
+        high=5000.0,
+        series=True,
+    )
+    period: float | None = key(
+        "operation.reversal_period",
+        "s",
+        "the flow comes from both ends in turn, so long from each, with the same drive and temperature",
+        low=0.0,
+        high=1e9,
+    )
+    phases: Sequence[Table] | None = key(
+        "operation.phase",
+        "list",
+        "phases of a run (charge, rest, discharge), one after the other, instead of a drive and inlet_temperature",
+        entries=PHASE,
+    )
+    cycles: int = key(
+        "operation.cycles",
+        "integer",
+        "times that the phases are gone through, at most",
+        1,
+        low=1,
+        high=10000,
+        closed=True,
+    )
+    cycle_tolerance: float | None = key(
+        "operation.cycle_tolerance",
+        "",
+        "relative change of the heat of every phase from one cycle to the next below which the state is periodic and the run "
+        "ends",
+        low=0.0,
+        high=1.0,
+    )
+
+    def check(self, scene: "Scene") -> None:
+        """Refuse phases without a drive, an end or a temperature, and reversal where it is not to be had."""
+        check_phases(scene)
 
 
 @dataclass(frozen=True)
