@@ -19,8 +19,8 @@ from mpi4py import MPI
 from porousmold import Scene
 from porousmold.errors import InputError, SolveError
 from porousmold.simulation.accuracy import Answer, Refinements, refinements_of, run_to_accuracy
+from porousmold.simulation.answers import HEATING_TIME
 from porousmold.simulation.march import Simulation
-from porousmold.simulation.recorder import HEATING_TIME
 from porousmold.simulation.specs import specs_of
 from studies import crossed_draws, crossed_scenes
 from studies.page import Page

@@ -247,7 +247,7 @@ def test_wall_of_fixed_temperature_stays_there_and_takes_the_heat():
     simulation = marched(
         {"model.wall": "fixed-temperature", "operation.wall_temperature": 310.0, "operation.end_time": 200.0}
     )
-    low, high = simulation.problem.extremes("bed_side")
+    low, high = simulation.problem.places.extremes("bed_side")
     assert low == pytest.approx(310.0, abs=0.05) and high == pytest.approx(310.0, abs=0.05)
     balance = simulation.problem.heat.balance
     assert balance.through_outer_wall < 0.0 and abs(balance.imbalance) < 1e-3

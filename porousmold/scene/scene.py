@@ -3,7 +3,6 @@
 import copy
 import hashlib
 import html
-import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NoReturn
@@ -30,14 +29,12 @@ from .keys import (
     checked_names,
     checked_values,
     flat,
-    full_names,
     key_of,
     unit_and_meaning,
-    unknown,
 )
 from .materials import own_materials, schema_with
-from .series import TimeSeries
-from .start import LastState, Profile, Start
+from .start import Profile, Start
+from .tables import as_toml, flat_tolerances, with_absolute_files, with_lists_in_tables, with_settings
 
 
 class Scene:
@@ -72,7 +69,7 @@ class Scene:
             allowed = "is empty: it needs at least [geometry], [bed] and [operation]"
             raise InputError("scene", None, allowed, found["source"])
         registry.load_entry_points()
-        tables = _with_lists_in_tables(_flat_tolerances(tables))
+        tables = with_lists_in_tables(flat_tolerances(tables))
         own = tables.get("materials", {})
         found["materials"] = own_materials(own, base, found["source"])
         ordinary = {table: content for table, content in tables.items() if table != "materials"}
@@ -80,13 +77,9 @@ class Scene:
         if not allow_extensions and (name := found["_given"].get("extensions", {}).get("python")) is not None:
             allowed = "holds code, which is run only if you trust it: --allow-extensions"
             raise InputError("extensions.python", name, allowed, found["source"])
-        extensions = checked_values(
-            {"extensions": found["_given"].get("extensions", {})},
-            {"extensions": KEYS["extensions"]},
-            base,
-            found["source"],
-        )
-        if (path := extensions["extensions"]["python"]) is not None:
+        extensions = {"extensions": found["_given"].get("extensions", {})}
+        first = checked_values(extensions, {"extensions": KEYS["extensions"]}, base, found["source"])
+        if (path := first["extensions"]["python"]) is not None:
             registry.load_file(path)
         schema = schema_with(KEYS, found["materials"])  # after the extensions, which register materials, too
         values = checked_values(completed(ordinary), schema, base, found["source"])
@@ -99,23 +92,10 @@ class Scene:
         }
         if (mesh := values["geometry"]["mesh"]) is not None:
             found["file_digests"]["geometry.mesh"] += _checked_mesh(mesh, found["source"], trusted=allow_extensions)
-        if (start := values["operation"]["initial_state"]) is not None and values["operation"][
-            "initial_temperature"
-        ] is not None:
-            allowed = "cannot be combined with operation.initial_temperature"
-            raise InputError("operation.initial_state", str(start.folder), allowed, found["source"])
-        found["start"] = start or (
-            first if isinstance(first := values["operation"]["initial_temperature"], Profile) else None
-        )
-        if found["start"] is not None:
-            values["operation"]["initial_temperature"] = found["start"].mean()
-            found["operation"] = Table("operation", values["operation"])
-            found["file_digests"][found["start"].key] = found["start"].digest()
-        if (programme := values["operation"]["programme"]) and (begun := values["operation"]["initial_temperature"]):
-            series = temperature_of(programme, begun, found["source"])
-            found["operation"] = Table("operation", {**values["operation"], "inlet_temperature": series})
-        if (phases := values["operation"]["phase"]) and (begun := values["operation"]["initial_temperature"]):
-            found["operation"] = Table("operation", {**values["operation"], **representative(phases, begun)})
+        operation, start = _with_temperatures(values["operation"], found["source"])
+        found |= {"operation": Table("operation", operation), "start": start}
+        if start is not None:
+            found["file_digests"][start.key] = start.digest()
         self.__dict__.update(found)
         check_together(self)
         profile, table = self.bed.porosity_profile, self.bed.conductivity_profile
@@ -145,10 +125,10 @@ class Scene:
     ) -> "Scene":
         """Read a TOML file, or take its tables as a dict, and apply settings {"table.key": value} on top."""
         if isinstance(path, Mapping):
-            return cls(_with(copy.deepcopy(dict(path)), settings or {}), allow_extensions=allow_extensions)
+            return cls(with_settings(copy.deepcopy(dict(path)), settings or {}), allow_extensions=allow_extensions)
         if not isinstance(path, str | Path):
             raise InputError("scene", str(path), "must be the name of a file, or tables as a dict")
-        tables = _with(read_toml("scene", Path(path)), settings or {})
+        tables = with_settings(read_toml("scene", Path(path)), settings or {})
         try:
             return cls(tables, path, allow_extensions=allow_extensions)
         except InputError as error:
@@ -158,7 +138,7 @@ class Scene:
 
     def changed(self, settings: Tables) -> "Scene":
         """A copy with other values {"table.key": value}; None takes a value away."""
-        tables = _with(copy.deepcopy(dict(self._given)), settings)
+        tables = with_settings(copy.deepcopy(dict(self._given)), settings)
         return Scene(tables, self.source, allow_extensions=self.allow_extensions)
 
     def __repr__(self) -> str:
@@ -254,35 +234,30 @@ class Scene:
                 if (table, name) == ("operation", "initial_temperature") and self.start is not None:
                     value = self.start if isinstance(self.start, Profile) else None
                 if value is not None:
-                    content[name] = _as_toml(value)
+                    content[name] = as_toml(value)
             if content:
                 tables[table] = content
         tables |= {name: content["list"] for name, content in tables.items() if list(content) == ["list"]}
         if own := self._given.get("materials"):
-            tables["materials"] = _with_absolute_files(own, Path(self.source).parent if self.source else Path())
+            tables["materials"] = with_absolute_files(own, Path(self.source).parent if self.source else Path())
         return tables
 
 
-def _as_toml(value: Any) -> Any:
-    """A value as a TOML file has it."""
-    if isinstance(value, TimeSeries | Profile | LastState):
-        return value.as_value()
-    if isinstance(value, tuple):
-        return [_as_toml(entry) for entry in value]
-    if isinstance(value, Table):
-        return {name: _as_toml(part) for name, part in value if part is not None}
-    return str(value) if isinstance(value, Path) else value
-
-
-def _with_absolute_files(given: Tables, base: Path) -> Settings:
-    """Tables of materials whose files are named from the root."""
-    result: Settings = {}
-    for name, value in given.items():
-        if isinstance(value, dict):
-            result[name] = _with_absolute_files(value, base)
-        else:
-            result[name] = str((base / value).resolve()) if name in ("file", "table") else value
-    return result
+def _with_temperatures(operation: Settings, where: str | None) -> tuple[Settings, Start | None]:
+    """The values of [operation] with one temperature (K) at the start and a series at the inlet; and what the run starts from
+    where that is not one temperature."""
+    first, state = operation["initial_temperature"], operation["initial_state"]
+    if state is not None and first is not None:
+        allowed = "cannot be combined with operation.initial_temperature"
+        raise InputError("operation.initial_state", str(state.folder), allowed, where)
+    start: Start | None = state or (first if isinstance(first, Profile) else None)
+    begun = first if start is None else start.mean()
+    found = {**operation, "initial_temperature": begun}
+    if begun and operation["programme"]:
+        found["inlet_temperature"] = temperature_of(operation["programme"], begun, where)
+    if begun and operation["phase"]:
+        found |= representative(operation["phase"], begun)
+    return found, start
 
 
 def _checked_mesh(path: Path, source: str | None, *, trusted: bool) -> str:
@@ -290,57 +265,3 @@ def _checked_mesh(path: Path, source: str | None, *, trusted: bool) -> str:
     if not trusted and (reason := refusal(path)) is not None:
         raise InputError("geometry.mesh", str(path), reason, source)
     return "".join(hashlib.sha256(file.read_bytes()).hexdigest() for file in merged_files(path))
-
-
-def _with_lists_in_tables(tables: Tables) -> Tables:
-    """The tables with [[target]] as the list of a table, as every key stands in one."""
-    return {name: {"list": value} if isinstance(value, list) else value for name, value in tables.items()}
-
-
-def _flat_tolerances(tables: Tables) -> Tables:
-    """The tables with [tolerance] by full names: `wall.thickness = "2 %"` there is a table in a table to TOML."""
-    given = tables.get("tolerance")
-    if not isinstance(given, dict):
-        return tables
-    flat: Settings = {}
-    for name, value in given.items():
-        flat |= {f"{name}.{key}": entry for key, entry in value.items()} if isinstance(value, dict) else {name: value}
-    return {**tables, "tolerance": flat}
-
-
-def _with(tables: Settings, settings: Tables) -> Settings:
-    """The tables with settings {"table.key": value} on top; None takes a value away."""
-    for full_name, value in settings.items():
-        if (listed := LISTED.fullmatch(full_name)) is not None:
-            entries, key = _list_of(tables, listed["list"]), listed["key"]
-            if not 1 <= int(listed["number"]) <= len(entries):
-                there = (
-                    f"must have a number from 1 to {len(entries)}" if entries else f"needs tables [[{listed['list']}]]"
-                )
-                raise InputError(full_name, value, there, "--set")
-            entry = entries[int(listed["number"]) - 1]
-            entry[key] = value
-            if value is None:
-                del entry[key]
-            continue
-        if (counted := re.fullmatch(r"(\w+(?:\.\w+)?)\.(\d+)\.(\w+)", full_name)) is not None:
-            meant = "{}[{}].{}".format(*counted.groups())
-            raise InputError(full_name, value, f"is not a known key; did you mean {meant!r}?", "--set")
-        table, dot, key = full_name.partition(".")
-        if not dot or table not in KEYS:
-            raise InputError(full_name, value, unknown(full_name, full_names(KEYS)), "--set")
-        if not isinstance(tables.setdefault(table, {}), dict):
-            raise InputError(table, tables[table], "must be a table")
-        tables[table] = {**tables[table], key: value}
-        if value is None:
-            del tables[table][key]
-    return tables
-
-
-def _list_of(tables: Tables, name: str) -> list[Settings]:
-    """The list of tables of a name, as a scene or a file has it; empty where there is none."""
-    table, _, key = name.partition(".")
-    found = tables.get(table, {})
-    if isinstance(found, dict):
-        found = found.get(key or "list", [])
-    return found if isinstance(found, list) and all(isinstance(entry, dict) for entry in found) else []

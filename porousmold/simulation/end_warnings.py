@@ -15,7 +15,11 @@ STEADY = 0.02
 def why_not_heated(simulation: Simulation) -> str:
     """How far the wall is from the inlet's temperature at the end, and whether it still approaches it."""
     time, history, heat = simulation.specs.time, simulation.recorder.history, simulation.specs.heat
-    end = f"at {simulation.time:.4g} s" if simulation.is_steady() else f"by operation.end_time {time.end_time:g} s"
+    end = (
+        f"at {simulation.time:.4g} s"
+        if simulation.ending.is_steady(simulation.time)
+        else f"by operation.end_time {time.end_time:g} s"
+    )
     place, column = time.heated.place, f"deficit_{time.heated.place}"
     wall = "the wall" if simulation.problem.has_wall else "the side of the bed"
     named = {"wall": wall, "bed_side": "the wall's bed side", "bed": "the bed"}.get(place, f"layer {place!r}")
@@ -27,7 +31,9 @@ def why_not_heated(simulation: Simulation) -> str:
         return text
     before = min(int(np.searchsorted(times, 0.8 * times[-1])), len(times) - 2)
     approached = deficits[before] - deficits[-1]
-    may_last = simulation.is_steady() or times[-1] > simulation.problem.medium.estimates.heating_duration
+    may_last = (
+        simulation.ending.is_steady(simulation.time) or times[-1] > simulation.problem.medium.estimates.heating_duration
+    )
     if abs(approached) < STEADY * deficits[-1] and may_last:
         return text + " and stays there" + _what_balances(simulation, before)
     if deficits[-1] > (1.0 - STEADY) * deficits.max():
@@ -47,10 +53,10 @@ def of_the_corner(simulation: Simulation) -> list[str]:
     """Of targets that ask how even a place is, where its extreme is the inlet's edge: gas and wall of two temperatures meet
     there, and a finer mesh comes nearer to the one or the other (collective)."""
     problem, history = simulation.problem, simulation.recorder.history
-    asked = [one for one in simulation.specs.time.targets if one.asks == "spread" and one.place in problem.places]
+    asked = [one for one in simulation.specs.time.targets if one.asks == "spread" and one.place in problem.places.names]
     found = []
     for place in dict.fromkeys(one.place for one in asked):
-        step = problem.step_at_the_inlet(place)
+        step = problem.places.step_at_the_inlet(place)
         names = ", ".join(repr(one.name) for one in asked if one.place == place)
         least = min(one.limit for one in asked if one.place == place)
         if step > EDGE_STEP * least:

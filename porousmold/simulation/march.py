@@ -1,6 +1,5 @@
 """Time integration: flow and energy in turn, until the wall is heated or the end time is reached."""
 
-import bisect
 import logging
 import math
 from collections.abc import Callable, Mapping
@@ -16,19 +15,13 @@ from ..solvers.protocols import Observer, silent
 from ..solvers.state import ArrayOf, Copy, Saved
 from ..solvers.time_control import TimeControl
 from .assembly import assemble
+from .ending import Ending
 from .recorder import Recorder
 from .specs import Specs
 from .step_rules import StepRules
 from .steppers import STEPPERS, Past
 
 LOG = logging.getLogger(__name__)
-
-STEADY_AFTER = 3.0
-"""Expected heating times before which nothing counts as steady: else a front may still be to come."""
-STEADY_CHANGE = 1e-4
-"""Part of all temperature differences, and of the heat stored, by which a steady state may still change."""
-LEAST_ROWS = 10
-"""Of the history, before which nothing counts as steady."""
 
 FIRST_STEP = 0.05
 """The first time step at most, as a part of the largest one."""
@@ -57,6 +50,7 @@ class Simulation:
         self._past = Past()
         self._stepper = STEPPERS[specs.flow.model.update](self.problem)
         self._rules = StepRules(self.problem, self.recorder)
+        self.ending = Ending(specs, self.problem.medium.estimates, self.recorder)
 
     def free(self) -> None:
         """Free what PETSc holds of it; what was recorded stays (collective)."""
@@ -96,7 +90,7 @@ class Simulation:
         observe("flow: initial guess")
         if not len(self.recorder.history):  # else it goes on from a checkpoint
             self._start()
-        while not self._is_finished():
+        while not self.ending.is_reached(self.time):
             observe("")
             step = self._step()
             if step is not None:
@@ -107,14 +101,6 @@ class Simulation:
                 progress(self.time, self.recorder.history[f"deficit_{self.specs.time.heated.place}"][-1])
                 self._follow_course()
         return self
-
-    def _is_finished(self) -> bool:
-        course = self.specs.course
-        if self.time >= self.specs.time.end_time * (1 - 1e-12):
-            return True
-        if course is not None and course.repeats:
-            return course.is_over or (bool(self.specs.time.targets) and self.recorder.reached)
-        return self._heated_for_good() or self.is_steady()
 
     def _follow_course(self) -> None:
         """Go on to the next phase where the present one ends, with the state mirrored where the flow then turns (collective)."""
@@ -216,36 +202,8 @@ class Simulation:
         before = history["outlet_temperature"][-1] if known else None
         return course.part_of_step(before, problem.balances.outlet_temperature, differences)
 
-    def _heated_for_good(self) -> bool:
-        """Whether the wall is heated, or all targets are met, and the inlet's temperature has no change ahead."""
-        changes = list(self.specs.heat.inlet_temperature.breakpoints)
-        if self.specs.course is not None and not self.specs.course.waits_for_heat:
-            changes += self.specs.flow.driven_by.breakpoints
-        last_change = max(changes, default=0.0)
-        return self.recorder.reached and self.time >= last_change * (1 - 1e-12)
-
-    def is_steady(self) -> bool:
-        """Whether nothing has changed in the second half of the time, in a scene without operation.end_time: then what is still
-        waited for never comes."""
-        time, history = self.specs.time, self.recorder.history
-        begun = max(
-            2.0 * max(time.breakpoints, default=0.0), STEADY_AFTER * self.problem.medium.estimates.heating_duration
-        )
-        if not time.until_steady or self.time < begun or len(history) < LEAST_ROWS:
-            return False
-        half = bisect.bisect_left(history["time"], 0.5 * self.time)
-        range_of_all = max(history["highest_temperature"]) - min(history["lowest_temperature"])
-        stored = max(abs(heat) for heat in history["heat_stored"])
-        scales: dict[str, float] = {"temperature": range_of_all, "heat_stored": stored, "cure": 1.0}
-        return all(
-            max(history[name][half:]) - min(history[name][half:]) <= STEADY_CHANGE * scales[kind]
-            for name in history
-            if (kind := _kind_of(name)) is not None
-        )
-
     def _keep_snapshot(self) -> None:
-        finished = self._heated_for_good() or self.is_steady() or self.time >= self.specs.time.end_time
-        self.recorder.keep_snapshot(self.time, finished=finished)
+        self.recorder.snapshots.keep(self.time, finished=self.ending.is_last_snapshot(self.time))
 
     def _put_back(self, before: Copy) -> None:
         self.problem.state.put_back(before)
@@ -299,10 +257,3 @@ class Simulation:
         self.recorder.restore(numbers["recorder"], array_of)
         self.problem.restore(numbers["problem"], array_of)
         self._set_boundary()
-
-
-def _kind_of(column: str) -> str | None:
-    """What a column of the history is, of those that do not change in a steady state."""
-    if column.startswith(("temperature_", "sensor_", "lowest_", "highest_")) and not column.endswith("_place"):
-        return "temperature"
-    return column if column == "heat_stored" else "cure" if column.startswith("cure_") else None

@@ -115,7 +115,7 @@ def _cycles(simulation: Simulation) -> dict[str, Any]:
         "length": problem.domain.length,
         "storable": problem.storable(min(warm), max(warm)),
     }
-    cycles = cycles_of(recorder.history, course, recorder.profiles, specs.laws.fluid, given)
+    cycles = cycles_of(recorder.history, course, recorder.snapshots.profiles, specs.laws.fluid, given)
     last = {name: value for name, value in cycles[-1].items() if name != "phases"} if cycles else None
     return {"cycles": cycles, "last_cycle": last and last | {"is_periodic": course.is_periodic}}
 
@@ -123,7 +123,7 @@ def _cycles(simulation: Simulation) -> dict[str, Any]:
 def _layers_at_end(simulation: Simulation) -> dict[str, list[float]]:
     """Lowest and highest temperature (K) of every layer that has a name of its own."""
     history = simulation.recorder.history
-    names = [name for name in simulation.problem.places if name not in RESERVED_PLACES]
+    names = [name for name in simulation.problem.places.names if name not in RESERVED_PLACES]
     return {name: [history[f"lowest_{name}"][-1], history[f"highest_{name}"][-1]] for name in names}
 
 
@@ -320,7 +320,7 @@ def _reached_by_materials(simulation: Simulation) -> dict[str, tuple[float, floa
 
 def _of_the_outcome(simulation: Simulation) -> list[str]:
     time, found = simulation.specs.time, []
-    at_end, steady = simulation.time >= time.end_time * (1 - 1e-9), simulation.is_steady()
+    at_end, steady = simulation.time >= time.end_time * (1 - 1e-9), simulation.ending.is_steady(simulation.time)
     course = simulation.specs.course
     waiting = simulation.recorder.heating_time is None and simulation.specs.waits_for_heat
     if course is not None and course.repeats:

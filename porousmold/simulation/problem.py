@@ -9,7 +9,7 @@ import numpy as np
 import ufl
 from dolfinx import fem
 
-from ..arrays import Floats, Integers
+from ..arrays import Floats
 from ..equations.energy import EnergyEquations
 from ..equations.flow import FlowEquations
 from ..errors import InputError
@@ -22,20 +22,18 @@ from ..mesh.mirror import Mirror
 from ..mesh.probe import PointProbe
 from ..scene.features.geometries import BedSize
 from ..scene.features.sensors import read_sensors
-from ..scene.features.wall import Layer
 from ..scene.start import Profile, Start
 from ..solvers.protocols import Flow, Heat
 from ..solvers.state import ArrayOf, Numbers, Saved, State
 from .air_loop import AirLoop
 from .boundary_values import BoundaryValues
 from .estimates import Estimates
+from .places import Places
 from .specs import Specs
 from .stopwatch import Stopwatch
 
 QUADRATURE = 2
 """Degree of the quadrature of means."""
-ROUNDING = 1e-12
-"""Of places, over the length."""
 PLACES_ALONG = 101
 """Of the profile along the bed."""
 STORES = ("beads", "wall")
@@ -162,8 +160,7 @@ class Problem:
         }
         self.station_names, self.stations = list(named), PointProbe(self.domain, np.array(list(named.values())))
         self.sensor_names, self.sensors = sensors_of(specs, self.domain)
-        self._places = self._numbers_of_places()
-        self._along = self._places_along_the_flow()
+        self.places = Places(self.domain, heat, specs.heat)
 
     @functools.cached_property
     def along_the_bed(self) -> PointProbe:
@@ -179,40 +176,6 @@ class Problem:
         parts = [forms[name] for name in STORES if name in forms]
         parts.append((high - low) * self.energy_equations.fluid_heat_capacity())
         return sum(ranks.integral(self.communicator, fenicsx.compiled_form(part)) for part in parts)
-
-    def _places_along_the_flow(self) -> Floats:
-        """x[0] (m) of every temperature of the heat's unknowns, without what rounding leaves at 0."""
-        space, numbers = self.heat.space, np.arange(len(self.heat.unknown.x.array))
-        if self.specs.heat.model.two_temperatures:
-            space, numbers = fenicsx.collapse(space, 0)
-        along, places = np.zeros(len(self.heat.unknown.x.array)), space.tabulate_dof_coordinates()[:, 0]
-        along[numbers] = np.where(np.abs(places) < ROUNDING * self.domain.length, 0.0, places)
-        return along
-
-    def _numbers_of_places(self) -> Mapping[str, Integers]:
-        space = self.heat.space.sub(0) if self.specs.heat.model.two_temperatures else self.heat.space
-        dimension, domain = self.domain.mesh.topology.dim, self.domain
-        interface = fem.locate_dofs_topological(space, dimension - 1, domain.facets(geometry.INTERFACE))
-        wall = fem.locate_dofs_topological(space, dimension, domain.wall_cells)
-        places = {
-            "wall": wall if domain.has_wall else interface,
-            "bed_side": interface,
-            "bed": fem.locate_dofs_topological(space, dimension, domain.cells(geometry.BED)),
-        }
-        for tag, layer in self._layers:
-            places[layer.name] = fem.locate_dofs_topological(space, dimension, domain.cells(tag))
-        return places
-
-    @property
-    def _layers(self) -> list[tuple[int, Layer]]:
-        """Tags and specs of the layers that have names of their own."""
-        layers = zip(self.domain.wall_tags, self.specs.heat.all_layers, strict=False)
-        return [(tag, layer) for tag, layer in layers if layer.name != "wall" and not layer.is_contact]
-
-    @property
-    def places(self) -> list[str]:
-        """Names of the places whose `extremes` are known."""
-        return list(self._places)
 
     @property
     def inlet_temperature(self) -> float:
@@ -341,29 +304,6 @@ class Problem:
         self.flow.restore(numbers["flow"], array_of)
         self.heat.restore(numbers["heat"], array_of)
         self.state.restore(numbers["state"], array_of)
-
-    def extremes(self, place: str) -> tuple[float, float]:
-        """Smallest and largest temperature (K) at 'wall', 'bed_side' or 'bed'."""
-        return ranks.extremes(self.communicator, self.heat.unknown.x.array[self._places[place]])
-
-    def extreme_places(self, place: str) -> tuple[float, float]:
-        """x[0] (m) of the coldest and of the hottest point of a place (collective)."""
-        numbers = self._places[place]
-        values, along = self.heat.unknown.x.array[numbers], self._along[numbers]
-        ends = [(np.inf, 0.0), (-np.inf, 0.0)]
-        if len(numbers):
-            ends = [(values[i], along[i]) for i in (int(np.argmin(values)), int(np.argmax(values)))]
-        found = self.communicator.allgather(ends)
-        return float(min(low for low, _ in found)[1]), float(max(high for _, high in found)[1])
-
-    def step_at_the_inlet(self, place: str) -> float:
-        """How far (K) the extremes of a place at the inlet are beyond those of all its other nodes; 0 where they are within
-        (collective)."""
-        numbers = self._places[place]
-        values, along = self.heat.unknown.x.array[numbers], self._along[numbers]
-        at_inlet = along <= 0.0
-        (low, high), (least, most) = (ranks.extremes(self.communicator, values[part]) for part in (at_inlet, ~at_inlet))
-        return max(high - most, least - low, 0.0) if np.isfinite([low, high, least, most]).all() else 0.0
 
     def largest_difference_in_a_cell(self) -> float:
         """Of the fluid's temperature, K, among the bed's cells (collective)."""

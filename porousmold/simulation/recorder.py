@@ -4,58 +4,36 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
-
-from ..arrays import Floats
-from ..mesh.aliases import Space
 from ..output.quantities import Columns
-from ..solvers.state import ArrayOf, Arrays, Saved
-from .accuracy import AT_END, PEAKS, Answer, Answers
-from .cycles import Profile
+from ..solvers.state import ArrayOf, Saved
 from .heating_time import crossing_time
 from .problem import Problem
-from .targets import highest_until_met
-
-LEAST_SNAPSHOTS = 32
-"""That are kept during a run, for fields evenly spread over its time."""
-SAME_TIME = 1e-9
-HEATING_TIME = "heating_time"
-"""Name of that answer."""
-LEAST_SPAN, LEAST_HEAT = 0.01, 1e-3
-"""Between all temperatures of a run (K), and of heat stored (J), below which nothing happens in it."""
-SHARP_FRONT = 0.06
-"""Part of all temperature differences within one cell of the bed, from which on what holds at the end is in doubt."""
-EXOTHERM = 0.02
-"""Part of all temperature differences by which a layer that cures is hotter than all that is given, that counts."""
+from .snapshots import Snapshots
 
 
 class Recorder:
-    """`history` with a row for every step; the times at which the wall was heated and the `targets` were met, None until then,
-    of those to keep also where they were lost since (`first_met` keeps the first); `snapshots` of the solution, (time, arrays),
-    spread over the march; and `profiles` along the bed at the times asked for and at the ends of phases, the first cycle's and
-    the last two's."""
+    """Of a `problem`: its `history` with a row for every step; the times at which the wall was heated and the `targets` were met,
+    None until then, of those to keep also where they were lost since (`first_met` keeps the first); and `snapshots`."""
 
     def __init__(self, problem: Problem) -> None:
-        self._problem, self._time, self._heat = problem, problem.specs.time, problem.specs.heat
+        self.problem, self._time, self._heat = problem, problem.specs.time, problem.specs.heat
         self._course, self._place = problem.specs.course, problem.specs.time.heated.place
         self.history = Columns()
         self.heating_time: float | None = None
         self.heating_time_bed_side: float | None = None
         self.targets: dict[str, float | None] = {target.name: None for target in self._time.targets}
         self.first_met: dict[str, float | None] = dict(self.targets)
-        self.snapshots: list[tuple[float, Arrays]] = []
-        self.profiles: list[Profile] = []
-        self._spacing = 0.0
+        self.snapshots = Snapshots(problem)
         layers = self._heat.all_layers
         self._has_sources = any(layer.heat_source is not None or layer.solid.cure is not None for layer in layers)
         self._last_flow: list[float] | None = None
 
     def record(self, time: float, step: float, flow_time: float) -> None:
         """Append the row of a time (s), at the end of a step (s); the flow is that of `flow_time` (collective)."""
-        problem, balance = self._problem, self._problem.heat.balance
+        problem, balance = self.problem, self.problem.heat.balance
         outlet = problem.balances.outlet_temperature
         mass_flow, pressure_drop = self._at_end_of_step(time, flow_time)
-        places = {place: problem.extremes(place) for place in problem.places}
+        places = {place: problem.places.extremes(place) for place in problem.places.names}
         bed, wall = places["bed"], places["wall"]
         row = {
             "time": time,
@@ -79,13 +57,13 @@ class Recorder:
             row |= {"heat_by_beads": balance.by_beads, "bead_outlet_temperature": leaving}
         for place, (low, high) in places.items():
             row |= {f"lowest_{place}": low, f"highest_{place}": high}
-        row |= dict(zip(("coldest_place", "hottest_place"), problem.extreme_places("bed_side"), strict=True))
+        row |= dict(zip(("coldest_place", "hottest_place"), problem.places.extreme_places("bed_side"), strict=True))
         row |= {f"cure_{name}": least for name, (least, _) in problem.degrees_of_cure().items()}
         if (difference := problem.heat.largest_bead_difference()) is not None:
             row["largest_bead_difference"] = difference
         self.history.append(self._facing_the_inlet(row | self._at_places(time), time))
         self._look_at_targets()
-        if not self._problem.specs.waits_for_heat:
+        if not self.problem.specs.waits_for_heat:
             return  # the wall's temperature is given, or its heat comes from elsewhere: nothing to wait for
         self.heating_time = self._heated_at(self.heating_time, self._place)
         self.heating_time_bed_side = self._heated_at(self.heating_time_bed_side, "bed_side")
@@ -112,50 +90,6 @@ class Recorder:
             elif target.keep and not target.holds(self.history, len(self.history) - 1):
                 self.targets[name] = None
 
-    def answers(self) -> dict[str, Answer]:
-        """What the run answers: the heating time and the times (s) at which targets were met, as far as they were; the
-        highest temperature (K) of each layer that cures; and where there are no times, the temperatures of all places (K) and the
-        heat stored (J) at the end."""
-        times = {HEATING_TIME: self.heating_time, **{f"targets.{name}": time for name, time in self.targets.items()}}
-        found = {name: Answer.by_itself(time) for name, time in times.items() if time is not None}
-        is_answered = bool(found) or (self._course is not None and self._course.repeats)  # cycles answer by themselves
-        lowest = min(self.history["lowest_temperature"])
-        for name in self._problem.degrees_of_cure():
-            place = name if f"highest_{name}" in self.history else "wall"
-            peak = highest_until_met(self.history["time"], self.history[f"highest_{place}"], self.targets.values())
-            found[f"{PEAKS}{name}"] = Answer(peak, max(peak - lowest, LEAST_SPAN))
-        span = max(self.history["highest_temperature"]) - lowest
-        if is_answered or span < LEAST_SPAN:
-            return found
-        for name in self.history:
-            if name == "outlet_temperature" or name.startswith(("temperature_", "sensor_")):
-                found[f"{AT_END}{name}"] = Answer(self.history[name][-1], span)
-        stored = np.abs(self.history["heat_stored"])
-        if stored.max() > LEAST_HEAT:
-            found[f"{AT_END}heat_stored"] = Answer(self.history["heat_stored"][-1], float(stored.max()))
-        return found
-
-    def doubt(self, answers: Answers) -> str:
-        """Why answers may be off by more than the default cells and steps are made for, '' where they should not (collective): a
-        front that stands in the bed at the end, or heat of cure that makes a layer hotter than all that is given."""
-        history = self.history
-        highest, lowest = max(history["highest_temperature"]), min(history["lowest_temperature"])
-        span = highest - lowest
-        if span < LEAST_SPAN:
-            return ""
-        if any(name.startswith(AT_END) for name in answers):
-            part = self._problem.largest_difference_in_a_cell() / span
-            return (
-                f"the temperature changes within one cell of the bed by {part:.0%} of all differences"
-                if part > SHARP_FRONT
-                else ""
-            )
-        elsewhere = [series.range[1] for series in self._heat.given_elsewhere]
-        given = max(history["highest_temperature"][0], *history["inlet_temperature"], *elsewhere)
-        peaks = [answer.value for name, answer in answers.items() if name.startswith(PEAKS)]
-        is_exotherm = bool(peaks) and max(peaks) > given + EXOTHERM * span
-        return "a layer's cure makes it hotter than all that is given" if is_exotherm else ""
-
     @property
     def reached(self) -> bool:
         """Whether all targets are met, or without targets the wall is heated."""
@@ -169,36 +103,18 @@ class Recorder:
         """The row with the flow's direction as a sign, and places counted from the inlet."""
         if self._direction(time) < 0:
             row |= {name: -row[name] for name in ("mass_flow", "pressure_drop")}
-            row |= {name: self._problem.domain.length - row[name] for name in ("coldest_place", "hottest_place")}
+            row |= {name: self.problem.domain.length - row[name] for name in ("coldest_place", "hottest_place")}
         return row
 
     def end_phase(self, number: int, time: float) -> None:
         """Keep the temperatures along the bed at the end (s) of a phase; the flow is another one from now on, so that nothing is
         extrapolated from before (collective)."""
         self._last_flow = None
-        course = self._course
-        assert course is not None
-        count = len(course.phases)
-        self._keep_profile(f"{1 + number // count} {course.phase_of(number).name}", time, number)
-        latest = (number // count - 1) * count
-        self.profiles = [
-            one for one in self.profiles if one.number is None or one.number < count or one.number >= latest
-        ]
-
-    def _keep_profile(self, label: str, time: float, number: int | None = None) -> None:
-        problem = self._problem
-        parts = [
-            problem.temperature,
-            problem.bead_temperature if self._heat.model.two_temperatures else problem.temperature,
-        ]
-        if self._direction(time) < 0:
-            problem.mirror(*parts)
-        fluid, beads = (problem.along_the_bed(part)[:, 0] for part in parts)
-        self.profiles.append(Profile(label, time, fluid, beads, number))
+        self.snapshots.end_phase(number, time)
 
     def _at_places(self, time: float) -> dict[str, float]:
         """Temperatures at the stations and at the sensors, and how steep they are there."""
-        problem, temperature = self._problem, self._problem.temperature
+        problem, temperature = self.problem, self.problem.temperature
         if self._direction(time) < 0:
             problem.mirror(temperature)
         values: dict[str, float] = {}
@@ -213,7 +129,7 @@ class Recorder:
     def _deficit(self, place: str, time: float) -> float:
         """Largest distance (K) of the place's temperatures from the inlet's, on either side; where heat from elsewhere may carry
         it beyond the inlet's, on the side that it started from."""
-        low, high = self._problem.extremes(place)
+        low, high = self.problem.places.extremes(place)
         inlet, outer = self._heat.inlet_temperature, self._heat.outer_wall
         target = inlet(time)
         below, above = float(target - low), float(high - target)
@@ -224,7 +140,7 @@ class Recorder:
     def _at_end_of_step(self, time: float, flow_time: float) -> tuple[float, float]:
         """Mass flow and pressure drop at the end of the last step: a flow solved for its middle goes on as it did between the
         last two middles, unless what drives it has a breakpoint on the way."""
-        now = [flow_time, self._problem.balances.mass_flow, self._problem.balances.pressure_drop]
+        now = [flow_time, self.problem.balances.mass_flow, self.problem.balances.pressure_drop]
         before, self._last_flow = self._last_flow, now
         if flow_time == time or before is None or not 0.0 <= before[0] < flow_time:
             return now[1], now[2]
@@ -236,28 +152,9 @@ class Recorder:
         )
         return mass_flow, pressure_drop
 
-    def keep_snapshot(self, time: float, *, finished: bool) -> None:
-        """Keep the fields of this time. At times that are asked for they stay, with a profile along the bed; beyond twice as many
-        as are written every second of the others goes, and the spacing doubles (collective)."""
-        output = self._problem.specs.output
-        if output.times:
-            if finished or any(abs(time - asked) <= SAME_TIME * time for asked in output.times):
-                self.snapshots.append((time, self._problem.solution.arrays()))
-                self._keep_profile(f"{time:.6g} s", time)
-            return
-        if self.snapshots and not finished and time < self.snapshots[-1][0] + self._spacing:
-            return
-        self.snapshots.append((time, self._problem.solution.arrays()))
-        most = max(LEAST_SNAPSHOTS, 2 * output.field_times)
-        if len(self.snapshots) > most and not finished:
-            self.snapshots = self.snapshots[::2]
-            self._spacing = max(2.0 * self._spacing, time / most)
-
     def save(self) -> Saved:
         """Everything recorded."""
-        arrays: dict[str, tuple[Space, Floats]] = {}
-        for number, (_, snapshot) in enumerate(self.snapshots):
-            arrays |= self._problem.solution.spaces_of(snapshot, f"snapshot/{number}/")
+        snapshots = self.snapshots.save()
         numbers = {
             "columns": self.history.columns,
             "heating_time": self.heating_time,
@@ -265,13 +162,9 @@ class Recorder:
             "targets": self.targets,
             "first_met": self.first_met,
             "last_flow": self._last_flow,
-            "snapshot_times": [time for time, _ in self.snapshots],
-            "snapshot_spacing": self._spacing,
-            "profiles": [
-                [one.label, one.time, one.fluid.tolist(), one.beads.tolist(), one.number] for one in self.profiles
-            ],
+            "snapshots": snapshots.numbers,
         }
-        return Saved(numbers, arrays)
+        return Saved(numbers, snapshots.arrays)
 
     def restore(self, numbers: Mapping[str, Any], array_of: ArrayOf) -> None:
         """Go on from what `save()` gave."""
@@ -279,12 +172,5 @@ class Recorder:
         self.heating_time, self.heating_time_bed_side = numbers["heating_time"], numbers["heating_time_bed_side"]
         self.targets |= numbers["targets"]
         self.first_met |= numbers["first_met"]
-        self._last_flow, self._spacing = numbers["last_flow"], numbers["snapshot_spacing"]
-        self.profiles = [
-            Profile(label, time, np.array(fluid), np.array(beads), number)
-            for label, time, fluid, beads, number in numbers["profiles"]
-        ]
-        self.snapshots = [
-            (time, self._problem.solution.read(array_of, f"snapshot/{number}/"))
-            for number, time in enumerate(numbers["snapshot_times"])
-        ]
+        self._last_flow = numbers["last_flow"]
+        self.snapshots.restore(numbers["snapshots"], array_of)

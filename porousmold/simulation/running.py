@@ -23,6 +23,7 @@ from .accuracy import (
     differences_from_coarser,
     run_to_accuracy,
 )
+from .answers import answers_of, doubt_of
 from .march import Simulation
 from .observation import field_snapshots, profile_near_wall
 from .outcome import summarise
@@ -149,8 +150,8 @@ class _Run:
         """Differences of the answers from those of a coarser run, where they are in doubt; None where they are not, or where the
         mesh is a file (collective)."""
         recorder = self._simulation.recorder
-        own = recorder.answers()
-        self._doubt = recorder.doubt(own)
+        own = answers_of(recorder)
+        self._doubt = doubt_of(recorder, own)
         if not self._doubt or self._marched.geometry.kind == "mesh":
             return None
         self._observe("comparing with coarser cells and steps")
@@ -160,7 +161,7 @@ class _Run:
         """Answers of a scene that leave the present simulation, and its checkpoint, as they are."""
         simulation = Simulation(specs_of(scene), self._communicator)
         try:
-            return simulation.march(stop=self._stop).recorder.answers()
+            return answers_of(simulation.march(stop=self._stop).recorder)
         finally:
             simulation.free()
 
@@ -188,7 +189,7 @@ class _Run:
         except SolveError:
             self._last = [FAILED]
             raise
-        self._last = [simulation.recorder.answers()]
+        self._last = [answers_of(simulation.recorder)]
         return dict(self._last[0])
 
     def _after_step(self, time: float, deficit: float) -> None:
@@ -213,7 +214,7 @@ class _Run:
         summary = summarise(self._marched, simulation, errors, failure, interrupted=interrupted)
         summary["identity"] = identity_of(self._scene)
         if failure is None and not interrupted:
-            answers = simulation.recorder.answers()
+            answers = answers_of(simulation.recorder)
             summary["warnings"] += (
                 _of_comparison(errors, self._doubt) if wanted is None else _of_accuracy(errors, answers, wanted)
             )
@@ -241,13 +242,13 @@ class _Run:
         folder.write_tables(recorder.history, profile_near_wall(problem), _profiles_along(self._simulation))
         if problem.specs.output.fields:
             folder.write_fields(
-                problem.domain.mesh, field_snapshots(problem, recorder.snapshots, self._simulation.time)
+                problem.domain.mesh, field_snapshots(problem, recorder.snapshots.fields, self._simulation.time)
             )
 
 
 def _profiles_along(simulation: Simulation) -> Columns | None:
     """Columns of the temperatures along the bed at the times asked for, and at the ends of phases; None where there are none."""
-    profiles = simulation.recorder.profiles
+    profiles = simulation.recorder.snapshots.profiles
     if not profiles:
         return None
     table = Columns()

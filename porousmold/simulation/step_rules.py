@@ -45,7 +45,7 @@ class StepRules:
     def error_ratio(self, time: float, error: StepError, flow_error: float) -> float:
         """Estimated error of a step to a time (s), and of its flow, over what is allowed (collective)."""
         problem, specs, history = self._problem, self._specs.time, self._recorder.history
-        lows, highs = zip(*(problem.extremes(place) for place in ("bed", "wall")), strict=True)
+        lows, highs = zip(*(problem.places.extremes(place) for place in ("bed", "wall")), strict=True)
         low, high = min(lows), max(highs)
         change = max(abs(low - history["lowest_temperature"][-1]), abs(high - history["highest_temperature"][-1]))
         differences = self.differences(time, low, high, problem.inlet_temperature)
@@ -89,7 +89,7 @@ class StepRules:
         if not (colder or hotter):
             return low, high
         of_wall = (-math.inf if colder else low), (math.inf if hotter else high)
-        coldest, hottest = self._problem.extremes("wall")
+        coldest, hottest = self._problem.places.extremes("wall")
         if colder:
             low = min(low, coldest, self._recorder.history["lowest_wall"][-1])
         if hotter:

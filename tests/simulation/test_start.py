@@ -77,7 +77,7 @@ def test_a_state_goes_to_a_mesh_in_its_place_alone(tmp_path):
         with pytest.raises(InputError, match=words):
             simulation_of(coarse_scene(short | start | change), MPI.COMM_SELF)
     thin = simulation_of(coarse_scene(short | start | {"model.wall": "thin"}), MPI.COMM_SELF).problem
-    assert thin.extremes("bed")[1] > 320.0
+    assert thin.places.extremes("bed")[1] > 320.0
 
 
 @pytest.mark.parametrize("refined", [1.0, 1.7])

@@ -48,7 +48,7 @@ def test_temperatures_do_not_depend_on_how_the_flow_is_solved(scene, refinement,
     for largest in (WHOLE, BY_FIELDS):
         monkeypatch.setattr(linear_solution, "LARGEST_FACTORISED", largest)
         problem = Simulation(specs_of(Scene.load(scene, settings)), MPI.COMM_SELF).march().problem
-        coldest.append(problem.extremes("bed")[0])
+        coldest.append(problem.places.extremes("bed")[0])
         iterations.append(problem.flow.counts.newton_iterations)
     assert coldest[0] != coldest[1] and coldest[1] == pytest.approx(coldest[0], abs=0.01)
     assert iterations[1] < 1.5 * iterations[0]

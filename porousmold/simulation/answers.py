@@ -1,0 +1,60 @@
+"""What a run answers, and why answers may be off."""
+
+import numpy as np
+
+from .accuracy import AT_END, PEAKS, Answer, Answers
+from .recorder import Recorder
+from .targets import highest_until_met
+
+HEATING_TIME = "heating_time"
+"""Name of that answer."""
+LEAST_SPAN, LEAST_HEAT = 0.01, 1e-3
+"""Between all temperatures of a run (K), and of heat stored (J), below which nothing happens in it."""
+SHARP_FRONT = 0.06
+"""Part of all temperature differences within one cell of the bed, from which on what holds at the end is in doubt."""
+EXOTHERM = 0.02
+"""Part of all temperature differences by which a layer that cures is hotter than all that is given, that counts."""
+
+
+def answers_of(recorder: Recorder) -> dict[str, Answer]:
+    """What the run answers: the heating time and the times (s) at which targets were met, as far as they were; the
+    highest temperature (K) of each layer that cures; and where there are no times, the temperatures of all places (K) and the
+    heat stored (J) at the end."""
+    history, problem, course = recorder.history, recorder.problem, recorder.problem.specs.course
+    times = {HEATING_TIME: recorder.heating_time}
+    times |= {f"targets.{name}": time for name, time in recorder.targets.items()}
+    found = {name: Answer.by_itself(time) for name, time in times.items() if time is not None}
+    is_answered = bool(found) or (course is not None and course.repeats)  # cycles answer by themselves
+    lowest = min(history["lowest_temperature"])
+    for name in problem.degrees_of_cure():
+        place = name if f"highest_{name}" in history else "wall"
+        peak = highest_until_met(history["time"], history[f"highest_{place}"], recorder.targets.values())
+        found[f"{PEAKS}{name}"] = Answer(peak, max(peak - lowest, LEAST_SPAN))
+    span = max(history["highest_temperature"]) - lowest
+    if is_answered or span < LEAST_SPAN:
+        return found
+    for name in history:
+        if name == "outlet_temperature" or name.startswith(("temperature_", "sensor_")):
+            found[f"{AT_END}{name}"] = Answer(history[name][-1], span)
+    stored = np.abs(history["heat_stored"])
+    if stored.max() > LEAST_HEAT:
+        found[f"{AT_END}heat_stored"] = Answer(history["heat_stored"][-1], float(stored.max()))
+    return found
+
+
+def doubt_of(recorder: Recorder, answers: Answers) -> str:
+    """Why answers may be off by more than the default cells and steps are made for, '' where they should not (collective): a
+    front that stands in the bed at the end, or heat of cure that makes a layer hotter than all that is given."""
+    history, problem = recorder.history, recorder.problem
+    span = max(history["highest_temperature"]) - min(history["lowest_temperature"])
+    if span < LEAST_SPAN:
+        return ""
+    if any(name.startswith(AT_END) for name in answers):
+        part = problem.largest_difference_in_a_cell() / span
+        doubt = f"the temperature changes within one cell of the bed by {part:.0%} of all differences"
+        return doubt if part > SHARP_FRONT else ""
+    elsewhere = [series.range[1] for series in problem.specs.heat.given_elsewhere]
+    given = max(history["highest_temperature"][0], *history["inlet_temperature"], *elsewhere)
+    peaks = [answer.value for name, answer in answers.items() if name.startswith(PEAKS)]
+    is_exotherm = bool(peaks) and max(peaks) > given + EXOTHERM * span
+    return "a layer's cure makes it hotter than all that is given" if is_exotherm else ""

@@ -1,0 +1,85 @@
+"""The places of a problem: wall, its side to the bed, the bed, and the layers; how warm they are and where."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from dolfinx import fem
+
+from ..arrays import Floats, Integers
+from ..mesh import domain as geometry
+from ..mesh import fenicsx, ranks
+from ..mesh.domain import Domain
+from ..scene.features.wall import Layer
+from ..solvers.protocols import Heat
+from .specs import HeatSpec
+
+ROUNDING = 1e-12
+"""Of places, over the length."""
+
+
+class Places:
+    """The nodes of each place by its name, and the present temperatures there."""
+
+    def __init__(self, domain: Domain, heat: Heat, specs: HeatSpec) -> None:
+        self._domain, self._heat, self._specs = domain, heat, specs
+        self._numbers = self._numbers_of_places()
+        self._along = self._places_along_the_flow()
+
+    def _places_along_the_flow(self) -> Floats:
+        """x[0] (m) of every temperature of the heat's unknowns, without what rounding leaves at 0."""
+        space, numbers = self._heat.space, np.arange(len(self._heat.unknown.x.array))
+        if self._specs.model.two_temperatures:
+            space, numbers = fenicsx.collapse(space, 0)
+        along, places = np.zeros(len(self._heat.unknown.x.array)), space.tabulate_dof_coordinates()[:, 0]
+        along[numbers] = np.where(np.abs(places) < ROUNDING * self._domain.length, 0.0, places)
+        return along
+
+    def _numbers_of_places(self) -> Mapping[str, Integers]:
+        space = self._heat.space.sub(0) if self._specs.model.two_temperatures else self._heat.space
+        dimension, domain = self._domain.mesh.topology.dim, self._domain
+        interface = fem.locate_dofs_topological(space, dimension - 1, domain.facets(geometry.INTERFACE))
+        wall = fem.locate_dofs_topological(space, dimension, domain.wall_cells)
+        places = {
+            "wall": wall if domain.has_wall else interface,
+            "bed_side": interface,
+            "bed": fem.locate_dofs_topological(space, dimension, domain.cells(geometry.BED)),
+        }
+        for tag, layer in self._layers:
+            places[layer.name] = fem.locate_dofs_topological(space, dimension, domain.cells(tag))
+        return places
+
+    @property
+    def _layers(self) -> list[tuple[int, Layer]]:
+        """Tags and specs of the layers that have names of their own."""
+        layers = zip(self._domain.wall_tags, self._specs.all_layers, strict=False)
+        return [(tag, layer) for tag, layer in layers if layer.name != "wall" and not layer.is_contact]
+
+    @property
+    def names(self) -> list[str]:
+        """Of all places."""
+        return list(self._numbers)
+
+    def extremes(self, place: str) -> tuple[float, float]:
+        """Smallest and largest temperature (K) at 'wall', 'bed_side' or 'bed'."""
+        return ranks.extremes(self._domain.communicator, self._heat.unknown.x.array[self._numbers[place]])
+
+    def extreme_places(self, place: str) -> tuple[float, float]:
+        """x[0] (m) of the coldest and of the hottest point of a place (collective)."""
+        numbers = self._numbers[place]
+        values, along = self._heat.unknown.x.array[numbers], self._along[numbers]
+        ends = [(np.inf, 0.0), (-np.inf, 0.0)]
+        if len(numbers):
+            ends = [(values[i], along[i]) for i in (int(np.argmin(values)), int(np.argmax(values)))]
+        found = self._domain.communicator.allgather(ends)
+        return float(min(low for low, _ in found)[1]), float(max(high for _, high in found)[1])
+
+    def step_at_the_inlet(self, place: str) -> float:
+        """How far (K) the extremes of a place at the inlet are beyond those of all its other nodes; 0 where they are within
+        (collective)."""
+        numbers = self._numbers[place]
+        values, along = self._heat.unknown.x.array[numbers], self._along[numbers]
+        at_inlet = along <= 0.0
+        (low, high), (least, most) = (
+            ranks.extremes(self._domain.communicator, values[part]) for part in (at_inlet, ~at_inlet)
+        )
+        return max(high - most, least - low, 0.0) if np.isfinite([low, high, least, most]).all() else 0.0
