@@ -267,12 +267,18 @@ def _shown(value: float | None, unit: str) -> str:
     return " ".join(_or_dash(value, unit)).strip()
 
 
+def _cell(value: Any) -> Any:
+    return float(value) if isinstance(value, int | float) else "-" if value is None else value
+
+
 def _of_study(folder: Path) -> tuple[str, list[Section]]:
     entries, head = read_study(folder)
-    rows = [
-        [float(v) if isinstance(v, int | float) else ("-" if v is None else v) for v in e.values()] for e in entries
-    ]
     statuses = [entry["status"] for entry in entries]
+    told = {"folder", *(["status"] if set(statuses) == {"done"} else [])}  # by the other columns, by the sentence
+    names = [name for name in (entries[0] if entries else ()) if name not in told]
+    names = [name for name in names if any(entry[name] is not None for entry in entries)]
+    labels = dict(zip(entries[0] if entries else (), head, strict=False))
+    rows = [[_cell(entry[name]) for name in names] for entry in entries]
     counts = ", ".join(f"{statuses.count(status)} {status}" for status in dict.fromkeys(statuses))
     answers = [
         Section("", part(folder))
@@ -284,4 +290,7 @@ def _of_study(folder: Path) -> tuple[str, list[Section]]:
     draw_study(folder, entries, head)
     sentence = f"{len(entries)} case{'s' if len(entries) != 1 else ''}: {counts}."
     pictures = [Picture(path) for path in sorted(folder.glob("*.png"))]
-    return f"Study: {folder.name}", [*answers, Section("", [Sentence(sentence), *pictures, Table(head, rows)])]
+    return f"Study: {folder.name}", [
+        *answers,
+        Section("", [Sentence(sentence), *pictures, Table([labels[name] for name in names], rows)]),
+    ]

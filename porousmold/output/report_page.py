@@ -1,11 +1,13 @@
 """The page of a report: sections of sentences, tables and pictures, and its template (`report.html.jinja`)."""
 
 import base64
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, ClassVar, TypeAlias
 
+import markupsafe
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from .. import __version__
@@ -61,11 +63,17 @@ class Section:
     blocks: Sequence[Block] = field(default=())
 
 
+def _breakable(text: str) -> markupsafe.Markup:
+    """A key's name, which may be broken after its parts."""
+    return markupsafe.Markup(re.sub(r"([._])", r"\1<wbr>", str(markupsafe.escape(text))))
+
+
 def rendered(title: str, sections: Sequence[Section]) -> str:
     """The page as HTML; every text in it is escaped."""
     loader = PackageLoader("porousmold.output", "")
     environment = Environment(
         loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
+    environment.filters["breakable"] = _breakable
     template = environment.get_template("report.html.jinja")
     return template.render(title=title, sections=[one for one in sections if one.blocks], version=__version__)

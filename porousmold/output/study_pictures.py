@@ -12,8 +12,10 @@ from ..errors import InputError
 from .figures import STYLE, plt, save
 
 Entries = list[Mapping[str, Any]]
-MOST_CURVES, MOST_PANELS = 8, 4
+MOST_CURVES, MOST_PANELS, PANELS_A_ROW = 8, 6, 2
 BEFORE_THE_UNIT = " ["
+LIGHT = 0.6
+"""Part of the colours' range from which on they are light."""
 
 
 class _Study:
@@ -102,10 +104,15 @@ def _with_unit(label: str, value: Any) -> str:
 def _curves(folder: Path, study: _Study) -> Path:
     key = max(study.numbers, key=lambda name: len({entry[name] for entry in study.known}))
     families, shown = _families(study, key), study.records[:MOST_PANELS]
-    width = 1.0 + 4.4 * len(shown)
-    figure, all_axes = plt.subplots(1, len(shown), figsize=(width, 3.8), squeeze=False)
-    figure.subplots_adjust(left=0.95 / width, right=1.0 - 0.1 / width, bottom=0.16, top=0.96, wspace=0.3)
-    for axes, name in zip(all_axes[0], shown, strict=True):
+    columns = min(len(shown), PANELS_A_ROW)
+    rows = -(-len(shown) // columns)
+    width, height = 1.0 + 4.4 * columns, 3.8 * rows
+    figure, all_axes = plt.subplots(rows, columns, figsize=(width, height), squeeze=False)
+    sides = {"left": 0.95 / width, "right": 1.0 - 0.1 / width, "bottom": 0.6 / height, "top": 1.0 - 0.15 / height}
+    figure.subplots_adjust(**sides, wspace=0.3, hspace=0.25)
+    for axes in all_axes.flat[len(shown) :]:
+        axes.set_visible(False)
+    for axes, name in zip(all_axes.flat, shown, strict=False):
         for label, members in list(families.items())[:MOST_CURVES]:
             axes.plot([e[key] for e in members], [e[name] for e in members], "o-", markersize=4, label=label)
         axes.set(xlabel=study.labels[key], ylabel=study.labels[name])
@@ -134,11 +141,12 @@ def _map(folder: Path, study: _Study) -> list[Path]:
     figure, axes = plt.subplots(figsize=(7.0, 4.6))
     figure.subplots_adjust(left=0.14, right=0.97, bottom=0.14, top=0.95)
     drawn = axes.imshow(values, origin="lower", aspect="auto", cmap="viridis")
-    axes.set_xticks(range(len(x)), [f"{value:.4g}" for value in x])
-    axes.set_yticks(range(len(y)), [f"{value:.4g}" for value in y])
+    axes.set_xticks(range(len(x)), [f"{value:g}" for value in x])
+    axes.set_yticks(range(len(y)), [f"{value:g}" for value in y])
     for (row, column), value in np.ndenumerate(values):
         if np.isfinite(value) and values.size <= 100:
-            axes.text(column, row, f"{value:.4g}", ha="center", va="center", color="w", fontsize=8)
+            colour = "k" if drawn.norm(value) > LIGHT else "w"
+            axes.text(column, row, f"{value:.4g}", ha="center", va="center", color=colour, fontsize=9)
     axes.set(xlabel=study.labels[study.numbers[0]], ylabel=study.labels[study.numbers[1]])
     axes.grid(False)
     figure.colorbar(drawn, label=study.labels[study.records[0]])

@@ -88,13 +88,18 @@ def summarise(
 
 
 def _spread_at_end(simulation: Simulation) -> float:
-    """Spread (K) of the wall's bed side when the last of what was asked for was met, within the last step, or at the end."""
+    """Spread (K) of the wall's bed side when the last of what was asked for was met, or at the end.
+
+    Within the last step it falls as the heating time has it, exponentially.
+    """
     recorder, history = simulation.recorder, simulation.recorder.history
     met = [time for time in (recorder.heating_time, *recorder.targets.values()) if time is not None]
     begun = history["time"][-2] if len(history) > 1 else 0.0
     end = max(met) if met and max(met) > begun else simulation.time
     spreads = np.subtract(history["highest_bed_side"][-2:], history["lowest_bed_side"][-2:])
-    return float(np.interp(end, history["time"][-2:], spreads))
+    if spreads.min() <= 0.0:
+        return float(np.interp(end, history["time"][-2:], spreads))
+    return float(np.exp(np.interp(end, history["time"][-2:], np.log(spreads))))
 
 
 def _cycles(simulation: Simulation) -> dict[str, Any]:

@@ -103,7 +103,8 @@ def test_the_spread_at_the_end_is_that_when_the_wall_is_heated():
         history = result.history
         last = history["highest_bed_side"][-1] - history["lowest_bed_side"][-1]
         assert spreads[-1] > last
-    assert spreads[0] == pytest.approx(spreads[1], rel=0.03)
+        assert spreads[-1] <= 2.0 * (1.0 + 1e-3)  # as the wall is within 2 K of the inlet's temperature
+    assert spreads[0] == pytest.approx(spreads[1], rel=0.01)
 
 
 def test_a_porosity_beside_its_profile_is_refused():
