@@ -5,7 +5,7 @@ export OMP_NUM_THREADS := 1
 MPIRUN := mpirun --oversubscribe $(if $(filter 0,$(shell id -u)),--allow-run-as-root)
 PARTS := 3
 
-.PHONY: heat deb test-container docs docs-test test test-quick test-durations test-fast test-heavy test-mpi check install tables packing speed-against-error adjoint hard-cases random-scenes crossed-scenes three-dimensions measured-stores accuracy model-choice lattices bubbling-bed patil-bed sheared-bed regression regression-store sweep growth figures chapter-6 bead-interior permeability workshop fluid-properties tracer validation kill-test fuzz-test test-debian13 test-debian-sid clean
+.PHONY: heat deb test-container docs docs-test test test-quick test-durations test-fast test-heavy test-mpi check install tables packing speed-against-error work-precision adjoint hard-cases random-scenes crossed-scenes three-dimensions measured-stores accuracy model-choice lattices bubbling-bed patil-bed sheared-bed regression regression-store sweep growth figures chapter-6 bead-interior permeability workshop fluid-properties tracer validation kill-test fuzz-test test-debian13 test-debian-sid clean
 
 heat: .venv/installed  ## heat the aluminium mold: summary and pictures in runs/aluminium
 	$(PYTHON) -m porousmold run studies/mold/aluminium.toml --out runs/aluminium --force
@@ -16,18 +16,20 @@ test-quick: .venv/installed  ## unit tests: no whole runs, within a minute once 
 test-durations: .venv/installed  ## all tests on one rank, and which of them are slow: tests/durations.json
 	$(PYTHON) -m pytest -q -n $(PARTS) --store-durations -m "not docs" tests
 
-test: .venv/installed  ## style, types, all tests on 1, 2 and 3 ranks
+test: .venv/installed  ## style, types, the tests of up to 3 s on 1, 2 and 3 ranks
 	$(MAKE) --no-print-directory check test-fast test-mpi
 
 test-fast: .venv/installed  ## the tests on one rank
 	$(PYTHON) -m pytest -q -n $(PARTS) --timeout=600 -m "not heavy and not docs" tests
 
-test-heavy: .venv/installed  ## the few tests that take half a minute or more each
-	$(PYTHON) -m pytest -q -n 2 --timeout=600 -m "heavy and not docs" tests
+test-heavy: .venv/installed  ## the tests of more than 3 s, whole runs and studies, on 1, 2 and 3 ranks
+	$(PYTHON) -m pytest -q -n $(PARTS) --timeout=600 -m "heavy and not docs" tests
+	timeout 600 $(MPIRUN) -n 2 $(PYTHON) -m pytest -q -x --timeout=500 -m "mpi and heavy" tests
+	timeout 600 $(MPIRUN) -n 3 $(PYTHON) -m pytest -q -x --timeout=500 -m "mpi and heavy" tests
 
-test-mpi: .venv/installed  ## the parallel tests on 2 and 3 ranks
-	timeout 600 $(MPIRUN) -n 2 $(PYTHON) -m pytest -q -x --timeout=500 -m mpi tests
-	timeout 600 $(MPIRUN) -n 3 $(PYTHON) -m pytest -q -x --timeout=500 -m mpi tests
+test-mpi: .venv/installed  ## the parallel tests of up to 3 s on 2 and 3 ranks
+	timeout 600 $(MPIRUN) -n 2 $(PYTHON) -m pytest -q -x --timeout=500 -m "mpi and not heavy" tests
+	timeout 600 $(MPIRUN) -n 3 $(PYTHON) -m pytest -q -x --timeout=500 -m "mpi and not heavy" tests
 
 check: .venv/installed  ## style and types
 	$(PYTHON) -m ruff check . && $(PYTHON) -m ruff format --check . && $(PYTHON) -m mypy
@@ -40,6 +42,9 @@ packing: .venv/installed  ## packings against the thesis and LIGGGHTS, profiles 
 
 speed-against-error: .venv/installed  ## model ladder, meshes and steps: docs/speed-against-error.md
 	$(PYTHON) -m studies.speed_against_error
+
+work-precision: .venv/installed  ## 40 crossed scenes, fewer cells and steps: docs/work-precision.md (50 minutes)
+	$(PYTHON) -m studies.work_precision
 
 adjoint: .venv/installed  ## all sensitivities by one adjoint sweep, beside differences of runs: docs/adjoint.md
 	$(PYTHON) -m studies.adjoint

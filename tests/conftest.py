@@ -14,8 +14,9 @@ settings.register_profile("new-examples", deadline=None, max_examples=1000)  # `
 settings.load_profile("same-examples")
 
 DURATIONS = Path(__file__).parent / "durations.json"
-"""Seconds of the tests that take longest, by `make test-durations`; `make test-quick` leaves those above `SLOW` out."""
-SLOW = 0.3
+"""Seconds of the tests that take longest, by `make test-durations`: `make test-quick` leaves those above `SLOW` out, `make test`
+those above `HEAVY`, which `make test-heavy` runs."""
+SLOW, HEAVY = 0.3, 3.0
 """s of a test and of the fixtures that it needs, also of those that another test has made for it."""
 _of_fixtures: dict[tuple[str, str], float] = {}
 
@@ -26,11 +27,12 @@ def pytest_addoption(parser):
 
 
 def pytest_collection_modifyitems(items):
-    """Mark what is slow."""
+    """Mark what is slow, and what is heavy."""
     known = json.loads(DURATIONS.read_text(encoding="utf-8"))
     for item in items:
-        if known.get(item.nodeid, 0.0) > SLOW:
-            item.add_marker(pytest.mark.slow)
+        for mark, limit in ((pytest.mark.slow, SLOW), (pytest.mark.heavy, HEAVY)):
+            if known.get(item.nodeid, 0.0) > limit:
+                item.add_marker(mark)
 
 
 @pytest.hookimpl(hookwrapper=True)

@@ -222,7 +222,6 @@ def test_units_and_tables_without_end_are_refused_at_once(name, capsys):
     assert capsys.readouterr().err.count("\n") == 1
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("name", ["04-pump-scaled-by-density/scene", "11-liquid-blower-cube/scene"])
 def test_a_pump_never_gives_more_than_its_curve(name):
     scene = Scene.load(FIELD_CASES / "attacks" / f"{name}.toml", {"output.pictures": False})

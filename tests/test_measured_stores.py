@@ -36,7 +36,6 @@ def test_the_heat_of_the_measurement_rules_out_the_larger_heat_capacity_througho
     assert rise * 1200.0 > 1.1 * air > 1.1 * rise * 950.0
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("words", [name for name in measured_stores.STONES if name != "as assumed"])
 def test_no_single_assumption_brings_it_far_off(stones, words):
     assert off("alonso", stones, (-1.0, 1.0), measured_stores.STONES[words]) < 0.06 * STONES_RANGE

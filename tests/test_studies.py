@@ -48,6 +48,25 @@ def test_tables():
     assert best == pytest.approx(100.0, abs=1e-6) and order == pytest.approx(2.0, abs=1e-6)
 
 
+def test_work_precision(tmp_path):
+    """Errors of a second-order method, made up: the page has the median and 95 % of every place, the picture is drawn."""
+    work = study("work_precision")
+    factors = work.settings_of(0, {work.CELLS: 0.5, work.STEPS: 0.5})
+    own = work.scene_of(0).solver
+    assert factors == {work.CELLS: 0.5 * own.mesh_refinement, work.STEPS: 0.5 * own.step_refinement}
+    assert work.settings_of(0, {"solver.accuracy": 0.01}) == {"solver.accuracy": 0.01}
+    points = [
+        work.Point(scene, path, place, (1.0 + scene) * 1e-3 / 4.0**place, 2.0**place)
+        for path, places in work.PATHS.items()
+        for place in range(len(places))
+        for scene in range(3)
+    ]
+    work.write_page(tmp_path / "page.md", points, 4)
+    text = (tmp_path / "page.md").read_text()
+    assert "3 scenes (of 4 drawn" in text and "| 0.200% | 0.290% | 1.00 |" in text
+    assert (tmp_path / "page.png").stat().st_size > 10_000
+
+
 def test_regression(tmp_path):
     regression = study("regression")
     assert len({name for name, _, _ in regression.cases()}) == len(list(regression.cases())) > 40
@@ -145,7 +164,6 @@ def test_fuzz(tmp_path):
     assert fuzz.wrong(0, "", tmp_path) == "" and fuzz.wrong(1, "Traceback", tmp_path)
 
 
-@pytest.mark.heavy
 def test_adjoint():
     """Elasticities by the adjoint are those of two runs; the inlet temperature's goal moves with it."""
     adjoint = study("adjoint")

@@ -12,7 +12,7 @@ SMALL = {"solver.mesh_refinement": 0.5, "solver.largest_step": 150.0}
 LAMINAR = SMALL | {"model.turbulence": "none"}
 
 
-@pytest.mark.parametrize("turbulence", ["none", pytest.param("nakayama-kuwahara", marks=pytest.mark.heavy)])
+@pytest.mark.parametrize("turbulence", ["none", "nakayama-kuwahara"])
 def test_a_cavity_without_sides_heats_as_in_two_dimensions(turbulence):
     """Nothing changes across the width, so every temperature is that of the plane and the mass flow is its multiple."""
     choices = SMALL | {"model.turbulence": turbulence, "operation.end_time": 60.0, "solver.flow_tolerance": 1e-6}
@@ -27,7 +27,6 @@ def test_a_cavity_without_sides_heats_as_in_two_dimensions(turbulence):
     assert abs(space.problem.heat.balance.imbalance) < 1e-4
 
 
-@pytest.mark.heavy
 def test_height_and_width_may_change_places():
     lying, standing = (
         simulation_of(

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
 
 from ..arrays import Floats
 from ..errors import InputError
@@ -74,11 +75,11 @@ def compare(
     """A `Deviation` of every sensor that both the run in `folder` (made with geometry.sensors) and the CSV file have.
 
     The file has the head `time [s], NAME [degC], ...` with the sensors' names, or those that `columns` gives, {sensor: column};
-    `time_offset` (s; None: that of the first row) is taken from its times. The run is interpolated linearly to these. Other
-    channels, and values that are missing, are left out. `bounds` are folders of runs of the same scene with what it was given at
-    the ends of its error, such as operation.outer_heat_flux_factor 0.95 and 1.05: the largest distance from them, as long as they
-    last, is one uncertainty, `POSITION_ERROR` along the steepest gradient at the sensor the other. Raises `InputError` where run
-    and measurement have no sensor or no time in common.
+    `time_offset` (s; None: that of the first row) is taken from its times. The run is interpolated to these (`between_steps`).
+    Other channels, and values that are missing, are left out. `bounds` are folders of runs of the same scene with what it was
+    given at the ends of its error, such as operation.outer_heat_flux_factor 0.95 and 1.05: the largest distance from them, as
+    long as they last, is one uncertainty, `POSITION_ERROR` along the steepest gradient at the sensor the other. Raises
+    `InputError` where run and measurement have no sensor or no time in common.
     """
     history, sensors = _read_run("RUN", folder)
     others = [_read_run("--bounds", other) for other in bounds]
@@ -116,14 +117,25 @@ def compare(
     return Comparison(deviations, read.others, int(np.isnan(read.values[shared]).sum()), beyond)
 
 
+def between_steps(times: Floats, steps: Floats, temperatures: Floats) -> Floats:
+    """Temperatures (K) at some times (s) of a run that has them at the ends of its steps; constant beyond.
+
+    By monotone cubic polynomials (Fritsch and Carlson, SIAM J. Numer. Anal. 17 (1980) 238-246): no extremes between steps that
+    are none at their ends, where straight lines miss a kelvin of the long steps of a slow end.
+    """
+    if len(steps) < 2:
+        return np.full(len(times), temperatures[0])
+    return np.asarray(PchipInterpolator(steps, temperatures)(np.clip(times, steps[0], steps[-1])))
+
+
 def _deviation(name: str, times: Floats, measured: Floats, run: Any, others: Any) -> Deviation:
     """Of a sensor at the times (s) of its measured values (K); `run` and `others` are (history, sensors)."""
     history, sensors = run
-    simulated = np.interp(times, history["time"], sensors[name])
+    simulated = between_steps(times, history["time"], sensors[name])
     by_place = POSITION_ERROR * np.interp(times, history["time"], history[f"gradient_{name}"])
     by_bounds = np.zeros(len(times))
     for other, found in others:
-        there = np.interp(times, other["time"], found[name], left=np.nan, right=np.nan)
+        there = np.where(times <= other["time"][-1], between_steps(times, other["time"], found[name]), np.nan)
         by_bounds = np.fmax(by_bounds, np.abs(there - simulated))
     uncertainty = np.hypot(by_place, by_bounds)
     return Deviation(name, times, measured, simulated, uncertainty, (history["time"], sensors[name]))

@@ -9,7 +9,7 @@ from mpi4py import MPI
 
 from porousmold import InputError, Scene, run
 from porousmold.cli import main
-from porousmold.experiment.comparison import average_deviation, compare
+from porousmold.experiment.comparison import average_deviation, between_steps, compare
 
 from ..support import STUDIES
 
@@ -126,7 +126,6 @@ def test_a_run_without_sensors_is_refused(tmp_path):
         compare(tmp_path, tmp_path)
 
 
-@pytest.mark.heavy
 def test_the_comparison_tells_the_right_model_from_the_wrong_one(tmp_path):
     """Beside noise of 0.3 K, whose mean magnitude is 0.24 K: the model that the synthetic data come from stays below the noise
     level, a laminar one is clearly above."""
@@ -182,3 +181,16 @@ def test_values_at_times_that_the_run_does_not_have_are_counted(folder, capsys):
     measured.write_text("time [s], a [degC], b [degC]\n-1, 30, 30\n2.5, 30.35, 31\n5, 31, 31\n50, 60,\n")
     assert main(["compare", str(folder), str(measured)]) == 0
     assert "3 value(s) of the measurement left out, before or after the run" in capsys.readouterr().out
+
+
+def test_between_long_steps_a_run_is_curved_and_has_no_extremes_of_its_own():
+    """Steps of half a time constant: 1.5 K of 65 K off by straight lines, a fifth of that as it is; monotone beside a kink."""
+    steps = np.linspace(0.0, 5.0, 11)
+    times = np.linspace(0.0, 5.0, 401)
+    exact = 65.0 * np.exp(-times)
+    off = np.abs(between_steps(times, steps, 65.0 * np.exp(-steps)) - exact).max()
+    assert off < 0.25 * np.abs(np.interp(times, steps, 65.0 * np.exp(-steps)) - exact).max()
+    kinked = np.where(steps < 2.0, 300.0, 300.0 + 20.0 * (steps - 2.0))
+    found = between_steps(times, steps, kinked)
+    assert np.all(np.diff(found) >= -1e-12) and found.min() == 300.0
+    assert np.array_equal(between_steps(np.array([-1.0, 9.0]), steps, kinked), kinked[[0, -1]])

@@ -72,7 +72,6 @@ def test_an_interruption_that_is_lost():
     assert ended.returncode == -signal.SIGINT and time.perf_counter() - start < PATIENCE
 
 
-@pytest.mark.heavy  # among tests that compile as well, the compilers of all take the cores for half a minute
 def test_while_it_compiles(tmp_path):
     """The processes that compile end with the run: none keeps its folder from the next one."""
     cache = {"XDG_CACHE_HOME": str(tmp_path)}

@@ -339,7 +339,6 @@ def test_bad_arguments_end_in_one_line(arguments, message, tmp_path, capsys):
     assert not (tmp_path / "new").exists()
 
 
-@pytest.mark.heavy
 def test_a_droplet_digs_into_a_hot_bed_and_stays_on_a_cooler_one():
     """The paper's first two regimes. In a second a droplet digs more than half of its diameter deep at 400 °C and throws grains
     up. At 200 °C it throws none, and sinks slower than its water runs through grains at rest (Ergun: 0.9 mm/s)."""

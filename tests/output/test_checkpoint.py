@@ -186,7 +186,6 @@ def test_mass_balance_of_a_resumed_run_is_that_of_the_flow_it_stands_at(tmp_path
         assert abs(summary["mass_imbalance"]) < 1e-5
 
 
-@pytest.mark.heavy
 def test_on_another_number_of_ranks_after_kills(tmp_path):
     """1, then 2, then 3 ranks, each killed in the middle, with an inlet that changes and steps that adapt to it: the answer of
     an uninterrupted run on one rank."""

@@ -28,7 +28,7 @@ from studies.accuracy import outcome_of, refinements_of
 from ..support import ALUMINIUM, STUDIES, coarse_scene, cured_mold
 
 
-@pytest.mark.parametrize("number", [2, *(pytest.param(n, marks=pytest.mark.heavy) for n in (5, 21, 33))])
+@pytest.mark.parametrize("number", [2, 5, 21, 33])
 def test_the_estimate_is_that_of_the_true_error(number):
     """Within a factor of 3, on scenes drawn at random; `make accuracy` shows it on 40."""
     outcome = outcome_of(("random", number, 0.003))

@@ -184,7 +184,6 @@ def test_two_layers_of_one_material_are_one_wall(tmp_path, kind):
         assert layered.history[name][-1] == pytest.approx(plain.history[name][-1], rel=close)
 
 
-@pytest.mark.heavy
 def test_a_mold_from_a_step_file_is_heated():
     """The flow of k and epsilon below a doubly curved skin is found, mass and heat are kept."""
     # at the default tolerance one iteration a step leaves 1e-5 of the mass flow as long as it changes fast

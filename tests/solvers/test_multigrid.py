@@ -41,9 +41,9 @@ def stepped(settings, monkeypatch, *, iterated):
     "settings",
     [
         {},
-        pytest.param({"model.closures": "measured"}, marks=pytest.mark.heavy),
-        pytest.param({"model.energy": "one-temperature"}, marks=pytest.mark.heavy),
-        pytest.param({"model.wall": "thin"}, marks=pytest.mark.heavy),
+        {"model.closures": "measured"},
+        {"model.energy": "one-temperature"},
+        {"model.wall": "thin"},
         {
             "wall.layer": LAYERS,
             "wall.material": None,
@@ -51,7 +51,7 @@ def stepped(settings, monkeypatch, *, iterated):
             "operation.outer_coefficient": 8.0,
             "operation.ambient_temperature": 293.0,
         },
-        pytest.param({"model.bead_modes": 2}, marks=pytest.mark.heavy),
+        {"model.bead_modes": 2},
     ],
     ids=["thesis", "measured", "one temperature", "thin wall", "layers", "inside of beads"],
 )

@@ -15,7 +15,6 @@ CHEAP = {"model.flow": "plug", "model.turbulence": "none", "solver.axial_cells":
          "solver.step_refinement": 1.0 / COARSER["solver.step_refinement"]}  # fmt: skip
 
 
-@pytest.mark.heavy
 def test_heat_stored_in_beads_and_wall_sets_the_time_scale(tmp_path):
     """Twice all solid heat capacity is twice the time (the fluid's own is a thousandth): the elasticities add up to 1, and
     density and heat capacity, which enter as a product, have the same one."""
@@ -47,7 +46,6 @@ def test_elasticities_are_taken_on_coarser_cells():
     assert curved.solver.step_refinement == 0.5 and curved.solver.mesh_refinement == 1.0
 
 
-@pytest.mark.heavy
 def test_coarser_cells_give_the_elasticities_of_the_scene(tmp_path, monkeypatch):
     names = ("operation.pressure_drop", "wall.thickness")
     monkeypatch.setattr(sensitivity, "PARAMETERS", names)

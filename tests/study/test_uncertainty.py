@@ -120,7 +120,6 @@ def test_drag_enters_as_the_pressure_drop_does(found):
     assert parts["model.drag_factor"] / 0.075 == pytest.approx(-parts["operation.pressure_drop"] / 0.01, rel=0.06)
 
 
-@pytest.mark.heavy
 def test_a_sample_has_the_budgets_deviation(found, folder):
     """24 cases: the standard deviation of so few is itself uncertain by 15 %."""
     scene = Scene.load(ALUMINIUM, CHEAP)
