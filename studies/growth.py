@@ -1,10 +1,12 @@
-"""Seconds and memory against unknowns, from 4k to 1M, on 1 and 2 ranks: writes docs/growth.md. Run: make growth (20 minutes).
+"""Seconds and memory against unknowns, from 4k to 1M, on 1 and 2 ranks: writes docs/growth.md. Run: make growth (40 minutes).
 
 Every size is a process of its own (`--size`, under mpirun): the aluminium mold, or the one of 150 mm width in three
 dimensions (`mold/narrow.toml`), with every cell cut, undamped bead sources, started from developed profiles. The second Newton
 iteration of flow and k-epsilon and the second time step of the energy are timed; the first ones analyse the matrices as well,
-once in a run and on one rank alone. Memory is in pages of 2 MiB (`GLIBC_TUNABLES=glibc.malloc.hugetlb=1` in the environment),
-which large factors are written into a tenth to a fifth faster. The last table is of whole runs of that mold.
+once in a run and on one rank alone. Of `developed` flow it is the start, with the table of its profiles, and a renewal; the heat
+is iterated (GMRES, multigrid) in three dimensions from 20 000 unknowns. Memory is in pages of 2 MiB
+(`GLIBC_TUNABLES=glibc.malloc.hugetlb=1` in the environment), which large factors are written into a tenth to a fifth faster.
+The last table is of whole runs of that mold.
 """
 
 import argparse
@@ -30,10 +32,17 @@ HEAD = (
     *("flow unknowns", "flow iteration, s", "the first one, s", "Krylov iterations"),
     *("energy unknowns", "energy step, s", "memory, GiB"),
 )
-TO_THE_HEATING_TIME = "3 dimensions, 2 ranks, heating time"
+HEAD_OF_DEVELOPED = (
+    *("flow unknowns", "flow renewed, s", "the first one, s", "Krylov iterations of a heat stage"),
+    *("energy unknowns", "energy step, s", "memory, GiB"),
+)
+TO_THE_HEATING_TIME = "3 dimensions, heating time"
 """Title of the whole runs' table."""
-WHOLE_RUNS = (0.4, 0.6, 1.0)
-"""Their factors on the number of cells in each direction."""
+WHOLE_RUNS = (
+    *((2, "full", 0.4), (2, "full", 0.6), (2, "full", 1.0)),
+    *((1, "developed", 0.6), (1, "developed", 1.0), (2, "developed", 1.0)),
+)
+"""Their ranks, flow, and factors on the number of cells in each direction."""
 HERE = Path(__file__).parent
 SCENES = {2: "aluminium.toml", 3: "narrow.toml"}
 TABLES = (
@@ -44,9 +53,11 @@ TABLES = (
     (3, 1, "factorised", (0.4, 0.6, 0.85, 1.0)),
     (3, 1, "split", (0.6, 0.85, 1.0)),
     (3, 2, "split", (0.6, 0.85, 1.0)),
+    (3, 1, "developed", (0.6, 1.0, 1.6, 2.0, 2.5)),
+    (3, 2, "developed", (0.6, 1.0, 1.6, 2.0, 2.5)),
 )
 """Dimensions, ranks, how the flow is solved, and factors on the number of cells in each direction."""
-STRATEGIES = {"factorised": 10**9, "split": 0}
+STRATEGIES = {"factorised": 10**9, "split": 0, "developed": 0}
 LARGE_PAGES = {"GLIBC_TUNABLES": "glibc.malloc.hugetlb=1"}
 LONGEST = 1500
 """Seconds for one size."""
@@ -63,13 +74,19 @@ def measure(dimensions, size, strategy):
     if size > LARGEST_REFINEMENT:
         settings["solver.axial_cells"] = round(18 * size / LARGEST_REFINEMENT)
     scene = Scene.load(HERE / "mold" / SCENES[dimensions], settings)
-    simulation = Simulation(specs_of(scene), MPI.COMM_WORLD)
-    problem = simulation.problem
-    problem.flow.initial_guess()
-    seconds = {}
-    for name in ("first_flow", "flow"):
-        problem.flow.solver.system.renew_jacobian()
-        seconds[name] = seconds_of(lambda: problem.flow.renew(0.0, math.inf))
+    if strategy == "developed":
+        scene = scene.changed({"model.flow": "developed"})
+    problem = Simulation(specs_of(scene), MPI.COMM_WORLD).problem
+    system, seconds = problem.heat._system, {}
+    if strategy == "developed":
+        seconds["first_flow"] = seconds_of(problem.flow.start)
+        seconds["flow"] = seconds_of(lambda: problem.flow.renew(0.0, math.inf))
+    else:
+        system = problem.flow.solver.system
+        problem.flow.initial_guess()
+        for name in ("first_flow", "flow"):
+            system.renew_jacobian()
+            seconds[name] = seconds_of(lambda: problem.flow.renew(0.0, math.inf))
     for _ in range(2):
         seconds["energy"] = seconds_of(lambda: problem.heat.step(0.0, 1.0, after_jump=True))
     memory = MPI.COMM_WORLD.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss) / 2**20
@@ -77,7 +94,7 @@ def measure(dimensions, size, strategy):
         "size": size,
         "flow_unknowns": problem.flow.unknowns,
         "energy_unknowns": problem.heat.unknowns,
-        "krylov_iterations": problem.flow.solver.system.linear_iterations,
+        "krylov_iterations": system.linear_iterations,
         "memory": memory,
         **seconds,
     }
@@ -101,11 +118,13 @@ def child(dimensions: int, size: float, ranks: int, strategy: str) -> dict[str, 
     return json.loads(lines[-1]) if lines else next(reversed(done.stderr.split("\n")[:-1]), "nothing")
 
 
-def whole_run(size: float, ranks: int) -> dict[str, Any] | str:
+def whole_run(size: float, ranks: int, flow: str) -> dict[str, Any] | str:
     """Result of the narrow mold with that many times the cells, heated in processes of their own, or why there is none."""
     out = Path("runs/growth")
     options = ["run", str(HERE / "mold" / SCENES[3]), "--quiet", "--force", "--out", str(out)]
-    done = launched(ranks, "porousmold", *options, "--set", f"solver.mesh_refinement={size}")
+    done = launched(
+        ranks, "porousmold", *options, "--set", f"solver.mesh_refinement={size}", "--set", f"model.flow={flow}"
+    )
     if isinstance(done, str):
         return done
     if done.returncode:
@@ -174,7 +193,7 @@ def main():
         if arguments.renew and not renewed(title):
             page.add("", *before[title])
             continue
-        page.head(*HEAD)
+        page.head(*(HEAD_OF_DEVELOPED if strategy == "developed" else HEAD))
         rows = []
         for size in sizes:
             found = child(dimensions, size, ranks, strategy)
@@ -188,24 +207,24 @@ def main():
         if len(rows) > 1:
             page.add("", f"Exponent at the end: flow {slope(rows, 'flow', 'flow_unknowns'):.2f}, "
                       f"energy {slope(rows, 'energy', 'energy_unknowns'):.2f}, "
-                      f"memory {slope(rows, 'memory', 'flow_unknowns'):.2f}.")  # fmt: skip
+                      f"memory {slope(rows, 'memory', 'energy_unknowns'):.2f}.")  # fmt: skip
         page.write(arguments.out)
     page.add("", f"## {TO_THE_HEATING_TIME}")
     if arguments.renew and not renewed(TO_THE_HEATING_TIME):
         page.add("", *before[TO_THE_HEATING_TIME])
     else:
         page.head(
-            "flow unknowns", "heating time, s", "steps", "Newton iterations", "flow, s", "energy, s", "whole run, s"
+            *("flow", "ranks", "unknowns of the flow", "of the heat", "heating time, s", "steps"),
+            *("flow, s", "energy, s", "whole run, s"),
         )
-        for size in WHOLE_RUNS:
-            result = whole_run(size, 2)
+        for ranks, flow, size in WHOLE_RUNS:
+            result = whole_run(size, ranks, flow)
             if isinstance(result, str):
-                page.row(f"mesh x {size:g}: {result}", *[""] * 6)
+                page.row(f"{flow}, mesh x {size:g}: {result}", *[""] * 8)
                 continue
             seconds = [f"{result['wall_seconds'][name]:.0f}" for name in ("flow", "energy", "total")]
-            iterations = result["newton_iterations"]["flow"]
-            heating = f"{result['heating_time']:.1f}"
-            page.row(result["unknowns"]["flow"], heating, result["time_steps"], iterations, *seconds)
+            unknowns, heating = result["unknowns"], f"{result['heating_time']:.1f}"
+            page.row(flow, ranks, unknowns["flow"], unknowns["energy"], heating, result["time_steps"], *seconds)
     page.write(arguments.out)
 
 
