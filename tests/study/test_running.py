@@ -6,6 +6,7 @@ import os
 import select
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -15,7 +16,7 @@ from porousmold.files.atomic_files import locked
 from porousmold.study.definition import Study
 from porousmold.study.running import collect, row_of, run_study
 
-from ..support import ALUMINIUM, under_mpirun
+from ..support import ALUMINIUM, STUDIES, under_mpirun
 
 TEXT = f"""
 [study]
@@ -100,6 +101,21 @@ def test_parts_of_an_array_job_make_one_table(study_file, tmp_path, capsys):
     assert main(["study", str(study_file), "--out", str(tmp_path / "none"), "--collect"]) == 2
     nowhere = ["-m", "porousmold", "study", str(study_file), "--out", str(tmp_path / "none"), "--collect"]
     assert under_mpirun(2, *nowhere, timeout=60).returncode == 2  # every rank is told
+
+
+def test_the_job_script_on_two_ranks_gives_the_table_of_one_process(study_file, tmp_path):
+    """Task by task, as SLURM would start it."""
+    alone, together = tmp_path / "alone", tmp_path / "together"
+    run_study(Study.load(study_file), alone)
+    environment = {name: value for name, value in os.environ.items() if not name.startswith(("OMPI_", "PMIX_"))}
+    environment["LAUNCH"] = f"mpirun --oversubscribe {'--allow-run-as-root' if os.geteuid() == 0 else ''} -n 2"
+    environment["PATH"] = f"{Path(sys.executable).parent}:{environment['PATH']}"
+    for task in ("1", "2", "3"):
+        tasks = {"SLURM_ARRAY_TASK_ID": task, "SLURM_ARRAY_TASK_COUNT": "3"}
+        command = ["bash", str(STUDIES / "array_job.sh"), str(study_file), str(together)]
+        assert subprocess.run(command, env=environment | tasks, timeout=300).returncode in (0, 2)  # with a refused case
+    collect(Study.load(study_file), together)
+    assert (together / "table.csv").read_text() == (alone / "table.csv").read_text()
 
 
 def test_a_study_alone_on_a_machine_gives_the_table_of_one_process(study_file, tmp_path):
