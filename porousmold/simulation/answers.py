@@ -18,13 +18,13 @@ EXOTHERM = 0.02
 
 def answers_of(recorder: Recorder) -> dict[str, Answer]:
     """What the run answers: the heating time and the times (s) at which targets were met, as far as they were; the
-    highest temperature (K) of each layer that cures; and where there are no times, the temperatures of all places (K) and the
-    heat stored (J) at the end."""
+    highest temperature (K) of each layer that cures; and where not all that it waits for is reached, the temperatures of all
+    places (K) and the heat stored (J) at the end."""
     history, problem, course = recorder.history, recorder.problem, recorder.problem.specs.course
     times = {HEATING_TIME: recorder.heating_time}
     times |= {f"targets.{name}": time for name, time in recorder.targets.items()}
     found = {name: Answer.by_itself(time) for name, time in times.items() if time is not None}
-    is_answered = bool(found) or (course is not None and course.repeats)  # cycles answer by themselves
+    is_answered = recorder.reached or (course is not None and course.repeats)  # cycles answer by themselves
     lowest = min(history["lowest_temperature"])
     for name in problem.degrees_of_cure():
         place = name if f"highest_{name}" in history else "wall"

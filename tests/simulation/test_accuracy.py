@@ -200,6 +200,21 @@ def test_a_front_that_stands_in_the_bed_at_the_end_is_compared_with_a_coarser_ru
     assert heated.summary["end_errors"] == {} and heated.summary["heating_time_error"] is None
 
 
+def test_a_target_that_is_not_met_leaves_the_temperatures_at_the_end_to_be_estimated():
+    targets = {"target": [{"name": "warm", "above": "60 degC"}, {"name": "hot", "above": "89.9 degC"}]}
+    changes = {
+        "model.flow": "plug",
+        "model.turbulence": "none",
+        "operation.end_time": "1500 s",
+        "solver.accuracy": 0.02,
+    }
+    scene = coarse_scene(changes | {"solver.mesh_refinement": None, "solver.step_refinement": None})
+    result = run(Scene(scene.as_tables() | targets))
+    summary = result.summary
+    assert summary["targets"]["hot"] is None and set(summary["target_errors"]) == {"warm"}
+    assert 0.0 < max(summary["end_errors"].values()) <= 0.02 and "temperature_outer_L" in summary["end_errors"]
+
+
 def test_a_run_as_coarse_as_is_allowed_has_no_coarser_one():
     """The front alone is told then; the run has its answer."""
     result = run(front_in_the_bed({"solver.mesh_refinement": 0.12, "solver.step_refinement": 0.12}))

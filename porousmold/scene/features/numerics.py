@@ -59,8 +59,8 @@ class Accuracy(Feature):
     wanted: float | None = key(
         "solver.accuracy",
         "",
-        "wanted relative error of heating time, targets and peaks of cure, without a time of temperatures at the end: chooses "
-        "all refinements, reports heating_time_error, target_errors, peak_errors, end_errors",
+        "wanted relative error of heating time, targets and peaks of cure, and where not all of these are reached of the "
+        "temperatures at the end: chooses all refinements, reports heating_time_error, target_errors, peak_errors, end_errors",
         low=1e-4,
         high=0.2,
         closed=True,
