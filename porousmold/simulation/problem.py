@@ -206,6 +206,11 @@ class Problem:
         return {name: part.extremes() for name, part in zip(curing, self.heat.curing, strict=True)}
 
     @property
+    def beads_move(self) -> bool:
+        """Whether beads bring and carry away heat."""
+        return self.energy_equations.moving_beads is not None
+
+    @property
     def has_wall(self) -> bool:
         """Whether there is a wall that stores heat, resolved or thin."""
         return self.domain.has_wall or self.specs.heat.wall.kind == "thin"

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from ..output.quantities import Columns
+from ..output.quantities import Columns, Moment, row_of
 from ..solvers.state import ArrayOf, Saved
 from .heating_time import crossing_time
 from .problem import Problem
@@ -30,38 +30,22 @@ class Recorder:
 
     def record(self, time: float, step: float, flow_time: float) -> None:
         """Append the row of a time (s), at the end of a step (s); the flow is that of `flow_time` (collective)."""
-        problem, balance = self.problem, self.problem.heat.balance
-        outlet = problem.balances.outlet_temperature
+        problem, sign = self.problem, self._direction(time)
         mass_flow, pressure_drop = self._at_end_of_step(time, flow_time)
-        places = {place: problem.places.extremes(place) for place in problem.places.names}
-        bed, wall = places["bed"], places["wall"]
-        row = {
-            "time": time,
-            "step": step,
-            "inlet_temperature": problem.inlet_temperature,
-            "set_point": self._heat.inlet_temperature(time),
-            "outlet_temperature": outlet,
-            **{f"deficit_{one}": self._deficit(one, time) for one in dict.fromkeys(("wall", "bed_side", self._place))},
-            "mass_flow": mass_flow,
-            "pressure_drop": pressure_drop,
-            "heat_by_fluid": balance.by_fluid,
-            "heat_through_outer_wall": balance.through_outer_wall,
-            "heat_stored": balance.stored,
-            "heat_by_rev_terms": balance.by_rev_terms,
-            "lowest_temperature": min(bed[0], wall[0]),
-            "highest_temperature": max(bed[1], wall[1]),
-        }
-        if problem.air_loop is not None:
-            row |= problem.air_loop.powers
-        if (leaving := problem.balances.bead_outlet_temperature) is not None:
-            row |= {"heat_by_beads": balance.by_beads, "bead_outlet_temperature": leaving}
-        for place, (low, high) in places.items():
-            row |= {f"lowest_{place}": low, f"highest_{place}": high}
-        row |= dict(zip(("coldest_place", "hottest_place"), problem.places.extreme_places("bed_side"), strict=True))
-        row |= {f"cure_{name}": least for name, (least, _) in problem.degrees_of_cure().items()}
-        if (difference := problem.heat.largest_bead_difference()) is not None:
-            row["largest_bead_difference"] = difference
-        self.history.append(self._facing_the_inlet(row | self._at_places(time), time))
+        ends = problem.places.extreme_places("bed_side")
+        now = Moment(
+            time=time,
+            step=step,
+            problem=problem,
+            set_point=self._heat.inlet_temperature(time),
+            mass_flow=sign * mass_flow,
+            pressure_drop=sign * pressure_drop,
+            extremes={place: problem.places.extremes(place) for place in problem.places.names},
+            deficits={place: self._deficit(place, time) for place in dict.fromkeys(("wall", "bed_side", self._place))},
+            ends=ends if sign > 0 else (problem.domain.length - ends[0], problem.domain.length - ends[1]),
+            at_places=self._at_places(time),
+        )
+        self.history.append(row_of(now))
         self._look_at_targets()
         if not self.problem.specs.waits_for_heat:
             return  # the wall's temperature is given, or its heat comes from elsewhere: nothing to wait for
@@ -99,32 +83,22 @@ class Recorder:
         """1 where the fluid comes in at the inlet at a time (s), -1 where at the outlet."""
         return 1 if self._course is None else self._course.direction(time)
 
-    def _facing_the_inlet(self, row: dict[str, Any], time: float) -> dict[str, Any]:
-        """The row with the flow's direction as a sign, and places counted from the inlet."""
-        if self._direction(time) < 0:
-            row |= {name: -row[name] for name in ("mass_flow", "pressure_drop")}
-            row |= {name: self.problem.domain.length - row[name] for name in ("coldest_place", "hottest_place")}
-        return row
-
     def end_phase(self, number: int, time: float) -> None:
         """Keep the temperatures along the bed at the end (s) of a phase; the flow is another one from now on, so that nothing is
         extrapolated from before (collective)."""
         self._last_flow = None
         self.snapshots.end_phase(number, time)
 
-    def _at_places(self, time: float) -> dict[str, float]:
+    def _at_places(self, time: float) -> dict[str, dict[str, float]]:
         """Temperatures at the stations and at the sensors, and how steep they are there."""
         problem, temperature = self.problem, self.problem.temperature
         if self._direction(time) < 0:
             problem.mirror(temperature)
-        values: dict[str, float] = {}
-        for kind, probe, names in (
-            ("temperature", problem.stations, problem.station_names),
-            ("sensor", problem.sensors, problem.sensor_names),
-        ):
-            values |= {f"{kind}_{name}": v for name, v in zip(names, probe(temperature)[:, 0], strict=True)}
-        steepness = problem.sensors.steepness(temperature)
-        return values | {f"gradient_{name}": v for name, v in zip(problem.sensor_names, steepness, strict=True)}
+        return {
+            "temperature": dict(zip(problem.station_names, problem.stations(temperature)[:, 0], strict=True)),
+            "sensor": dict(zip(problem.sensor_names, problem.sensors(temperature)[:, 0], strict=True)),
+            "gradient": dict(zip(problem.sensor_names, problem.sensors.steepness(temperature), strict=True)),
+        }
 
     def _deficit(self, place: str, time: float) -> float:
         """Largest distance (K) of the place's temperatures from the inlet's, on either side; where heat from elsewhere may carry
