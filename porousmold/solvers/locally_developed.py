@@ -168,6 +168,7 @@ class LocallyDevelopedFlow:
         self.pressure.x.array[:] = self._inlet_pressure * np.clip(1.0 - along, 0.0, 1.0)
         self.pressure.x.array[self._outside] = 0.0
         self._is_uniform = True
+        self._renew_profiles()  # before the matrix is made, whose zeros are those of its preconditioner for good
         self._solve(time, CONVERGED)
 
     def renew(self, time: float, tolerance: float) -> None:

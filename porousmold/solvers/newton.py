@@ -7,6 +7,7 @@ reused Jacobian. The full step is taken. A user's own options (`solvers.petsc_op
 """
 
 import functools
+import logging
 import weakref
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -25,6 +26,8 @@ from .jacobian import Jacobian
 from .linear_solution import FACTORISED, MUMPS_OPTIONS, LinearSolution
 from .newton_iterations import Iterations
 from .petsc_options import given, set_defaults
+
+LOG = logging.getLogger(__name__)
 
 PREFIX = "porousmold_"
 """Of all options; the name of the system follows."""
@@ -285,7 +288,8 @@ class NewtonSystem:
             if not self._run_snes():
                 continue
             if self._jacobian.preconditioner is not None:
-                self._jacobian.preconditioner = None  # from now on by factors
+                LOG.info("%s: the iteration of its linear systems fails; they are factorised from now on", self._prefix)
+                self._jacobian.preconditioner = None
                 continue
             self.relative_update = float("inf")
             iterations.note(self.relative_update)

@@ -173,6 +173,21 @@ def test_a_narrow_mold_on_any_number_of_ranks():
     assert together.recorder.history["deficit_wall"] == pytest.approx(alone.recorder.history["deficit_wall"], abs=0.01)
 
 
+@pytest.mark.parametrize("cells", [0.3, 0.45])
+def test_the_pressure_is_iterated_in_large_meshes(cells, monkeypatch):
+    """As many iterations whatever the mesh, and the flow of the factors."""
+    settings = {"model.flow": "developed", "model.turbulence": "none", "solver.mesh_refinement": cells}
+    scene, flows = Scene.load(STUDIES / "mold" / "narrow.toml", settings), []
+    for least in ({3: 0}, {3: 10**9}):
+        monkeypatch.setattr("porousmold.solvers.locally_developed.LEAST_UNKNOWNS", least)
+        problem = simulation_of(scene, MPI.COMM_SELF).problem
+        problem.flow.start()
+        flows.append(problem.balances.mass_flow)
+        assert problem.flow.system.is_iterated == (least[3] == 0)
+        assert problem.flow.system.linear_iterations < 30
+    assert flows[0] == pytest.approx(flows[1], rel=1e-6)
+
+
 def test_cells_too_high_at_the_wall_are_warned_of(tmp_path):
     """Triangles without graded cells: the profile at the wall is missed, and the run says so."""
     mesh = (STUDIES.parent / "meshes" / "curved_mold.geo").read_text().replace("Using Progression 1 / 1.3", "")
