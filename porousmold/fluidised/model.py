@@ -16,8 +16,9 @@ The heat balance m int C_p (T_in - T_out) dt + outer heat = gained by bed and wa
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -90,6 +91,10 @@ class FluidisedBed:
         if operation.inlet_velocity is None and operation.mass_flow is None:
             allowed = "must be given, or operation.mass_flow: the pressure drop of a fluidised bed is its weight"
             raise InputError("operation.inlet_velocity", None, allowed, scene.source)
+        drive = "mass_flow" if operation.inlet_velocity is None else "inlet_velocity"
+        if len(set(getattr(operation, drive).values)) > 1:
+            allowed = "must be the same all the time: the height of the bed, and of the wall that it heats, follows it"
+            scene.refuse(f"operation.{drive}", allowed, value=getattr(operation, drive).source)
         if scene.model.wall not in ("conjugate", "thin"):
             raise InputError(
                 "model.wall", scene.model.wall, "must be 'conjugate' or 'thin' for a fluidised bed", scene.source
@@ -202,7 +207,7 @@ class FluidisedBed:
 
     def wall_biot_number(self, state: State) -> float:
         """h times the resistance of the wall's layers."""
-        temperature = self.scene.operation.inlet_temperature.values[-1]
+        temperature = self._warmest_inlet
         return state.wall_coefficient * sum(t / solid.conductivity(temperature) for t, solid in self._layers)
 
     def _wall_volumes(self, height: float) -> list[tuple[float, Any]]:
@@ -233,41 +238,58 @@ class FluidisedBed:
         rates = np.array([(from_gas - to_wall) / of_bed, (to_wall + outside) / of_wall])
         return rates, from_gas, outside
 
+    @property
+    def _warmest_inlet(self) -> float:
+        """The inlet's temperature (K) that is farthest from the start."""
+        start = self.scene.operation.initial_temperature
+        return float(max(self.scene.operation.inlet_temperature.values, key=lambda value: abs(value - start)))
+
     def march(self) -> tuple[dict[str, Any], Mapping[str, Floats]]:
         """Summary, and history (SI arrays by name) until the wall is within operation.heating_margin of the inlet's
-        temperature, or operation.end_time."""
-        operation = self.scene.operation
-        start = operation.initial_temperature
-        warm = self.state(0.0, operation.inlet_temperature.values[-1])
-        height = warm.height
+        temperature, whose last change is behind, or operation.end_time.
+
+        An inlet temperature that only passes the wall's heats nothing: the wall has to stay within the margin up to the next
+        breakpoint of the inlet's temperature.
+        """
+        operation, end = self.scene.operation, self.scene.operation.end_time
+        inlet, start = operation.inlet_temperature, operation.initial_temperature
+        warm = self.state(0.0, self._warmest_inlet)
+        wall_volumes, bead_volumes = self._wall_volumes(warm.height), [(self._bead_volume, self._laws.beads)]
+        scale = _heat_taken(wall_volumes + bead_volumes, start, start + 1.0)
 
         def rates(time: float, unknowns: Floats) -> list[float]:
-            change, from_gas, outside = self._rates(time, unknowns[:2], height)
+            change, from_gas, outside = self._rates(time, unknowns[:2], warm.height)
             return [*change, from_gas / scale, outside / scale]
 
         def deficit(time: float, unknowns: Floats) -> float:
-            return float(abs(operation.inlet_temperature(time) - unknowns[1]) - operation.heating_margin)
+            return float(abs(inlet(time) - unknowns[1]) - operation.heating_margin)
 
-        deficit.terminal = True  # type: ignore[attr-defined]
-        wall_volumes, bead_volumes = self._wall_volumes(height), [(self._bead_volume, self._laws.beads)]
-        scale = _heat_taken(wall_volumes + bead_volumes, start, start + 1.0)
-        found = solve_ivp(
-            rates,
-            (0.0, operation.end_time),
-            [start, start, 0.0, 0.0],
-            "LSODA",
-            events=deficit,
-            rtol=TOLERANCE,
-            atol=1e-8,
-        )
-        heated = float(found.t_events[0][0]) if len(found.t_events[0]) else None
-        given = scale * float(found.y[2, -1]), scale * float(found.y[3, -1])
-        bead, wall = found.y[:2]
+        series = [one for one in (inlet, operation.ambient_temperature) if one is not None]
+        corners = {float(instant) for one in series for instant in one.breakpoints if 0.0 < instant < end}
+        last_change = max((instant for instant in inlet.breakpoints if instant < end), default=0.0)
+        times, unknowns = np.zeros(1), np.array([[start], [start], [0.0], [0.0]])
+        crossings: list[float] = []
+        for begun, ended in pairwise([0.0, *sorted(corners), end]):  # no step passes a corner unseen
+            deficit.terminal = begun >= last_change  # type: ignore[attr-defined]
+            if deficit.terminal and crossings and deficit(begun, unknowns[:, -1]) <= 0.0:  # type: ignore[attr-defined]
+                break
+            found = solve_ivp(
+                rates, (begun, ended), unknowns[:, -1], "LSODA", events=deficit, rtol=TOLERANCE, atol=1e-8
+            )
+            times, unknowns = np.append(times, found.t[1:]), np.hstack([unknowns, found.y[:, 1:]])
+            crossings += found.t_events[0].tolist()
+            if found.status == 1:
+                break
+        bead, wall, *given = unknowns
         stored = _heat_taken(bead_volumes, start, bead[-1]) + _heat_taken(wall_volumes, start, wall[-1])
-        stored += self._heat_of_fluid(height, start, bead[-1])
-        inlet = np.array([operation.inlet_temperature(time) for time in found.t])
-        history = {"time": found.t, "inlet_temperature": inlet, "bead_temperature": bead, "wall_temperature": wall}
-        return self._summary(warm, heated, float(found.t[-1]), given, stored), history
+        stored += self._heat_of_fluid(warm.height, start, bead[-1])
+        temperatures = np.array([inlet(time) for time in times])
+        history = {"time": times, "inlet_temperature": temperatures, "bead_temperature": bead, "wall_temperature": wall}
+        outside = deficit(0.0, unknowns[:, 0]) > 0.0
+        heated = _heating_time(crossings, inlet.breakpoints, begins_outside=outside)
+        return self._summary(
+            warm, heated, float(times[-1]), (scale * given[0][-1], scale * given[1][-1]), stored
+        ), history
 
     def _summary(
         self, warm: State, heated: float | None, end: float, given: tuple[float, float], stored: float
@@ -294,6 +316,18 @@ class FluidisedBed:
             "source": fluidisation.SOURCE,
             "warnings": _warnings(self.scene, self._is_liquid, warm, biot, heated),
         }
+
+
+def _heating_time(crossings: Sequence[float], breakpoints: Sequence[float], *, begins_outside: bool) -> float | None:
+    """The first time (s) at which the wall comes within the margin and stays there up to the next breakpoint, of the times at
+    which it crosses it, in and out by turns."""
+    inwards = crossings[not begins_outside :: 2]
+    outwards = crossings[begins_outside::2]
+    for instant in inwards:
+        ahead = min((one for one in breakpoints if one >= instant), default=-math.inf)
+        if not any(instant < one <= ahead for one in outwards):
+            return float(instant)
+    return None
 
 
 def _warnings(scene: Scene, liquid: bool, state: State, wall_biot_number: float, heated: float | None) -> list[str]:

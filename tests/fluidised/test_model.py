@@ -119,3 +119,52 @@ def test_a_source_in_a_layer_and_a_cure_are_refused():
     layer = {"material": "carbon_steel", "thickness": "4 mm", "heat_source": 5e6}
     with pytest.raises(InputError, match=r"wall.layer\[1\].heat_source .*no effect on a fluidised bed"):
         FluidisedBed(Scene(scene | {"wall": {"layer": [layer]}}))
+
+
+RAMP = ([0.0, 3200.0, 8600.0], ["20 degC", "180 degC", "180 degC"])
+DIP = ([0.0, 3000.0, 3600.0, 20000.0], ["180 degC", "180 degC", "60 degC", "60 degC"])
+
+
+def wall_by_small_steps(bed, end):
+    """Temperatures (K) of the wall by steps of 2 s of the same rates (Heun)."""
+    height, state = bed.march()[0]["height"], np.array([293.15, 293.15])
+    walls = [state[1]]
+    for number in range(int(end / 2.0)):
+        first = bed._rates(2.0 * number, state, height)[0]
+        second = bed._rates(2.0 * number + 2.0, state + 2.0 * first, height)[0]
+        state = state + first + second
+        walls.append(state[1])
+    return np.array(walls)
+
+
+def test_a_ramp_that_begins_at_the_walls_temperature_does_not_count_as_heated():
+    """When the wall lags by no more than 2 K behind the set-point at its end, not when that leaves it behind."""
+    bed = FluidisedBed(Scene.load(SCENE, {"operation.inlet_temperature": RAMP}))
+    summary, _ = bed.march()
+    walls = wall_by_small_steps(bed, 10000.0)
+    reached = 2.0 * int(np.argmax(walls >= 453.15 - 2.0))
+    assert summary["heating_time"] == pytest.approx(reached, abs=4.0) and reached > 3200.0
+    assert abs(summary["energy_imbalance"]) < 1e-6
+
+
+def test_an_inlet_that_falls_past_the_wall_heats_nothing():
+    summary, history = FluidisedBed(Scene.load(SCENE, {"operation.inlet_temperature": DIP})).march()
+    assert summary["heating_time"] > 3600.0 and history["wall_temperature"][-1] == pytest.approx(333.15, abs=2.001)
+
+
+@pytest.mark.parametrize("late", [4000.0, 9000.0])
+def test_nothing_is_passed_over_in_a_quiet_start(late):
+    """A pulse of 160 K over ten minutes gives what the gas then has to give."""
+    times = [0.0, late, late + 10.0, late + 600.0, late + 610.0]
+    pulse = (times, ["20 degC", "20 degC", "180 degC", "180 degC", "20 degC"])
+    bed = FluidisedBed(Scene.load(SCENE, {"operation.inlet_temperature": pulse, "operation.end_time": late + 610.0}))
+    summary, history = bed.march()
+    most = 0.009 * 1010.0 * 160.0 * 600.0
+    assert 0.5 * most < summary["heat_by_fluid"] < most and abs(summary["energy_imbalance"]) < 1e-6
+    walls = wall_by_small_steps(bed, late + 610.0)
+    assert history["wall_temperature"][-1] == pytest.approx(walls[-1], abs=0.02)
+
+
+def test_a_flow_that_changes_is_refused():
+    with pytest.raises(InputError, match=r"operation\.mass_flow.*same all the time"):
+        FluidisedBed(Scene.load(SCENE, {"operation.mass_flow": ([0.0, 100.0], [0.009, 0.018])}))
