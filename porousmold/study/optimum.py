@@ -197,14 +197,22 @@ def search(
             if any(row.status == "missing" for row in rows):
                 return None
             run_at([(aim.minimise, {}), (aim.trade_off, {})])
-            ends = [best(rows, name, {}) for name in (aim.trade_off, aim.minimise)]
+            both = {aim.minimise: math.inf, aim.trade_off: math.inf}  # the cheapest run may never reach a target
+            ends = [best(reached(rows), name, both) for name in (aim.trade_off, aim.minimise)]
             values = [row.values[aim.trade_off] for row in ends if row is not None]
+            if len(values) < len(ends):
+                break
             limits = np.geomspace(values[0], values[1], TRADE_OFF_POINTS)
             run_at([(aim.minimise, {aim.trade_off: limit}) for limit in limits])
-        curve = front(rows, aim)
+        curve = front(reached(rows), aim)
     if any(row.status == "missing" for row in rows):
         return None
-    return Optimum(best(rows, aim.minimise, aim.below), curve, agreed)
+    return Optimum(best(reached(rows), aim.minimise, aim.below), curve, agreed)
+
+
+def reached(rows: Sequence[Row]) -> list[Row]:
+    """Those that reach what they wait for: a tool that never gets warm is cheap. All, where none does."""
+    return [row for row in rows if not row.reason] or list(rows)
 
 
 def best(rows: Sequence[Row], name: str, limits: Mapping[str, float]) -> Row | None:

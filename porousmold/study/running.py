@@ -9,6 +9,7 @@ import csv
 import io
 import json
 import os
+import re
 import signal
 import tempfile
 import time as clock
@@ -36,6 +37,10 @@ from .definition import Case, Study, unit_of_record
 MISSING, BEGUN = "missing", "begun"
 SECONDS_BETWEEN_LOOKS = 0.5
 GO_ON = "with room there, the same command goes on"
+
+
+NOT_REACHED = re.compile("not heated|target .* not met ")
+"""Warnings of a run that does not reach what it waits for."""
 
 
 @dataclass(frozen=True)
@@ -277,7 +282,7 @@ def row_of(case: Case, out: Path, record: Sequence[str]) -> Row:
             if summary["checksum"] != checksum_of(summary, out / case.name):
                 return missing
             values = {name: _entry(summary, name) for name in record}
-            reasons = [text for text in summary["warnings"] if text.startswith("not heated")]
+            reasons = [text for text in summary["warnings"] if NOT_REACHED.match(text)]
             return Row(case, "done", "; ".join(reasons), values)
         return Row(case, recorded["status"], recorded["reason"], values)
     except (OSError, ValueError, KeyError, TypeError):

@@ -103,6 +103,30 @@ def test_the_mold_heats_fastest_at_the_power_there_is(tmp_path, capsys):
     assert (out / "table.csv").read_bytes() == before
 
 
+def test_the_cheapest_run_that_never_gets_warm_is_no_answer(tmp_path, capsys):
+    """At low pressure the target is not met by the end; the least energy is that of a run that meets it."""
+    path, out, scene = tmp_path / "search.toml", tmp_path / "out", tmp_path / "scene.toml"
+    scene.write_text(ALUMINIUM.read_text() + '[[target]]\nname = "warm"\nabove = "70 degC"\n')
+    text = TEXT.replace(str(ALUMINIUM), str(scene)).replace(
+        '"heating_time", "mean_power"', '"targets.warm", "mean_power"'
+    )
+    text = (
+        text.replace("count = 4", "count = 6")
+        .replace("[vary]", 'operation.end_time = "30 min"\n[vary]')
+        .replace('below = { mean_power = "3 kW" }', "")
+    )
+    text = text.replace('trade_off = "energy_spent"', 'minimise = "energy_spent"\ntrade_off = "targets.warm"')
+    path.write_text(text)
+    assert main(["optimum", str(path), "--out", str(out), "--quiet"]) == 0
+    content = json.loads((out / "optimum.json").read_text())
+    assert content["optimum"]["targets.warm"] < 1800.0
+    assert all(entry["targets.warm"] < 1800.0 for entry in content["trade_off"])
+    rows = json.loads((out / "table.json").read_text())
+    unmet = [row for row in rows if row["targets.warm"] is None]
+    assert unmet and all("target 'warm' not met" in row["reason"] for row in unmet)
+    assert min(row["energy_spent"] for row in unmet) < content["optimum"]["energy_spent"]
+
+
 @pytest.mark.parametrize(
     ("old", "new", "key"),
     [
