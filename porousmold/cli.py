@@ -16,7 +16,7 @@ from .files.stop_signals import StopSignals, acknowledge
 from .fluidised.cli import add_commands as add_fluidised_commands
 from .fluidised.column_cli import add_commands as add_column_commands
 from .fluidised.droplet_cli import add_commands as add_droplet_commands
-from .output.console import add_extension_option, add_settings_option, add_verbosity_option, settings_of
+from .output.console import add_extension_option, add_settings_option, add_verbosity_option, printed, settings_of
 from .packing.cli import add_commands as add_packing_commands
 from .permeability.cli import add_commands as add_permeability_commands
 from .shear.cli import add_commands as add_shear_commands
@@ -91,14 +91,6 @@ def main(arguments: list[str] | None = None) -> int:
     return _status_of(options.command, options)
 
 
-def _printed(text: object) -> None:
-    """Print, and flush at once; a reader that closed the pipe (`| head`) ends the output, not the program."""
-    try:
-        print(text, flush=True)
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-
-
 def _status_of(command: Callable[..., Any], options: argparse.Namespace) -> int:
     """Exit status of a command; its errors are printed in one line. An internal error aborts all ranks: no rank waits
     for one that has failed."""
@@ -150,7 +142,7 @@ def _on_one_rank(command: Callable[..., Any], options: argparse.Namespace) -> in
             acknowledge()
             return _end(INTERRUPTED, str(interruption) or "interrupted; nothing was written")
         if text:
-            _printed(text)
+            printed(text)
         return DONE
 
     status = DONE
@@ -299,9 +291,9 @@ def _run(options: argparse.Namespace) -> int:
         if result.recalled:
             lacking = scene.output.fields and not (out / "fields.xdmf").is_file()
             note = ", without fields, which that run did not write" if lacking else ""
-            _printed(f"done already: the folder holds the result of this scene (--force computes it again){note}")
+            printed(f"done already: the folder holds the result of this scene (--force computes it again){note}")
         if not options.quiet:
-            _printed(summary_text(scene, result.summary, out, pictures))
+            printed(summary_text(scene, result.summary, out, pictures))
     return DONE
 
 
@@ -314,8 +306,8 @@ def _check(options: argparse.Namespace) -> int:
 
     found = check(scene, MPI.COMM_WORLD)
     if _rank() == 0:
-        _printed("\n".join([*found.facts, *(f"warning: {text}" for text in found.warnings)]))
-        _printed("the scene can be run" + (", but see the warnings" if found.warnings else ""))
+        printed("\n".join([*found.facts, *(f"warning: {text}" for text in found.warnings)]))
+        printed("the scene can be run" + (", but see the warnings" if found.warnings else ""))
     return DONE
 
 
@@ -330,9 +322,9 @@ def _keys(options: argparse.Namespace) -> int:
     from .scene import json_schema, reference
 
     if options.json_schema:
-        _printed(json.dumps(result_keys.result_schema() if options.result else json_schema.scene_schema(), indent=2))
+        printed(json.dumps(result_keys.result_schema() if options.result else json_schema.scene_schema(), indent=2))
     else:
-        _printed((result_keys.reference() if options.result else reference.reference(options.table)).removesuffix("\n"))
+        printed((result_keys.reference() if options.result else reference.reference(options.table)).removesuffix("\n"))
     return DONE
 
 
@@ -341,7 +333,7 @@ def _show(options: argparse.Namespace) -> int:
 
     if _rank() == 0:
         for path in [*draw(options.run, kind=options.format), *([animate(options.run)] if options.animate else [])]:
-            _printed(path)
+            printed(path)
     return DONE
 
 

@@ -3,6 +3,7 @@
 import argparse
 import logging
 import math
+import os
 import sys
 import warnings
 from collections.abc import Mapping, Sequence
@@ -25,6 +26,14 @@ LEAST_DIFFERENCE = 1e-3
 """Relative, of the heating time of the wall's bed side from that of the whole wall, for it to be shown."""
 SECONDS_AND_PARTS = "{desc} |{bar}| {n:.3g}/{total:.3g} s simulated, {elapsed} elapsed, {remaining} left"
 PART = "{desc} |{bar}| {percentage:.0f} %, {elapsed} elapsed"
+
+
+def printed(text: object) -> None:
+    """Print, and flush at once; a reader that closed the pipe (`| head`) ends the output, not the program."""
+    try:
+        print(text, flush=True)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def add_extension_option(command: argparse.ArgumentParser) -> None:

@@ -24,7 +24,7 @@ from .figures import STYLE, plt, save
 from .quantities import ENERGY_GIVEN, ENERGY_NAMES, JOULES_A_KWH, History, quantity
 from .result_keys import Summary
 from .slices import slice_of, triangles_of
-from .stored import locked_folder, read_table
+from .stored import locked_folder, read_table, require_run
 from .surface import draw_surface, in_three_dimensions
 
 PLACES = {
@@ -63,6 +63,7 @@ def draw(folder: Path, processes: int = 1, kind: str = "png") -> list[Path]:
     folder = Path(folder)
     if not (folder / "result.json").is_file() or not (folder / "history.csv").is_file():
         raise InputError("RUN", str(folder), "is not the folder of a run (no result.json and history.csv)")
+    require_run(folder)
     try:
         summary = json.loads((folder / "result.json").read_text(encoding="utf-8"))
         marks, targets, energy = marks_of(summary), summary["targets"], summary["energy"]

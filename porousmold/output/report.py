@@ -17,7 +17,7 @@ from .pictures import draw, fields_with_slider
 from .quantities import ENERGY_GIVEN, ENERGY_NAMES, JOULES_A_KWH
 from .report_page import Block, Markup, Picture, Section, Sentence, Table, rendered
 from .result_keys import Summary
-from .stored import read_study
+from .stored import read_study, require_run
 from .study_pictures import draw_study
 
 
@@ -25,6 +25,7 @@ def write_report(folder: Path) -> Path:
     """Write report.html into the folder of a run or a study; gives its path. `InputError` if the folder holds neither."""
     folder = Path(folder)
     if (folder / "result.json").is_file():
+        require_run(folder)
         try:
             title, sections = _of_run(folder)
         except (OSError, ValueError, LookupError, TypeError, AttributeError, ParseError) as error:

@@ -84,7 +84,9 @@ RESULT_KEYS: Mapping[str, ResultKey] = {
         "array", "cycles of [[operation.phase]] that are through: heat, work, efficiencies, and their phases"
     ),
     "last_cycle": ResultKey(
-        "object", "the last of them, without its phases, and whether it is_periodic", optional=True
+        "object",
+        "the last of them, without its phases, and whether it is_periodic (null if not asked)",
+        optional=True,
     ),
     "energy": ResultKey(
         "object",

@@ -32,6 +32,14 @@ def read_table(path: Path) -> Columns:
     return Columns({name: [float(row[i]) for row in rows] for i, name in enumerate(names)})
 
 
+def require_run(folder: Path) -> None:
+    """Raise `InputError` for a folder whose result.json is not that of `porousmold run`."""
+    if (folder / "result.json").is_file() and not (folder / "scene.toml").is_file():
+        raise InputError(
+            "RUN", str(folder), "is the folder of another command than `porousmold run`: it has no scene.toml"
+        )
+
+
 def read_study(folder: Path) -> tuple[list[dict[str, Any]], list[str]]:
     """Cases (entries of table.json) and head (of table.csv) of the folder of a study; raises `InputError` if it is damaged."""
     try:

@@ -10,6 +10,9 @@ from .keys import LISTED, Settings, Table, Tables, full_names, unknown
 from .series import TimeSeries
 from .start import LastState, Profile
 
+LISTS = tuple(table for table, keys in KEYS.items() if list(keys) == ["list"])
+"""Tables that stand in a scene as lists, [[target]]."""
+
 
 def as_toml(value: Any) -> Any:
     """A value as a TOML file has it."""
@@ -67,7 +70,16 @@ def with_settings(tables: Settings, settings: Tables) -> Settings:
         if (counted := re.fullmatch(r"(\w+(?:\.\w+)?)\.(\d+)\.(\w+)", full_name)) is not None:
             meant = "{}[{}].{}".format(*counted.groups())
             raise InputError(full_name, value, f"is not a known key; did you mean {meant!r}?", "--set")
+        if full_name in LISTS:
+            tables[full_name] = value
+            if not value:
+                del tables[full_name]
+            continue
         table, dot, key = full_name.partition(".")
+        if table == "materials":
+            raise InputError(
+                full_name, value, "stands in the scene's file alone: --set and studies cannot give it", "--set"
+            )
         if not dot or table not in KEYS:
             raise InputError(full_name, value, unknown(full_name, full_names(KEYS)), "--set")
         if not isinstance(tables.setdefault(table, {}), dict):

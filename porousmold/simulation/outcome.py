@@ -122,7 +122,8 @@ def _cycles(simulation: Simulation) -> dict[str, Any]:
     }
     cycles = cycles_of(recorder.history, course, recorder.snapshots.profiles, specs.laws.fluid, given)
     last = {name: value for name, value in cycles[-1].items() if name != "phases"} if cycles else None
-    return {"cycles": cycles, "last_cycle": last and last | {"is_periodic": course.is_periodic}}
+    periodic = None if course.tolerance is None else course.is_periodic
+    return {"cycles": cycles, "last_cycle": last and last | {"is_periodic": periodic}}
 
 
 def _layers_at_end(simulation: Simulation) -> dict[str, list[float]]:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from ..errors import InputError
 from ..files.stop_signals import StopSignals
 from ..files.units import to_si
-from ..output.console import Bar, Commands, add_extension_option, add_settings_option, settings_of
+from ..output.console import Bar, Commands, add_extension_option, add_settings_option, printed, settings_of
 from ..output.stored import read_study
 
 if TYPE_CHECKING:
@@ -144,11 +144,11 @@ def _sensitivity(options: argparse.Namespace) -> int:
     if first:
         picture = write(found, out, quantity)
         if not options.quiet:
-            print(f"{'parameter':30s} change of the {quantity.words} in % for a change of 1 %")
+            printed(f"{'parameter':30s} change of the {quantity.words} in % for a change of 1 %")
             for entry in found:
-                print(f"{entry.parameter:30s} {entry.value:+.3f}" if entry.value is not None
+                printed(f"{entry.parameter:30s} {entry.value:+.3f}" if entry.value is not None
                       else f"{entry.parameter:30s} none: {entry.reason}")  # fmt: skip
-            print(f"written to {out}: elasticities.json, {picture.name}")
+            printed(f"written to {out}: elasticities.json, {picture.name}")
     return INTERRUPTED if signals else DONE
 
 
@@ -176,7 +176,7 @@ def _simplify(options: argparse.Namespace) -> int:
     finally:
         bar.close()
     if first:
-        print(found.text)
+        printed(found.text)
     return DONE
 
 
@@ -212,8 +212,8 @@ def _uncertainty(options: argparse.Namespace) -> int:
     if first:
         written = write(found, sample, out)
         if not options.quiet:
-            print(summary_text(found, sample))
-            print(f"written to {out}: {', '.join(path.name for path in written)}")
+            printed(summary_text(found, sample))
+            printed(f"written to {out}: {', '.join(path.name for path in written)}")
     return DONE
 
 
@@ -242,8 +242,8 @@ def _solve_for(options: argparse.Namespace) -> int:
     if first:
         written = write(found, aim, out)
         if not options.quiet:
-            print(summary_text(found, aim, scene))
-            print(f"written to {out}: {written.name}")
+            printed(summary_text(found, aim, scene))
+            printed(f"written to {out}: {written.name}")
     return DONE
 
 
@@ -265,8 +265,8 @@ def _optimum(options: argparse.Namespace) -> int:
     if first:
         written = write(found, study, aim, out)
         if not options.quiet:
-            print(summary_text(found, study, aim))
-            print(f"written to {out}: {', '.join(path.name for path in written)}")
+            printed(summary_text(found, study, aim))
+            printed(f"written to {out}: {', '.join(path.name for path in written)}")
     return DONE
 
 
@@ -304,9 +304,9 @@ def _study(options: argparse.Namespace) -> int:
         entries, head = read_study(out)
         pictures = draw_study(out, entries, head)
         if not options.quiet:
-            print(summary_text(study, rows, out, pictures))
+            printed(summary_text(study, rows, out, pictures))
         if options.plot:
-            print(plot_in_terminal(entries, head))
+            printed(plot_in_terminal(entries, head))
     if signals:
         return INTERRUPTED
     for status, code in (("refused", REFUSED), ("failed", FAILED)):

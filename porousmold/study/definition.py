@@ -18,6 +18,7 @@ from ..files.units import to_si
 from ..scene.features import KEYS
 from ..scene.keys import LISTED, Settings, Tables, key_of
 from ..scene.scene import Scene
+from ..scene.tables import LISTS
 
 DESIGNS = ("grid", "one-at-a-time", "cases")
 RECORDS = {
@@ -144,6 +145,9 @@ def _settings(table: Tables, place: str, where: str) -> Settings:
                 key_of(KEYS, group)
             except KeyError:
                 raise InputError(f"{place}.{group}", None, "is not a key of a scene", where) from None
+            settings[group] = content
+            continue
+        if group in LISTS and isinstance(content, list):
             settings[group] = content
             continue
         entries = content if isinstance(content, dict) else {}

@@ -31,6 +31,7 @@ from ..scene.identity import identity_of
 from ..scene.keys import key_of
 from ..scene.scene import Scene
 from ..scene.series import TimeSeries
+from ..scene.tables import as_toml
 from ..simulation.running import RunInterrupted, run
 from .definition import Case, Study, unit_of_record
 
@@ -306,6 +307,8 @@ def setting(case: Case, name: str) -> Any:
     value = case.scene.value(name)
     if isinstance(value, TimeSeries):
         value = value.as_value()
+    if isinstance(value, tuple):  # tables of a list
+        return json.dumps(as_toml(value))
     return str(value) if isinstance(value, Path) else value
 
 

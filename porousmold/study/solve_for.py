@@ -33,6 +33,10 @@ TOLERANCE = 0.003
 FIRST_FACTOR, FARTHEST = 1.3, 10.0
 FARTHEST_TEMPERATURE = 3.0
 """The same of a temperature beyond the initial one."""
+WITHIN_BOUND = 1e-3
+"""Part by which a value stays within a bound that it may not have itself."""
+MOST_HALVINGS = 3
+"""Of the way to a value that no scene can have."""
 MOST_AWAY = 2
 """Runs in succession that lead away from the target, after which the search turns round."""
 MOST_RUNS = 14
@@ -62,6 +66,10 @@ class Change:
     reached: float | None
     beside: dict[str, float | None]
     reason: str = ""
+
+
+BESIDE_THE_INLET = tuple(f"operation.{name}_temperature" for name in ("ambient", "fresh", "return", "bead_inlet"))
+"""Temperatures that may lie on either side of those of inlet and start."""
 
 
 class _StoppedError(Exception):
@@ -138,11 +146,15 @@ class _Search:
         if scene.value(key) is None and value is None:
             allowed = f"is not set in the scene: give it a value to begin from, --set {key}='VALUE'"
             raise InputError("--key", key, allowed)
-        if value is None or value - self._datum == 0.0:
+        if value is None or (value - self._datum == 0.0 and key not in BESIDE_THE_INLET):
             allowed = "must be a number of the scene that does not change in time, and not 0, or where the other temperatures are"
             raise InputError("--key", key, allowed)
-        self._unit, self._value = described.unit, value
+        self._unit, self._value, self._kind = described.unit, value, described
         self._farthest = FARTHEST_TEMPERATURE if described.kind == "K" else FARTHEST
+        self._span: float | None = None
+        if key in BESIDE_THE_INLET:
+            warm = max(scene.operation.inlet_temperature.values, key=lambda one: abs(one - self._datum))
+            self._span, self._farthest = abs(warm - self._datum) / math.log(FARTHEST), FARTHEST
         self._rows: dict[float, Any] = {}
         self._refusal = ""
 
@@ -155,10 +167,15 @@ class _Search:
         sides = self._towards_less_excess(here)
         for side in sides:
             last, at_last, place, away = 0.0, here, 0.0, 0
-            while abs(place) < math.log(self._farthest) * (1.0 - 1e-9) and len(self._rows) < MOST_RUNS:
+            halvings, end = 0, self._end(side)
+            while abs(place) < end * (1.0 - 1e-9) and len(self._rows) < MOST_RUNS:
                 ahead = abs(place) + math.log(FIRST_FACTOR) * (1.0 if place == 0.0 else 1.6)
-                place = side * min(ahead, math.log(self._farthest))
+                place = side * min(ahead, end)
                 excess = self._excess(place)
+                while math.isnan(excess) and halvings < MOST_HALVINGS:
+                    halvings, end = halvings + 1, 0.5 * (abs(last) + abs(place))
+                    place = side * end
+                    excess = self._excess(place)
                 if math.isnan(excess):
                     break
                 if abs(excess) < TOLERANCE:
@@ -170,11 +187,28 @@ class _Search:
                 if away >= MOST_AWAY:
                     break
         nearest = min(self._rows, key=lambda place: abs(self._excess(place)) if self._known(place) else math.inf)
-        return self._change(nearest, self._refusal or f"not reached up to a factor of {self._farthest:g}")
+        (low, high), unit = preferred_unit([self._setting(f(self._rows)) for f in (min, max)], kind_of(KEYS, self._key))
+        return self._change(nearest, f"not reached from {low:.4g} to {high:.4g} {unit}".rstrip() + self._of_the_refusal)
+
+    @property
+    def _of_the_refusal(self) -> str:
+        return f"; beyond: {self._refusal}" if self._refusal else ""
+
+    def _end(self, side: float) -> float:
+        """How far the search goes to one side: by its largest factor, or to the key's own bound."""
+        end, from_datum = math.log(self._farthest), self._value - self._datum
+        for bound in (self._kind.low, self._kind.high):
+            if self._span is not None or not math.isfinite(bound) or (bound - self._datum) / from_datum <= 0.0:
+                continue
+            away = side * math.log((bound - self._datum) / from_datum)
+            if away >= 0.0:
+                end = min(end, max(0.0, away - (0.0 if self._kind.closed else WITHIN_BOUND)))
+        return end
 
     def _towards_less_excess(self, here: float) -> tuple[float, float]:
         """Both directions, that which brings the record nearer first."""
-        up, down = self._excess(math.log(FIRST_FACTOR)), self._excess(-math.log(FIRST_FACTOR))
+        first = math.log(FIRST_FACTOR)
+        up, down = (self._excess(side * min(first, self._end(side))) for side in (1.0, -1.0))
         better = [abs(value) if not math.isnan(value) else math.inf for value in (up, down)]
         crosses = [value * here < 0.0 for value in (up, down)]
         return (1.0, -1.0) if crosses[0] or (better[0] <= better[1] and not crosses[1]) else (-1.0, 1.0)
@@ -199,6 +233,8 @@ class _Search:
         return self._rows[place].values.get(self._aim.record) is not None
 
     def _setting(self, place: float) -> float:
+        if self._span is not None:
+            return float(f"{self._value + self._span * place:.6g}")
         return float(f"{self._datum + (self._value - self._datum) * math.exp(place):.6g}")
 
     def _excess(self, place: float) -> float:

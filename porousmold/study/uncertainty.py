@@ -51,6 +51,8 @@ ALTERNATIVES: Mapping[str, Mapping[str, str]] = {
     },
 }
 """Laws with the other one between which and it the experiments do not decide."""
+CELLS = "discretisation"
+"""Name of the contribution of cells and steps."""
 FINER = 1.5
 """Factor on cells and steps of the case that tells the discretisation's part."""
 INSIDE_95 = 1.96
@@ -83,6 +85,12 @@ class Budget:
     deviation: float
     contributions: tuple[Contribution, ...]
     without_tolerance: tuple[str, ...] = ()
+
+    @property
+    def of_inputs(self) -> float:
+        """The standard deviation without the part of cells and steps, as a sample has it."""
+        parts = [c.deviation for c in self.contributions if c.name != CELLS and c.deviation is not None]
+        return math.sqrt(math.fsum(part**2 for part in parts))
 
     @property
     def shares(self) -> dict[str, float]:
@@ -262,15 +270,13 @@ def budget(
         finer = times["finer"]
         cells = None if finer is None else abs(math.log(finer / here)) / (1.0 - FINER**-ORDER)
         found.append(
-            Contribution(
-                "discretisation", "finer cells, smaller steps", cells, "" if cells is not None else reasons["finer"]
-            )
+            Contribution(CELLS, "finer cells, smaller steps", cells, "" if cells is not None else reasons["finer"])
         )
     else:
         error = next((rows[0].values[name] for name in _error_record(quantity)), None)
         found.append(
             Contribution(
-                "discretisation",
+                CELLS,
                 f"solver.accuracy {scene.solver.accuracy:g}",
                 error,
                 "" if error is not None else f"solver.accuracy estimates none of {quantity.words}",
@@ -370,8 +376,8 @@ def summary_text(found: Budget, sample: Sample | None) -> str:
         lines += [
             f"{sample.answered} of {sample.cases} sampled cases: 95 % within {_range(found, sample.low, sample.high)}, median "
             f"{text(sample.median)}",
-            f"  standard deviation {sample.deviation:.1%} against {found.deviation:.1%} of the budget "
-            f"({sample.deviation / max(found.deviation, 1e-300) - 1.0:+.0%})",
+            f"  standard deviation {sample.deviation:.1%} against {found.of_inputs:.1%} of the budget without {CELLS} "
+            f"({sample.deviation / max(found.of_inputs, 1e-300) - 1.0:+.0%}): all cases have the same cells and steps",
         ]
     return "\n".join(lines)
 

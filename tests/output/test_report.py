@@ -84,6 +84,7 @@ def test_a_study_s_page_has_a_row_for_every_case(tmp_path):
 def test_a_folder_without_a_run_is_refused(tmp_path, capsys):
     with pytest.raises(InputError, match="not the folder of a run"):
         write_report(tmp_path)
+    (tmp_path / "scene.toml").write_text(ALUMINIUM.read_text())
     for content in ("{", "[]", '{"heating_time": 1}'):
         (tmp_path / "result.json").write_text(content)
         assert main(["report", str(tmp_path)]) == 2
@@ -91,6 +92,15 @@ def test_a_folder_without_a_run_is_refused(tmp_path, capsys):
 
 
 @pytest.mark.docs
+def test_the_folder_of_another_command_is_not_called_damaged(tmp_path, capsys):
+    scene = STUDIES / "beds" / "fluidised.toml"
+    assert main(["fluidised", str(scene), "--out", str(tmp_path / "bed")]) == 0
+    for command in ("report", "show"):
+        assert main([command, str(tmp_path / "bed")]) == 2
+        message = capsys.readouterr().err
+        assert "damaged" not in message and ("another command" in message or "not the folder of a run" in message)
+
+
 def test_a_page_prints_to_pdf(tmp_path):
     run(coarse_scene({"model.flow": "plug", "operation.end_time": 50.0}), tmp_path / "run", MPI.COMM_SELF)
     page, printed = write_report(tmp_path / "run"), tmp_path / "report.pdf"

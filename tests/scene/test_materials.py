@@ -108,3 +108,14 @@ def test_impossible_lists_are_refused_by_the_name_of_the_entry(changes, key):
     with pytest.raises(InputError) as refused:
         Scene.load(WORKSHOP, changes)
     assert refused.value.key == key
+
+
+def test_a_setting_of_an_own_material_says_where_it_stands():
+    with pytest.raises(InputError, match="stands in the scene's file"):
+        Scene.load(ALUMINIUM, {"materials.tile.density": "1.2 g/cm^3"})
+
+
+def test_targets_can_be_set_as_a_list_and_taken_away():
+    scene = Scene.load(ALUMINIUM, {"target": [{"above": "70 degC"}]})
+    assert [target.above for target in scene.target.list] == pytest.approx([343.15])
+    assert scene.changed({"target": None}).target.list is None

@@ -118,6 +118,35 @@ def test_the_job_script_on_two_ranks_gives_the_table_of_one_process(study_file, 
     assert (together / "table.csv").read_text() == (alone / "table.csv").read_text()
 
 
+LISTS = f"""
+[study]
+scene = "{ALUMINIUM}"
+design = "cases"
+record = ["heating_time", "targets.warm"]
+[set]
+model.turbulence = "none"
+model.flow = "plug"
+solver.axial_cells = 4
+operation.heating_margin = "50 K"
+[[case]]
+target = [{{ name = "warm", above = "50 degC" }}]
+[[case]]
+target = [{{ name = "warm", above = "60 degC" }}]
+"""
+
+
+def test_lists_of_tables_can_be_varied_and_stand_in_the_table_as_they_are_given(tmp_path):
+    path, out = tmp_path / "lists.toml", tmp_path / "out"
+    path.write_text(LISTS)
+    rows = run_study(Study.load(path), out)
+    assert [row.status for row in rows] == ["done", "done"]
+    assert rows[0].values["targets.warm"] < rows[1].values["targets.warm"]
+    entries = json.loads((out / "table.json").read_text())
+    given = [json.loads(entry["target.list"] if "target.list" in entry else entry["target"]) for entry in entries]
+    assert [one[0]["above"] for one in given] == pytest.approx([323.15, 333.15])
+    assert "object at" not in (out / "table.csv").read_text()
+
+
 def test_a_study_alone_on_a_machine_gives_the_table_of_one_process(study_file, tmp_path):
     """A command of its own forks a worker for every core: the same rows, and nobody is left behind."""
     alone, together = tmp_path / "alone", tmp_path / "together"

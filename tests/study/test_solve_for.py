@@ -3,8 +3,9 @@
 import json
 
 import pytest
+from mpi4py import MPI
 
-from porousmold import InputError
+from porousmold import InputError, run
 from porousmold.cli import main
 from porousmold.output.report import write_report
 from porousmold.study.solve_for import Change, aim_of, solve_for, summary_text
@@ -93,3 +94,38 @@ def test_the_initial_temperature_is_found_too(tmp_path):
     scene = coarse_scene({"model.flow": "plug", "model.turbulence": "none"})
     (change,) = solve_for(scene, ["operation.initial_temperature"], aim_of("heating_time = 30 min"), tmp_path)
     assert 298.15 < change.needed < 363.15 and change.reached == pytest.approx(1800.0, rel=2e-3)
+
+
+AIR_LOOP = {
+    "model.flow": "plug",
+    "model.turbulence": "none",
+    "operation.pressure_drop": None,
+    "operation.blower_pressure": "6 kPa",
+    "operation.blower_flow": "300 m^3/h",
+    "operation.heater_power": "3 kW",
+    "operation.recirculation": 0.6,
+    "operation.energy_price": 0.3,
+}
+
+
+def test_a_search_goes_up_to_the_bound_of_its_key(tmp_path):
+    """From a recirculation of 0.6 the second step would lead beyond 1: what 0.95 gives is found."""
+    scene = coarse_scene(AIR_LOOP)
+    wanted = run(scene.changed({"operation.recirculation": 0.95}), communicator=MPI.COMM_SELF).heating_time
+    (change,) = solve_for(scene, ["operation.recirculation"], aim_of(f"heating_time = {wanted} s"), tmp_path)
+    assert change.reached == pytest.approx(wanted, rel=0.003) and change.needed == pytest.approx(0.95, abs=0.05)
+
+
+def test_surroundings_may_be_warmer_than_the_start(tmp_path):
+    """They take heat at 20 degC and give some at 60: both sides of the initial temperature are searched."""
+    losing = {"operation.outer_coefficient": 2.0, "operation.ambient_temperature": "20 degC", "model.flow": "plug"}
+    scene = coarse_scene(losing | {"model.turbulence": "none", "operation.heating_margin": "8 K"})
+    wanted = run(scene.changed({"operation.ambient_temperature": "60 degC"}), communicator=MPI.COMM_SELF).heating_time
+    (change,) = solve_for(scene, ["operation.ambient_temperature"], aim_of(f"heating_time = {wanted} s"), tmp_path)
+    assert change.needed == pytest.approx(333.15, abs=3.0)
+
+
+def test_what_was_tried_is_told(tmp_path):
+    scene = coarse_scene({"model.flow": "plug", "model.turbulence": "none"})
+    (change,) = solve_for(scene, ["wall.conductivity"], aim_of("heating_time = 10 min"), tmp_path)
+    assert change.needed is None and change.reason.startswith("not reached from ")

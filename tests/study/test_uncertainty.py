@@ -10,6 +10,7 @@ from porousmold.cli import main
 from porousmold.output.report import write_report
 from porousmold.scene.features.tolerances import TOLERANCES
 from porousmold.study.uncertainty import (
+    CELLS,
     alternatives_of,
     budget,
     cases_of,
@@ -125,7 +126,9 @@ def test_a_sample_has_the_budgets_deviation(found, folder):
     scene = Scene.load(ALUMINIUM, CHEAP)
     sample = sampled(scene, folder / "sample", 24, 1)
     assert sample.answered == 24
-    assert sample.deviation == pytest.approx(found.deviation, rel=0.3)
+    assert sample.deviation == pytest.approx(found.of_inputs, rel=0.3)
+    cells = next(one.deviation for one in found.contributions if one.name == CELLS)
+    assert math.hypot(found.of_inputs, cells) == pytest.approx(found.deviation, rel=1e-9)
     assert sample.low < sample.median < sample.high
     assert sample.median == pytest.approx(found.value, rel=0.03)
     first, second = (sample_cases(scene, 3, seed)[0].settings for seed in (1, 2))
