@@ -27,6 +27,8 @@ def profile_near_wall(problem: Problem, fraction: float = 0.5, points: int = 120
     if "centre" not in stations:
         return None
     wall, centre = np.array(stations["bed_side"]), np.array(stations["centre"])
+    if np.array_equal(wall, centre):  # at the end of a mesh whose nearest nodes are one
+        return None
     distance = np.linalg.norm(centre - wall) * np.concatenate([[0.0], np.geomspace(2e-4, 1.0, points - 1)])
     line = np.asarray(wall + np.outer(distance / distance[-1], centre - wall), float)
     try:

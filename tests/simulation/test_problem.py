@@ -1,5 +1,7 @@
 """A scene made discrete."""
 
+from dataclasses import replace
+
 import pytest
 import ufl
 from mpi4py import MPI
@@ -7,6 +9,7 @@ from ufl.constantvalue import RealValue
 from ufl.corealg.traversal import unique_pre_traversal
 
 from porousmold.mesh import fenicsx
+from porousmold.simulation.observation import profile_near_wall
 
 from ..support import ALUMINIUM, PIPE, STUDIES, coarse_scene, problem_of
 
@@ -79,3 +82,11 @@ def test_no_number_of_a_scene_is_compiled_in(path, numbers, choices, tmp_path, m
         problem_of(coarse_scene(path, changed | given | choices), MPI.COMM_SELF)
         seen.append(sorted(found))
     assert seen[0] == seen[1] and len(seen[0]) > 20
+
+
+def test_there_is_no_profile_where_the_middle_of_the_bed_is_at_its_wall():
+    """As in coarse meshes of one's own, whose node nearest to the middle may be the wall's."""
+    problem = problem_of(coarse_scene({"model.flow": "plug", "model.turbulence": "none"}))
+    place = problem.domain.stations(0.5)["bed_side"]
+    problem.domain = replace(problem.domain, stations=lambda part: {"bed_side": place, "centre": place})
+    assert profile_near_wall(problem) is None
