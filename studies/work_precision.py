@@ -9,6 +9,7 @@ import argparse
 import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -116,22 +117,22 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=DOCS / "work-precision.md")
     parser.add_argument("--scenes", type=int, default=SCENES, help="how many scenes")
-    parser.add_argument("--raw", type=Path, help="file for all points as JSON")
-    parser.add_argument("--page-of", type=Path, metavar="RAW", help="run nothing: the page of such a file")
+    parser.add_argument("--raw", type=Path, help="file for all points as JSON; scenes that it has are not run again")
     options = parser.parse_args()
-    if options.page_of:
-        stored = json.loads(options.page_of.read_text())
-        write_page(options.out, [Point(**one) for one in stored["points"]], stored["tried"])
-        return
     numbers = [number for number, (drawn, _) in enumerate(scenes()) if drawn["kind"] in KINDS]
     numbers = numbers[:: max(1, len(numbers) // options.scenes)][: options.scenes]
-    points: list[Point] = []
+    done: dict[str, list[dict[str, Any]]] = {}
+    if options.raw and options.raw.is_file():
+        done = json.loads(options.raw.read_text())
     for number in numbers:
-        points += (found := points_of(number))
-        print(number, " ".join(f"{point.error:.1e}/{point.time:.2f}" for point in found) or "no answer", flush=True)
+        if str(number) not in done:
+            done[str(number)] = [asdict(point) for point in points_of(number)]
+        print(
+            number, " ".join(f"{p['error']:.1e}/{p['time']:.2f}" for p in done[str(number)]) or "no answer", flush=True
+        )
         if options.raw:
-            stored = {"points": [asdict(point) for point in points], "tried": len(numbers)}
-            options.raw.write_text(json.dumps(stored, indent=1))
+            options.raw.write_text(json.dumps(done, indent=1))
+    points = [Point(**one) for number in numbers for one in done[str(number)]]
     write_page(options.out, points, len(numbers))
 
 
