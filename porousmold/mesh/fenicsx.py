@@ -41,6 +41,11 @@ if threading.current_thread() is threading.main_thread():
     # PETSc takes the signal of a pipe that was closed, as by `| head`, for a crash; Python raises BrokenPipeError
     signal.signal(signal.SIGPIPE, signal.SIG_IGN)
 
+# UFL orders the constants of a sum or a product by their text, where 100 comes before 99: forms would be other ones, to be
+# compiled anew, whenever the numbers of their constants get a digit more. With so many digits they never do
+if hasattr(ufl.Constant, "_globalcount"):
+    ufl.Constant._globalcount = max(ufl.Constant._globalcount, 10**9)
+
 try:
     import basix.ufl as _basix_ufl
 except ImportError:  # dolfinx 0.5: elements come from UFL itself
