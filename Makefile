@@ -128,7 +128,7 @@ fuzz-test: .venv/installed  ## 10 000 mutated scenes, studies, packings, series 
 	$(PYTHON) -m studies.fuzz
 	$(PYTHON) -m pytest -q -n $(PARTS) -m "hypothesis and not slow" --hypothesis-profile=new-examples tests
 
-test-debian13: .venv/installed  ## the fast tests on Debian 13 (dolfinx 0.9), in a root of its own outside the tree
+test-debian13: .venv/installed  ## the tests on one rank on Debian 13 (dolfinx 0.9), in a root of its own outside the tree
 	tools/test-debian trixie
 
 test-container:  ## the Containerfile's steps in a root of debootstrap, where there is no container builder

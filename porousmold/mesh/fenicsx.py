@@ -11,6 +11,7 @@ import importlib
 import importlib.machinery
 import importlib.util
 import inspect
+import itertools
 import logging
 import os
 import signal
@@ -44,7 +45,9 @@ if threading.current_thread() is threading.main_thread():
 # UFL orders the constants of a sum or a product by their text, where 100 comes before 99: forms would be other ones, to be
 # compiled anew, whenever the numbers of their constants get a digit more. With so many digits they never do
 if hasattr(ufl.Constant, "_globalcount"):
-    ufl.Constant._globalcount = max(ufl.Constant._globalcount, 10**9)
+    ufl.Constant._globalcount = 10**9
+else:
+    ufl.Constant._counter = itertools.count(10**9)
 
 try:
     import basix.ufl as _basix_ufl

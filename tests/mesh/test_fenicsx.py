@@ -118,4 +118,4 @@ print(len(found))
 def test_a_form_is_the_same_one_whatever_the_numbers_of_its_constants():
     """UFL orders constants by their text, 100 before 99: every study compiled some forms anew when theirs got a digit more."""
     done = subprocess.run([sys.executable, "-c", SIGNATURES], capture_output=True, text=True, timeout=120)
-    assert done.stdout.strip() == "1", done.stderr
+    assert done.stdout.split()[-1] == "1", done.stderr
