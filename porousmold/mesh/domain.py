@@ -111,6 +111,16 @@ class Domain:
         nodes = fenicsx.cell_vertices(self.mesh)[self.cells(BED)]
         return ranks.extremes(self.communicator, self.mesh.geometry.x[nodes.ravel(), 0])[0]
 
+    @functools.cached_property
+    def from_inlet_to_outlet(self) -> Floats:
+        """From the middle of the inlet's corners to that of the outlet's, m (collective)."""
+        middles = []
+        for tag in (INLET, OUTLET):
+            corners = fenicsx.facet_corners(self.mesh, self.facets(tag)).reshape(-1, 3)
+            sums = np.asarray(ranks.total(self.communicator, np.append(corners.sum(axis=0), len(corners))))
+            middles.append(sums[:3] / max(sums[3], 1.0))
+        return np.asarray(middles[1] - middles[0])
+
     def planes_of_symmetry(self) -> list[Integers]:
         """Local facets of the planes of symmetry (`SYMMETRY`, `SIDE`) across each axis. Oblique ones are in none: there, as at a
         boundary without a tag, no flow passes because none enters the mass balance."""

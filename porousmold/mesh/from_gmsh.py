@@ -194,14 +194,36 @@ def joined(mesh: gmsh_model.PlainMesh) -> gmsh_model.PlainMesh:
 
 
 def _along_curve(facets: Facets) -> tuple[float, Stations]:
-    """Length (m) along a plane bed's interface, and its stations at a fraction of that."""
-    corners = np.unique(facets[INTERFACE].reshape(-1, 2), axis=0)  # sorted along the flow
+    """Length (m) along a plane bed's interface, and its stations at a fraction of that; of several walls along the longest."""
+    corners = _longest_chain(facets[INTERFACE], facets[INLET].reshape(-1, 2).mean(axis=0))
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))])
 
     def stations(fraction: float) -> dict[str, tuple[float, ...]]:
         return _beside(facets, np.array([np.interp(fraction * along[-1], along, corners[:, i]) for i in range(2)]))
 
     return float(along[-1]), stations
+
+
+def _longest_chain(segments: Floats, inlet: Floats) -> Floats:
+    """Corners, one after the other, of the longest connected part of segments (n, 2, 2), from its end that is nearer to the
+    inlet's middle."""
+    nodes, ends = np.unique(segments.reshape(-1, 2), axis=0, return_inverse=True)
+    pairs = np.unique(np.sort(ends.reshape(-1, 2), axis=1), axis=0)
+    graph = coo_matrix((np.ones(len(pairs)), tuple(pairs.T)), shape=(len(nodes), len(nodes)))
+    part = connected_components(graph, directed=False)[1]
+    lengths = np.linalg.norm(nodes[pairs[:, 0]] - nodes[pairs[:, 1]], axis=1)
+    longest = np.argmax(np.bincount(part[pairs[:, 0]], weights=lengths))
+    neighbours: dict[int, list[int]] = {}
+    for first, last in pairs[part[pairs[:, 0]] == longest].tolist():
+        neighbours.setdefault(first, []).append(last)
+        neighbours.setdefault(last, []).append(first)
+    tips = [node for node, beside in neighbours.items() if len(beside) == 1] or list(neighbours)
+    chain = [min(tips, key=lambda node: float(np.linalg.norm(nodes[node] - inlet)))]
+    visited = set(chain)
+    while ahead := [node for node in neighbours[chain[-1]] if node not in visited]:
+        chain.append(ahead[0])
+        visited.add(ahead[0])
+    return np.asarray(nodes[chain])
 
 
 def _along_surface(facets: Facets) -> tuple[float, Stations]:

@@ -34,8 +34,8 @@ from ..mesh.domain import Domain
 from ..mesh.from_gmsh import from_file
 from ..scene.features.geometries import BedSize
 from ..scene.features.own_mesh import OwnMesh
-from ..scene.series import TimeSeries
-from ..scene.start import LastState
+from ..scene.series import ProfileSeries, TimeSeries
+from ..scene.start import LastState, Profile
 from ..solvers.coupled import CoupledTransient
 from ..solvers.developed import DevelopedFlow
 from ..solvers.developed_profiles import STATIONS, ProfilesOfGradient, ProfileTable
@@ -55,6 +55,9 @@ from .specs import Specs
 from .stopwatch import Stopwatch
 
 QUADRATURE_DEGREE = 2
+ALONG, LEAST_LENGTH = 0.9, 0.5
+"""Cosine of the angle between x[0] and the way from inlet to outlet that counts as along x[0]; part of that way that a mesh is
+long at least."""
 SAME_VOLUME = 1e-6
 """Relative difference of volumes that rounding explains."""
 
@@ -94,6 +97,7 @@ def build_domain(
         from_file, communicator, mesh.own.mesh, names, **shape, trusted=mesh.trusted, conventions=mesh.conventions
     )
     domain = read()
+    _require_direction(specs, domain)
     size = _size_of(domain)
     estimates = estimate(specs, size)
     if mesh.own.refine_wall:
@@ -109,6 +113,28 @@ def build_domain(
             "geometry.mesh", str(mesh.own.mesh), "needs a physical curve 'outer' for the outer wall's heat"
         )
     return domain, size, estimates
+
+
+def _require_direction(specs: Specs, domain: Domain) -> None:
+    """Raise `InputError` for a mesh of one's own whose flow does not run along x[0] where that counts (collective): in three
+    dimensions for its length, and for gravity, profiles and heat fluxes along the flow."""
+    way, mesh = domain.from_inlet_to_outlet, specs.mesh
+    distance = float(np.linalg.norm(way))
+    if domain.length < LEAST_LENGTH * distance:
+        allowed = f"must have its flow along x[0]: it is {domain.length:.4g} m long there, {distance:.4g} m from inlet to outlet"
+        raise InputError("geometry.mesh", str(mesh.own.mesh), allowed, mesh.scene_file)
+    if way[0] > ALONG * distance:
+        return
+    flux, start = specs.heat.outer_wall.heat_flux, specs.heat.start
+    for key, value in (
+        ("operation.gravity", specs.flow.gravity or None),
+        ("operation.initial_temperature", start.source if isinstance(start, Profile) else None),
+        ("operation.outer_heat_flux", flux.source if isinstance(flux, ProfileSeries) else None),
+    ):
+        if value is not None:
+            to = ", ".join(f"{part:.3g}" for part in way[: domain.mesh.geometry.dim])
+            allowed = f"counts along x[0], and from inlet to outlet this mesh goes by ({to}) m: turn it"
+            raise InputError(key, value, allowed, mesh.scene_file)
 
 
 def build_medium(specs: Specs, domain: Domain, estimates: Estimates, size: BedSize) -> Medium:

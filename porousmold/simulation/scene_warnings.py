@@ -33,6 +33,21 @@ LARGEST_RADIATION = 0.2
 """Over what the bed conducts without it: about the scatter of measured conductivities of beds."""
 
 
+HIGHEST_KNUDSEN_NUMBER = 0.01
+"""Mean free path over bead diameter, beyond which a gas slips."""
+
+
+def _knudsen_number(specs: Specs) -> float:
+    """Of the beads at the inlet's temperature: mu/p sqrt(pi R T/2) over d; 0 in a liquid."""
+    fluid, pressure = specs.laws.fluid, specs.flow.outlet_pressure
+    if not fluid.density.compressible:
+        return 0.0
+    temperature = specs.heat.inlet_temperature.range[1]
+    specific = pressure / (float(fluid.density(pressure, temperature)) * temperature)
+    path = float(fluid.viscosity(temperature)) / pressure * math.sqrt(0.5 * math.pi * specific * temperature)
+    return path / specs.mesh.bead_diameter
+
+
 def warnings_of_the_scene(scene: Scene, specs: Specs, estimates: Estimates, size: BedSize) -> list[str]:
     """A sentence for every limit of the model that the scene is beyond, before a run as after it."""
     found = implausible_values(scene)
@@ -46,6 +61,12 @@ def warnings_of_the_scene(scene: Scene, specs: Specs, estimates: Estimates, size
         found.append(
             f"bead Reynolds number {estimates.reynolds_number:.3g} is outside {low:g} to {high:g}, "
             f"the range of model.nusselt {scene.model.nusselt!r}"
+        )
+    knudsen = _knudsen_number(specs)
+    if knudsen > HIGHEST_KNUDSEN_NUMBER:
+        found.append(
+            f"the mean free path of the gas is {knudsen:.1%} of a bead's diameter: drag, exchange and conduction are those of a "
+            "dense gas, and less here"
         )
     if specs.flow.model.kind == "plug" and scene.is_given("model.turbulence") and scene.model.turbulence != "none":
         found.append("plug flow carries no turbulence: model.turbulence has no effect")

@@ -2,13 +2,16 @@
 
 import re
 
+import numpy as np
 import pytest
 from mpi4py import MPI
 
 from porousmold import InputError, Scene, run
+from porousmold.mesh.from_gmsh import _longest_chain
+from porousmold.simulation.checking import check
 from porousmold.simulation.specs import specs_of
 
-from ..support import ALUMINIUM, MESHES, PIPE, STUDIES, problem_of, simulation_of
+from ..support import ALUMINIUM, MESHES, PIPE, STUDIES, coarse_scene, problem_of, simulation_of
 
 CURVED = STUDIES / "mold" / "curved.toml"
 SOON = {"operation.end_time": 60.0, "model.turbulence": "none", "output.pictures": False}
@@ -192,3 +195,62 @@ def test_a_mold_from_a_step_file_is_heated():
     assert result.summary["mass_imbalance"] == pytest.approx(0.0, abs=1e-6)
     assert result.summary["energy_imbalance"] == pytest.approx(0.0, abs=1e-4)
     assert 298.0 < result.history["outlet_temperature"][-1] < 299.0
+
+
+UPRIGHT = """
+Point(1) = {0, 0, 0}; Point(2) = {0.02, 0, 0}; Point(3) = {0.02, 0.3, 0}; Point(4) = {0, 0.3, 0};
+Point(5) = {0.023, 0, 0}; Point(6) = {0.023, 0.3, 0};
+Line(1) = {1, 2}; Line(2) = {2, 3}; Line(3) = {3, 4}; Line(4) = {4, 1};
+Line(5) = {2, 5}; Line(6) = {5, 6}; Line(7) = {6, 3};
+Curve Loop(1) = {1, 2, 3, 4}; Plane Surface(1) = {1};
+Curve Loop(2) = {5, 6, 7, -2}; Plane Surface(2) = {2};
+Transfinite Curve{2, 4, 6} = 16; Transfinite Curve{1, -3} = 13 Using Progression 0.75; Transfinite Curve{5, 7} = 2;
+Transfinite Surface{1}; Transfinite Surface{2}; Recombine Surface{1, 2};
+Physical Surface("bed") = {1}; Physical Surface("wall") = {2};
+Physical Curve("inlet") = {1}; Physical Curve("outlet") = {3}; Physical Curve("interface") = {2};
+Physical Curve("symmetry") = {4}; Physical Curve("outer") = {6};
+"""
+OF_A_MESH = {
+    "geometry.kind": "mesh",
+    **dict.fromkeys(("geometry.length", "geometry.cavity_height", "wall.thickness"), None),
+    **dict.fromkeys(("solver.mesh_refinement", "solver.axial_cells", "solver.first_cell", "solver.cell_growth"), None),
+    "bed.bead_diameter": "2 mm",
+    "model.flow": "developed",
+    "model.turbulence": "none",
+}
+
+
+def upright(tmp_path, changes):
+    (tmp_path / "upright.geo").write_text(UPRIGHT)
+    return coarse_scene({**OF_A_MESH, "geometry.mesh": str(tmp_path / "upright.geo"), **changes})
+
+
+def test_what_counts_along_the_flow_is_refused_in_a_mesh_that_lies_otherwise(tmp_path):
+    """Gravity and profiles count along x[0]: in a mesh along x[1] they would be nothing, or all of the first value."""
+    (tmp_path / "profile.csv").write_text("x [m], temperature [degC]\n0, 90\n0.3, 25\n")
+    (tmp_path / "flux.csv").write_text("time [s], 0.1 m [W/m^2], 0.2 m [W/m^2]\n0, 5000, 0\n100, 5000, 0\n")
+    assert simulation_of(upright(tmp_path, {}), MPI.COMM_SELF).problem.domain.length == pytest.approx(0.3)
+    for key, value in (
+        ("operation.gravity", 9.81),
+        ("operation.initial_temperature", str(tmp_path / "profile.csv")),
+        ("operation.outer_heat_flux", str(tmp_path / "flux.csv")),
+    ):
+        with pytest.raises(InputError, match=rf"{key}.*counts along x\[0\]"):
+            simulation_of(upright(tmp_path, {key: value}), MPI.COMM_SELF)
+
+
+def test_of_two_walls_the_longer_one_tells_length_and_stations():
+    """Not a way to and fro between them: 0.4 m for a bed between walls of 0.4 and 0.3 m."""
+    lower = [[[0.1 * n, 0.0], [0.1 * (n + 1), 0.0]] for n in (2, 0, 3, 1)]
+    upper = [[[0.1 * n, 0.06], [0.1 * (n + 1), 0.06]] for n in range(3)]
+    chain = _longest_chain(np.array(lower + upper), np.array([0.0, 0.03]))
+    assert chain == pytest.approx(np.array([[0.1 * n, 0.0] for n in range(5)]))
+    assert _longest_chain(np.array(lower), np.array([0.4, 0.0]))[0] == pytest.approx([0.4, 0.0])
+
+
+def test_a_rarefied_gas_is_warned_of():
+    """Helium at 10 mbar about beads of 0.1 mm: a mean free path of 15 um or more."""
+    thin = {"fluid.material": "helium", "operation.outlet_pressure": 1000.0, "operation.pressure_drop": 100.0}
+    scene = coarse_scene({**thin, "bed.bead_diameter": "0.1 mm", "model.flow": "plug", "model.turbulence": "none"})
+    assert any("mean free path" in text for text in check(scene, MPI.COMM_SELF).warnings)
+    assert not any("mean free path" in text for text in check(coarse_scene(), MPI.COMM_SELF).warnings)
