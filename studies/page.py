@@ -65,7 +65,8 @@ def row(cells: Iterable[object]) -> str:
 def yardstick(*, of_cpu: bool = False) -> float:
     """Y: median seconds of one sparse LU factorisation of the 5-point Laplacian on 300 x 300 nodes: this machine, this minute.
 
-    By the clock, or of CPU time, which other processes disturb less. In a process of its own: one that has freed much memory takes a quarter less, as the system need not give it any.
+    By the clock, or of CPU time, which other processes disturb less. In a process of its own: one that has freed much memory takes
+    a quarter less, as the system need not give it any.
     """
     # MPI puts into this process's environment what makes another one take itself for launched by mpirun
     child = subprocess.run([sys.executable, "-m", __name__], check=True, capture_output=True, env=dict(os.environ))
