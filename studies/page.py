@@ -65,7 +65,7 @@ def row(cells: Iterable[object]) -> str:
 def yardstick(*, of_cpu: bool = False) -> float:
     """Y: median seconds of one sparse LU factorisation of the 5-point Laplacian on 300 x 300 nodes: this machine, this minute.
 
-    By the clock, or of CPU time, which other processes disturb less. In a process of its own: one that has freed much memory takes
+    By the clock, or of CPU time, which others disturb less. In a process of its own: one that has freed much memory takes
     a quarter less, as the system need not give it any.
     """
     # MPI puts into this process's environment what makes another one take itself for launched by mpirun

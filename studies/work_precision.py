@@ -83,7 +83,7 @@ def write_page(path: Path, points: list[Point], tried: int) -> None:
         f"{PATIENCE:g} s of CPU along every path, or none to compare) that cross the program's features: straight beds of",
         "[crossed-scenes.md](crossed-scenes.md). The error of a run is that of its worst answer (heating time, targets, peaks of",
         "cure; without those every temperature and the heat stored at the end), against twice the cells in each direction and",
-        "twice the steps. Time is the CPU time of the whole run in a process that has compiled its forms, in Y: the CPU time of a",
+        "twice the steps. Time is the CPU time of the whole run in a process that has compiled its forms, in Y: CPU time of a",
         "sparse LU factorisation (5-point Laplacian, 300 x 300 nodes) in the same minute.",
         "",
         "![error against time](work-precision.png)",
