@@ -91,7 +91,6 @@ def test_a_folder_without_a_run_is_refused(tmp_path, capsys):
     assert "damaged" in capsys.readouterr().err
 
 
-@pytest.mark.docs
 def test_the_folder_of_another_command_is_not_called_damaged(tmp_path, capsys):
     scene = STUDIES / "beds" / "fluidised.toml"
     assert main(["fluidised", str(scene), "--out", str(tmp_path / "bed")]) == 0
@@ -101,6 +100,7 @@ def test_the_folder_of_another_command_is_not_called_damaged(tmp_path, capsys):
         assert "damaged" not in message and ("another command" in message or "not the folder of a run" in message)
 
 
+@pytest.mark.docs
 def test_a_page_prints_to_pdf(tmp_path):
     run(coarse_scene({"model.flow": "plug", "operation.end_time": 50.0}), tmp_path / "run", MPI.COMM_SELF)
     page, printed = write_report(tmp_path / "run"), tmp_path / "report.pdf"

@@ -6,7 +6,6 @@ import os
 import select
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
@@ -109,11 +108,15 @@ def test_the_job_script_on_two_ranks_gives_the_table_of_one_process(study_file, 
     run_study(Study.load(study_file), alone)
     environment = {name: value for name, value in os.environ.items() if not name.startswith(("OMPI_", "PMIX_"))}
     environment["LAUNCH"] = f"mpirun --oversubscribe {'--allow-run-as-root' if os.geteuid() == 0 else ''} -n 2"
-    environment["PATH"] = f"{Path(sys.executable).parent}:{environment['PATH']}"
+    command = tmp_path / "bin" / "porousmold"  # this one, installed or not
+    command.parent.mkdir()
+    command.write_text(f'#!/bin/sh\nexec {sys.executable} -m porousmold "$@"\n')
+    command.chmod(0o755)
+    environment["PATH"] = f"{command.parent}:{environment['PATH']}"
     for task in ("1", "2", "3"):
         tasks = {"SLURM_ARRAY_TASK_ID": task, "SLURM_ARRAY_TASK_COUNT": "3"}
-        command = ["bash", str(STUDIES / "array_job.sh"), str(study_file), str(together)]
-        assert subprocess.run(command, env=environment | tasks, timeout=300).returncode in (0, 2)  # with a refused case
+        script = ["bash", str(STUDIES / "array_job.sh"), str(study_file), str(together)]
+        assert subprocess.run(script, env=environment | tasks, timeout=300).returncode in (0, 2)  # with a refused case
     collect(Study.load(study_file), together)
     assert (together / "table.csv").read_text() == (alone / "table.csv").read_text()
 
