@@ -38,7 +38,7 @@ from ..scene.features.geometries import GEOMETRIES, BedSize
 from ..scene.features.inlet import STAGE, Inflow
 from ..scene.features.output import Output
 from ..scene.features.straight_bed import StraightBed
-from ..scene.features.wall import BedWall
+from ..scene.features.wall import BedWall, name_of
 from ..scene.scene import Scene
 
 TOLERANCE = 1e-8
@@ -112,7 +112,7 @@ class FluidisedBed:
         self._layers = (
             [(scene.wall.thickness, self._laws.walls["wall"])]
             if layers is None
-            else [(layer.thickness, self._laws.walls[layer.name or layer.material]) for layer in layers]
+            else [(layer.thickness, self._laws.walls[name_of(layer)]) for layer in layers]
         )
 
     def state(self, time: float, temperature: float) -> State:

@@ -15,6 +15,7 @@ from ..laws.real_gas import real_gas
 from ..laws.registry import Registry
 from ..laws.turbulence_models import TURBULENCE_MODELS, TurbulenceModel
 from .features.geometries import GEOMETRIES
+from .features.wall import name_of
 from .keys import Table
 from .scene import Scene
 
@@ -133,7 +134,7 @@ def _fluid(scene: Scene) -> Fluid:
 
 def _walls(scene: Scene) -> dict[str, Solid]:
     wall = scene.wall
-    layers = {layer.name or layer.material: _solid(scene, layer.material) for layer in scene.layers.values()}
+    layers = {name_of(layer): _solid(scene, layer.material) for layer in scene.layers.values()}
     if wall.layer is not None:
         return layers
     plain = _with_constants(

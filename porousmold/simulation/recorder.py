@@ -33,6 +33,8 @@ class Recorder:
         problem, sign = self.problem, self._direction(time)
         mass_flow, pressure_drop = self._at_end_of_step(time, flow_time)
         ends = problem.places.extreme_places("bed_side")
+        extremes = {place: problem.places.extremes(place) for place in problem.places.names}
+        waited_for = dict.fromkeys(("wall", "bed_side", self._place))
         now = Moment(
             time=time,
             step=step,
@@ -40,8 +42,8 @@ class Recorder:
             set_point=self._heat.inlet_temperature(time),
             mass_flow=sign * mass_flow,
             pressure_drop=sign * pressure_drop,
-            extremes={place: problem.places.extremes(place) for place in problem.places.names},
-            deficits={place: self._deficit(place, time) for place in dict.fromkeys(("wall", "bed_side", self._place))},
+            extremes=extremes,
+            deficits={place: self._deficit(*extremes[place], time) for place in waited_for},
             ends=ends if sign > 0 else (problem.domain.length - ends[0], problem.domain.length - ends[1]),
             at_places=self._at_places(time),
         )
@@ -100,10 +102,9 @@ class Recorder:
             "gradient": dict(zip(problem.sensor_names, problem.sensors.steepness(temperature), strict=True)),
         }
 
-    def _deficit(self, place: str, time: float) -> float:
-        """Largest distance (K) of the place's temperatures from the inlet's, on either side; where heat from elsewhere may carry
-        it beyond the inlet's, on the side that it started from."""
-        low, high = self.problem.places.extremes(place)
+    def _deficit(self, low: float, high: float, time: float) -> float:
+        """Largest distance (K) of a place's lowest and highest temperature (K) from the inlet's, on either side; where heat from
+        elsewhere may carry it beyond the inlet's, on the side that it started from."""
         inlet, outer = self._heat.inlet_temperature, self._heat.outer_wall
         target = inlet(time)
         below, above = float(target - low), float(high - target)

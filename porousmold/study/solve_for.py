@@ -188,17 +188,16 @@ class _Search:
                     break
         nearest = min(self._rows, key=lambda place: abs(self._excess(place)) if self._known(place) else math.inf)
         (low, high), unit = preferred_unit([self._setting(f(self._rows)) for f in (min, max)], kind_of(KEYS, self._key))
-        return self._change(nearest, f"not reached from {low:.4g} to {high:.4g} {unit}".rstrip() + self._of_the_refusal)
-
-    @property
-    def _of_the_refusal(self) -> str:
-        return f"; beyond: {self._refusal}" if self._refusal else ""
+        beyond = f"; beyond: {self._refusal}" if self._refusal else ""
+        return self._change(nearest, f"not reached from {low:.4g} to {high:.4g} {unit}".rstrip() + beyond)
 
     def _end(self, side: float) -> float:
         """How far the search goes to one side: by its largest factor, or to the key's own bound."""
         end, from_datum = math.log(self._farthest), self._value - self._datum
+        if self._span is not None:
+            return end
         for bound in (self._kind.low, self._kind.high):
-            if self._span is not None or not math.isfinite(bound) or (bound - self._datum) / from_datum <= 0.0:
+            if not math.isfinite(bound) or (bound - self._datum) / from_datum <= 0.0:
                 continue
             away = side * math.log((bound - self._datum) / from_datum)
             if away >= 0.0:

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 from ..keys import Key
 from ..series import TimeSeries
+from .air_loop import AirLoop
 from .feature import Feature, key
 
 if TYPE_CHECKING:
@@ -64,7 +65,7 @@ class Drive(Feature):
         operation, chosen = scene.operation, self.chosen
         if operation.phase is not None:
             return
-        if operation.blower is not None or operation.blower_pressure is not None:
+        if AirLoop.of(scene).has_blower:
             for name in chosen:
                 scene.refuse(f"operation.{name}", "cannot be combined with a blower", value=None)
             return
