@@ -1,10 +1,11 @@
 """Meshes of bed and wall with their tags, and the distance to the wall.
 
 x[0] runs along the flow, x[1] across it: from the symmetry plane (mold) or the axis (pipe) through the bed to the
-wall, in a whole cavity from the wall opposite, with the middle at 0; in three dimensions x[2] runs from a second symmetry plane
-(`SIDE`) to the wall beside, or to a third plane of symmetry (`SIDE` too). The bed's cells have the tag `BED`, those of the wall
-`WALL`, or of its layers outwards `WALL`, `WALL` + 1, ..., then those of the wall opposite outwards; the boundary's parts have the
-tags `INLET` ... below. One mesh carries both, so that one temperature is continuous across the interface.
+wall, in a whole cavity from the wall opposite, with the middle at 0, and in an annulus from its core; in three dimensions
+x[2] runs from a second symmetry plane (`SIDE`) to the wall beside, or to a third plane of symmetry (`SIDE` too). The bed's
+cells have the tag `BED`, those of the wall `WALL`, or of its layers outwards `WALL`, `WALL` + 1, ..., then those of the wall
+opposite outwards; the boundary's parts have the tags `INLET` ... below. One mesh carries both, so that one temperature is
+continuous across the interface.
 """
 
 import functools
@@ -213,13 +214,14 @@ class Across:
     """One direction across a straight bed, from its middle outwards: `nodes` (m) from 0, the first `bed_cells` cells of them
     in the bed, the others in the wall, whose layers have `layer_cells` outwards. Not `walled`, it ends at another plane of
     symmetry. A wall opposite, whose layers have `opposite_cells` outwards, comes before the bed, which is whole then, with its
-    middle at 0."""
+    `middle` (m) at 0 in a cavity; about an axis the wall opposite is a core, and places are radii."""
 
     nodes: Floats
     bed_cells: int
     walled: bool = True
     layer_cells: tuple[int, ...] = ()
     opposite_cells: tuple[int, ...] = ()
+    middle: float = 0.0
 
     @classmethod
     def to_wall(cls, bed_nodes: Floats, layers: Sequence[Floats] = ()) -> "Across":
@@ -230,14 +232,16 @@ class Across:
         return cls(np.concatenate(places), len(bed_nodes) - 1, True, tuple(len(depths) - 1 for depths in layers))
 
     @classmethod
-    def between_walls(cls, bed_nodes: Floats, layers: Sequence[Floats], opposite: Sequence[Floats]) -> "Across":
+    def between_walls(
+        cls, bed_nodes: Floats, layers: Sequence[Floats], opposite: Sequence[Floats], middle: float = 0.0
+    ) -> "Across":
         """`bed_nodes` are distances from either wall, 0 to half of the bed's width; `layers` and those of the wall `opposite` are
         depths into each layer, from 0."""
         whole = np.concatenate([bed_nodes, 2.0 * bed_nodes[-1] - bed_nodes[-2::-1]])
         one, other = cls.to_wall(whole, layers), cls.to_wall(bed_nodes, opposite)
         outside = other.nodes[other.bed_cells + 1 :]
-        nodes = np.concatenate([-outside[::-1], one.nodes - bed_nodes[-1]])
-        return cls(nodes, one.bed_cells, True, one.layer_cells, other.layer_cells)
+        nodes = np.concatenate([-outside[::-1], one.nodes - bed_nodes[-1]]) + middle
+        return cls(nodes, one.bed_cells, True, one.layer_cells, other.layer_cells, middle)
 
     def layer_of(self, cells: Integers) -> Integers:
         """Number of the layer that each of the cells, counted from the first node, is in; 0 in the bed, 1, 2, ... outwards, those
@@ -282,7 +286,7 @@ def straight_bed(
     domain = fenicsx.box_mesh(communicator, cells)
 
     tags = _tag_regions(domain, across)
-    facets = _tag_boundary(domain, *_boundary_markers(across))
+    facets = _tag_boundary(domain, *_boundary_markers(across, axisymmetric=axisymmetric))
     points = domain.geometry.x
     for axis, nodes in enumerate((axial_nodes, *(direction.nodes for direction in across))):
         points[:, axis] = np.asarray(nodes)[np.rint(points[:, axis] * cells[axis]).astype(int)]
@@ -296,8 +300,9 @@ def straight_bed(
     )
 
 
-def _boundary_markers(across: Sequence[Across]) -> tuple[Marked, Marked]:
-    """Tags with what marks their facets, on the unit square or cube: of the boundary, and inside."""
+def _boundary_markers(across: Sequence[Across], *, axisymmetric: bool) -> tuple[Marked, Marked]:
+    """Tags with what marks their facets, on the unit square or cube: of the boundary, and inside. The inside of a core lets no
+    heat out, be it its axis or a hollow."""
 
     def in_bed(x: Floats, besides: int | None = None) -> Booleans:
         return np.all(
@@ -321,7 +326,7 @@ def _boundary_markers(across: Sequence[Across]) -> tuple[Marked, Marked]:
     for axis, direction in enumerate(across, start=1):
         middle = (SYMMETRY, SIDE)[axis - 1]
         if direction.opposite_cells:
-            exterior.append((OUTER, at(axis, 0.0)))
+            exterior.append((middle if axisymmetric else OUTER, at(axis, 0.0)))
             interior.append((INTERFACE, in_bed_at(axis, direction.bed_begin / direction.cells)))
         else:
             exterior.append((middle, at(axis, 0.0)))
@@ -338,7 +343,7 @@ def _stations(length: float, across: Sequence[Across], fraction: float) -> dict[
     """Points (m) by name at a fraction of the length."""
     z, first = fraction * length, across[0]
     rest = (0.0,) * (len(across) - 1)
-    named = {"centre": (z, 0.0, *rest), "bed_side": (z, first.nodes[first.bed_end], *rest)}
+    named = {"centre": (z, first.middle, *rest), "bed_side": (z, first.nodes[first.bed_end], *rest)}
     if first.opposite_cells:
         named |= {"opposite_bed_side": (z, first.nodes[first.bed_begin]), "opposite_outer": (z, first.nodes[0])}
     if first.cells > first.bed_end:
@@ -351,9 +356,10 @@ def _stations(length: float, across: Sequence[Across], fraction: float) -> dict[
 def _wall_distance(domain: Mesh, across: Sequence[Across]) -> Expression:
     """Distance from the nearest wall (m, UFL)."""
     position = ufl.SpatialCoordinate(domain)
-    ends = (float(direction.nodes[direction.bed_end]) for direction in across)
+    ends = (float(direction.nodes[direction.bed_end]) - direction.middle for direction in across)
     widths = [fem.Constant(domain, end) for end in ends]  # another one needs no compilation
-    wall_distance = widths[0] - (abs(position[1]) if across[0].opposite_cells else position[1])
+    whole, middle = bool(across[0].opposite_cells), fem.Constant(domain, float(across[0].middle))
+    wall_distance = widths[0] - (abs(position[1] - middle) if whole else position[1])
     if len(across) == 2 and across[1].walled:
         beside = widths[1] - position[2]
         wall_distance = ufl.conditional(ufl.lt(beside, wall_distance), beside, wall_distance)

@@ -42,6 +42,8 @@ CELLS_OF_THICK = 32
 """Through such a layer, small at its surfaces."""
 CELLS_OF_CURE = 6
 """Through a layer that cures, at least: it is hottest in its middle."""
+SOURCE_ERROR = 0.1
+"""K that is cut off the parabola of temperature, q t^2/(4 k) high in a solid core, that a heat source q makes in a layer."""
 COMMON_EMISSIVITY = 0.8
 """Of oxidised metal, ceramic and stone."""
 LEAST_END_LENGTH = 1e-3
@@ -160,8 +162,8 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
         wall_nusselt_number(reynolds) * fluid.conductivity / diameter,
         bead_heat / (advection * size.area),
     )
-    depth = 0.5 * size.half_height if size.axisymmetric else size.half_height  # volume over the area of the wall
-    decay = SLOWEST_MODE[size.axisymmetric] * (across + phi * fluid.conductivity) / size.half_height**2
+    depth = 0.5 * size.half_height if size.is_disk else size.half_height  # volume over the area of the wall
+    decay = SLOWEST_MODE[size.is_disk] * (across + phi * fluid.conductivity) / size.half_height**2
     bed = _Store(bead_heat / (size.area * size.length) * depth, 1.0 / (depth * decay))
     return Estimates(
         flows=flows,
@@ -353,8 +355,10 @@ class _Wall(NamedTuple):
 def _wall(specs: Specs, size: BedSize, film: float, wall_coefficient: float, duration: float) -> _Wall:
     """Of one wall, or of both: their capacities together, the slower of their times."""
     walls = _walls(specs)
-    perimeter = size.walled_perimeter / len(walls)
-    found = [_one_wall(specs, size, layers, perimeter, film, wall_coefficient, duration) for layers in walls]
+    found = [
+        _one_wall(specs, size.length, wall, layers, film, wall_coefficient, duration)
+        for wall, layers in zip(size.walls, walls, strict=True)
+    ]
     return _Wall(
         sum(wall.heat_capacity for wall in found),
         tuple(cells for wall in found for cells in wall.cells),
@@ -367,14 +371,14 @@ def _wall(specs: Specs, size: BedSize, film: float, wall_coefficient: float, dur
 
 def _one_wall(
     specs: Specs,
-    size: BedSize,
+    length: float,
+    wall: tuple[float, float],
     layers: list[tuple[Layer, float]],
-    along_section: float,
     film: float,
     wall_coefficient: float,
     duration: float,
 ) -> _Wall:
-    """Of the layers of a wall, which is `along_section` (m) long around the section: each follows the bed through what lies
+    """Of the layers of a wall (`BedSize.walls`) of a bed of a `length` (m): each follows the bed through what lies
     before it and half of itself; the wall's time ends with the layer by which half of its heat is stored, as insulation behind
     it follows later. The bed is heated in `duration` (s)."""
     temperature = specs.heat.inlet_temperature.values[-1]
@@ -383,10 +387,10 @@ def _one_wall(
         for layer, thickness in layers
     ]
     if not given:
-        return _Wall(0.0, (1,), (False,), size.length, 0.0, 0.0)
+        return _Wall(0.0, (1,), (False,), length, 0.0, 0.0)
     stores = [storage * thickness for thickness, _, storage in given]
     capacity = time = passed = 0.0
-    resistance, cells = 1.0 / wall_coefficient, []
+    (around, curvature), resistance, cells = wall, 1.0 / wall_coefficient, []
     for (layer, _), (thickness, conductivity, storage), store in zip(layers, given, stores, strict=True):
         behind = resistance - 1.0 / wall_coefficient
         biot = thickness / conductivity / (1.0 / film + behind)
@@ -394,19 +398,23 @@ def _one_wall(
         if behind:  # what comes through another layer is no sharp front
             fewest = min(fewest, math.ceil(CELLS_A_DEPTH * thickness / math.sqrt(conductivity / storage * duration)))
         fewest = max(fewest, 1 if layer.solid.cure is None else CELLS_OF_CURE)
+        if layer.heat_source is not None:
+            strongest = max(abs(value) for value in layer.heat_source.range)
+            rise = strongest * thickness**2 / (4.0 * conductivity)
+            fewest = max(fewest, math.ceil(math.sqrt(rise / SOURCE_ERROR)))
         cells.append(min(fewest, 12))
         if 2.0 * passed < sum(stores):
             time += store * (resistance + 0.5 * thickness / conductivity)
         resistance += thickness / conductivity
         passed += store
-        perimeter = along_section + (math.pi * thickness if size.axisymmetric else 0.0)
-        capacity += store * perimeter * size.length
+        perimeter = around + curvature * math.pi * thickness
+        capacity += store * perimeter * length
     lasts = min(duration, specs.time.end_time)
     thick = tuple(thickness**2 * storage / conductivity > THICK * lasts for thickness, conductivity, storage in given)
     cells = [CELLS_OF_THICK if is_thick else number for number, is_thick in zip(cells, thick, strict=True)]
     thickness, conductivity, _ = max(given, key=lambda layer: layer[0] * layer[1])
     biot = film * thickness / conductivity
-    end_length = max(thickness * max(1.0, 1.0 / math.sqrt(biot)), LEAST_END_LENGTH * size.length)
+    end_length = max(thickness * max(1.0, 1.0 / math.sqrt(biot)), LEAST_END_LENGTH * length)
     largest = max(wall_coefficient * thickness / conductivity for thickness, conductivity, _ in given)
     return _Wall(capacity, tuple(cells), thick, end_length, time, largest)
 

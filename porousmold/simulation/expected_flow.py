@@ -31,7 +31,7 @@ def expected_mass_flow(specs: Specs, size: BedSize, estimates: Estimates) -> flo
     depths = np.concatenate([[0.0], np.geomspace(1e-4 * specs.mesh.bead_diameter, size.half_height, NODES)])
     porosity = np.minimum(specs.porosity.volume(depths, specs.mesh.bead_diameter), LARGEST_POROSITY)
     speed = _profile(specs, depths, porosity, estimates.pressure_gradient)
-    around = size.half_height - depths if size.axisymmetric else np.ones_like(depths)
+    around = size.half_height - depths if size.is_disk else np.ones_like(depths)
     mean = _integral(porosity * speed * around, depths) / _integral(around, depths)
     return float(estimates.mass_flow * mean / (specs.porosity.bulk_porosity * estimates.speed))
 

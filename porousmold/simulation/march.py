@@ -177,7 +177,9 @@ class Simulation:
             control.reject_failed(step, failure)
             return None
         ratio = self._rules.error_ratio(self.time + step, error, self._stepper.flow_error())
-        if not control.accept(self.time + step, step, ratio, error.order):
+        may_grow = self.specs.time.steps.largest is None and ratio <= 1.0
+        is_quiet = may_grow and self._rules.is_quiet(before.arrays)
+        if not control.accept(self.time + step, step, ratio, error.order, is_quiet=is_quiet):
             LOG.info("step of %g s from %g s repeated: %s, %.2g of what is allowed", step, self.time, error, ratio)
             self._put_back(before)
             return None

@@ -51,7 +51,9 @@ def straight_domain(
 
     to_wall = from_wall(size.half_height)
     across = [
-        domain.Across.between_walls(to_wall, layers, opposite) if size.whole else domain.Across.to_wall(to_wall, layers)
+        domain.Across.between_walls(to_wall, layers, opposite, size.middle)
+        if size.whole
+        else domain.Across.to_wall(to_wall, layers)
     ]
     if size.half_width is not None and size.walled_sides:
         across.append(domain.Across.to_wall(from_wall(size.half_width), layers))

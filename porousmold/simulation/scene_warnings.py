@@ -134,7 +134,7 @@ def _of_the_porosity(scene: Scene, specs: Specs, size: BedSize) -> list[str]:
     diameter = specs.mesh.bead_diameter
     if not isinstance(specs.porosity, LawPorosity) or specs.mesh.size is None or size.half_width is not None:
         return []
-    mean = mean_porosity(specs.porosity, diameter, size.half_height, axisymmetric=size.axisymmetric)
+    mean = mean_porosity(specs.porosity, diameter, size.half_height, axisymmetric=size.is_disk)
     measured = [correlation(width_ratio(scene)) for correlation in (dixon_mean_porosity, benyahia_oneill_mean_porosity)]
     if min(abs(mean - other) for other in measured) <= LARGEST_POROSITY_ERROR:
         return []

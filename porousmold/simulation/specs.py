@@ -223,7 +223,6 @@ def _mesh(scene: Scene, laws: Laws) -> MeshSpec:
     geometry, own, wall = scene.geometry, OwnMesh.of(scene), BedWall.of(scene)
     kind = GEOMETRIES[geometry.kind]
     size = kind.size(geometry)
-    widths = [getattr(geometry, n) for n in kind.widths if not (n == "width" and geometry.sides == "symmetry")]
     dimension = dimension_of(geometry)
     turbulent = 0 if laws.turbulence is None else len(laws.turbulence.unknowns)
     velocity_and_pressure = {"full": dimension + 1, "developed": 1, "plug": 0}[scene.model.flow]
@@ -236,7 +235,7 @@ def _mesh(scene: Scene, laws: Laws) -> MeshSpec:
         dimension=dimension,
         axisymmetric=own.symmetry == "axisymmetric" if size is None else size.axisymmetric,
         bead_diameter=scene.bed.bead_diameter,
-        narrowest=min((width for width in widths if width), default=None),
+        narrowest=min(kind.widths(geometry).values(), default=None),
         layers=wall.layers(laws.walls) if wall.kind == "conjugate" else (),
         opposite_layers=wall.opposite_layers(laws.walls),
         cells=Cells.of(scene),

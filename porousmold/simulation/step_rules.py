@@ -2,7 +2,9 @@
 
 import math
 
+from ..mesh import ranks
 from ..solvers.protocols import Bounds
+from ..solvers.state import Arrays
 from ..solvers.step_error import StepError
 from .problem import Problem
 from .recorder import Recorder
@@ -21,6 +23,9 @@ LEAST_DIFFERENCE = 0.02
 """Temperature difference (K) below which none counts."""
 STEPS_OF_CHANGE = 4.0
 """Steps like the last one whose change counts as a difference: of what is heated evenly."""
+QUIET_CHANGE = 5e-4
+"""Change of every temperature in a step, over the differences there are, and of every degree of cure, below which the step is
+a quiet one: what is given is steady, and no front is on its way through the bed."""
 LARGEST_PART = 0.5
 """Of the time in which differences that decay would be gone, that one step may take."""
 INLET_CHANGE = 0.1
@@ -57,6 +62,17 @@ class StepRules:
         # an error of the flow moves times by as much of the time that it lasts
         weight = min(1.0, time / self._problem.medium.estimates.heating_duration)
         return float(max(ratio, weight * flow_error / FLOW_ERROR * finer**2))
+
+    def is_quiet(self, before: Arrays) -> bool:
+        """Whether the step that was just taken from a state (arrays of `Problem.state`) has changed no temperature and no degree
+        of cure anywhere (collective)."""
+        problem, (low, high) = self._problem, self.range_now()
+        differences = max(high - low, LEAST_DIFFERENCE)
+        for name, function in problem.heat.solution.functions.items():
+            change = ranks.largest_magnitude(problem.communicator, function.x.array - before[f"heat/{name}"])
+            if change > QUIET_CHANGE * (1.0 if name.startswith("cure") else differences):
+                return False
+        return True
 
     def differences(self, time: float, low: float, high: float, inlet: float) -> float:
         """Largest temperature difference (K) at a time (s) between places, and what is given there."""

@@ -67,10 +67,11 @@ class TimeControl:
             return room
         return room / 2 if room < 2 * self.step else self.step
 
-    def accept(self, time: float, step: float, error: float, order: int = 3) -> bool:
+    def accept(self, time: float, step: float, error: float, order: int = 3, *, is_quiet: bool = False) -> bool:
         """After a good step to `time`: give True, or False if its estimated `error` asks for a repetition.
 
-        The error is over that which is allowed, and of the `order` in the step's length.
+        The error is over that which is allowed, and of the `order` in the step's length. After a quiet step, in which nothing
+        changed anywhere, the next may be longer than the largest one.
         """
         self._failures = 0
         allowed = SAFETY * max(error, 1e-12) ** (-1.0 / order)
@@ -81,7 +82,8 @@ class TimeControl:
         if self._restarts_at(time):
             self.step = min(self.first_step, step * max(1.0, allowed))
             return True
-        self.step = min(self.largest_step, max(self.step, step) * min(self.growth, max(LEAST_FACTOR, allowed)))
+        grown = max(self.step, step) * min(self.growth, max(LEAST_FACTOR, allowed))
+        self.step = grown if is_quiet else min(self.largest_step, grown)
         return True
 
     def _restarts_at(self, time: float) -> bool:
@@ -97,7 +99,7 @@ class TimeControl:
     def go_on_with(self, step: float) -> None:
         """Propose `step` next, or start small again where that was cut back so far that the solves gave up."""
         given_up = step < self.first_step * SMALLEST_FRACTION
-        self.step = self.first_step if given_up else min(step, self.largest_step)
+        self.step = self.first_step if given_up else step
 
     def reject_failed(self, step: float, failure: SolveError) -> None:
         """After a step that did not converge: a quarter of it next; raises `failure` after `MOST_FAILURES` in succession."""

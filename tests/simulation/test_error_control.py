@@ -306,3 +306,17 @@ def test_a_wall_that_heats_itself_leaves_the_bed_its_bounds(opens):
 
     assert beyond(result) < 0.1 < beyond(free)
     assert not any("beyond those given" in warning for warning in result.summary["warnings"])
+
+
+def test_steps_grow_when_nothing_changes_any_more():
+    """A bed at rest that its wall has heated keeps its temperatures for days: steps that cross them, and see the next change."""
+    day = 86400.0
+    given = {"model.wall": "fixed-temperature", "operation.end_time": 40.0 * day}
+    late = {"operation.wall_temperature": ([0.0, 20.0 * day, 20.0 * day + 600.0], [HOT, HOT, COLD + 30.0])}
+    result = run(bed_at_rest(given | late))
+    assert result.summary["time_steps"] < 400
+    assert max(np.diff(result["time"])) > 2.0 * day
+    assert result["lowest_bed"][-1] == pytest.approx(COLD + 30.0, abs=0.01)
+    assert result["highest_bed"][-1] == pytest.approx(COLD + 30.0, abs=0.01)
+    fixed = run(bed_at_rest(given | {"operation.wall_temperature": HOT, "solver.largest_step": day}))
+    assert max(np.diff(fixed["time"])) <= day * (1.0 + 1e-9)

@@ -34,6 +34,15 @@ def test_hits_every_kink_and_the_end_within_the_cap(first, growth, cap, breakpoi
     assert all(min(abs(time - instant) for time in times) < 1e-6 for instant in breakpoints)
 
 
+def test_quiet_steps_grow_beyond_the_cap_and_those_after_them_do_not():
+    control = TimeControl(1.0, 2.0, 20.0, 1e4)
+    control.step = 20.0
+    assert control.accept(20.0, 20.0, 0.0, is_quiet=True)
+    assert control.propose(20.0) == 40.0
+    assert control.accept(60.0, 40.0, 0.0)
+    assert control.propose(60.0) == 20.0
+
+
 def test_ramps_geometrically_and_small_again_after_a_kink():
     times, steps = marched(TimeControl(1.0, 2.0, 20.0, 200.0, (100.0,)))
     assert steps[:5] == [1.0, 2.0, 4.0, 8.0, 16.0]

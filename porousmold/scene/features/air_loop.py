@@ -10,7 +10,7 @@ from ...errors import InputError
 from ...files.tables import read_columns
 from ..series import TimeSeries
 from .feature import Feature, key, measure
-from .geometries import dimension_of
+from .geometries import geometry_of
 
 if TYPE_CHECKING:
     from ..scene import Scene
@@ -116,8 +116,10 @@ class AirLoop(Feature):
             scene.require("operation.blower_pressure")
         if self.duct_resistance and not self.has_blower:
             scene.refuse("operation.duct_resistance", "has no meaning without a blower")
-        if self.mold_width is not None and is_round(scene):
-            scene.refuse("operation.mold_width", "does not apply to a pipe")
+        geometry = dict(scene.geometry)
+        if self.mold_width is not None and not geometry_of(geometry).is_per_width(geometry):
+            allowed = f"has no place here: what is modelled is {geometry_of(geometry).modelled_part(geometry)}"
+            scene.refuse("operation.mold_width", allowed)
         if not has_air_loop(scene):
             for name in ("fresh_temperature", "mold_width"):
                 if getattr(self, name):
@@ -126,8 +128,6 @@ class AirLoop(Feature):
             return
         if scene.model.flow_update == "transient":
             scene.refuse("model.flow_update", "must not be 'transient' with a heater or recirculation")
-        if dimension_of(scene.geometry) == 3 and self.mold_width is not None:
-            scene.refuse("operation.mold_width", "has no place in three dimensions")
 
     def _check_blower(self, scene: "Scene") -> None:
         if self.blower is not None:
@@ -163,18 +163,7 @@ def has_air_loop(scene: "Scene") -> bool:
     return any(getattr(scene.operation, name) is not None for name in LOOP_KEYS)
 
 
-def is_round(scene: "Scene") -> bool:
-    """Whether the whole tool is computed: about an axis."""
-    return bool(scene.geometry.kind == "pipe" or scene.geometry.symmetry == "axisymmetric")
-
-
 def share_of(scene: "Scene") -> float:
-    """How many times what is computed the whole tool is: half a cavity (or the whole) per metre of width, a quarter of one that
-    has a width, as many as the scene says of a mesh in three dimensions."""
-    if is_round(scene):
-        return 1.0
-    if scene.geometry.symmetry == "none":
-        return float(scene.geometry.parts)
-    if scene.geometry.width is not None:
-        return 4.0
-    return (1.0 if scene.geometry.cavity == "whole" else 2.0) * float(scene.operation.mold_width or 1.0)
+    """How many times what is computed the whole tool is, with the width that it is said to have."""
+    geometry = dict(scene.geometry)
+    return geometry_of(geometry).parts(geometry) * float(scene.operation.mold_width or 1.0)

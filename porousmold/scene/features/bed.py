@@ -58,15 +58,12 @@ class Beads(Feature):
         scene.require("bed.bead_diameter")
         assert self.diameter is not None
         geometry, least = scene.geometry, SMALLEST_RATIO * self.diameter
-        for name in GEOMETRIES[geometry.kind].widths:
-            width = getattr(geometry, name)
-            if width is None or (name == "width" and geometry.sides == "symmetry"):
-                continue
+        for name, width in GEOMETRIES[geometry.kind].widths(geometry).items():
             if width < least * (1 - 1e-9) and not self.allow_small_ratio:
-                allowed = f"must be at least {SMALLEST_RATIO:g} bead diameters ({least:g} m)"
+                allowed = f"must make the bed at least {SMALLEST_RATIO:g} bead diameters ({least:g} m) wide"
                 scene.refuse(f"geometry.{name}", f"{allowed}, or set bed.allow_small_ratio = true")
             if self.diameter >= width:
-                scene.refuse("bed.bead_diameter", f"must be smaller than geometry.{name}")
+                scene.refuse("bed.bead_diameter", f"must be smaller than the bed, {width:g} m (geometry.{name})")
             if scene.solver.first_cell is not None and scene.solver.first_cell >= width / 2:
                 scene.refuse("solver.first_cell", f"must be < {width / 2:g} m, half the bed")
 

@@ -35,17 +35,15 @@ class StraightBed(Feature):
         ("wall", "symmetry"),
         "wall",
     )
-    diameter: float | None = measure("geometry.diameter", "inner diameter of a pipe")
+    diameter: float | None = measure("geometry.diameter", "inner diameter of a pipe, or of the wall around an annulus")
+    core_diameter: float | None = measure(
+        "geometry.core_diameter", "diameter of an annulus's core, which has [[wall.opposite_layer]]"
+    )
 
     def check(self, scene: "Scene") -> None:
         """The measures are those that the kind needs."""
         scene.require("geometry.kind")
         assert self.kind is not None
-        kind = GEOMETRIES[self.kind]
-        for name in kind.needed:
-            scene.require(f"geometry.{name}")
-        for full_name in kind.foreign:
-            if scene.is_given(full_name):
-                scene.refuse(full_name, f"has no place in a {self.kind}")
+        GEOMETRIES[self.kind].check(scene)
         if self.width is None and self.sides != "wall":
             scene.refuse("geometry.sides", "has no meaning without geometry.width")

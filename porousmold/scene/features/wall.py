@@ -9,6 +9,7 @@ from ...laws.materials import Solid
 from ..keys import Key, Table
 from ..series import TimeSeries
 from .feature import Feature, choice, key, measure, own_property, solid
+from .geometries import geometry_of
 
 if TYPE_CHECKING:
     from ..scene import Scene
@@ -74,7 +75,8 @@ class BedWall(Feature):
     opposite_layer: Sequence[Table] | None = key(
         "wall.opposite_layer",
         "list",
-        "layers of the wall opposite, from the bed outwards, with geometry.cavity 'whole'",
+        "layers of the wall opposite, from the bed outwards, with geometry.cavity 'whole'; of an annulus's core, from the bed "
+        "inwards",
         entries=LAYER,
     )
     cells: int | None = key(
@@ -134,10 +136,13 @@ class BedWall(Feature):
         self._check_cure(scene)
 
     def _check_opposite(self, scene: "Scene") -> None:
+        geometry = dict(scene.geometry)
         is_whole = scene.geometry.cavity == "whole"
-        if is_whole and not self.opposite_layer:
-            scene.refuse("geometry.cavity", "needs the other wall's layers, [[wall.opposite_layer]]")
-        if self.opposite_layer and not is_whole:
+        has_two = geometry_of(geometry).has_two_walls(geometry)
+        if has_two and not self.opposite_layer:
+            key = "geometry.cavity" if is_whole else "geometry.kind"
+            scene.refuse(key, "needs the other wall's layers, [[wall.opposite_layer]]")
+        if self.opposite_layer and not has_two:
             allowed = "must be 'whole' with [[wall.opposite_layer]]: half a cavity has equal walls"
             scene.refuse("geometry.cavity", allowed)
         if is_whole and scene.geometry.width is not None:
