@@ -83,7 +83,7 @@ class BoundaryValues:
 
     def outer_wall(self, ds: ufl.Measure) -> OuterWall | None:
         """The `OuterWall` on the facets of a measure, None where the scene gives it no heat."""
-        if self._heat.wall.kind == "fixed-temperature":
+        if self._heat.is_wall_held:
             ambient = self.following(self._heat.wall.temperature)
             return OuterWall(ds, coefficient=self._domain.constant(PENALTY_COEFFICIENT), ambient=ambient)
         given = self._heat.outer_wall

@@ -314,7 +314,7 @@ def _is_heated_from_outside(specs: Specs) -> bool:
     heat = specs.heat
     sources = any(layer.heat_source is not None or layer.solid.cure is not None for layer in heat.all_layers)
     outer = heat.outer_wall
-    return sources or outer.exchanges or outer.heat_flux is not None or heat.wall.kind == "fixed-temperature"
+    return sources or outer.exchanges or outer.heat_flux is not None or heat.is_wall_held
 
 
 def _conduction_time(specs: Specs, bed: _Store) -> float:

@@ -338,6 +338,11 @@ def _of_the_outcome(simulation: Simulation) -> list[str]:
             found.append(f"the state is not periodic within operation.cycle_tolerance after {course.cycles} cycles")
     if waiting and (at_end or steady) and not time.targets:
         found.append(why_not_heated(simulation))
+    if simulation.specs.heat.is_wall_held and time.heated.place != "bed" and not (time.targets or course):
+        found.append(
+            "there is no heating time: the wall is held at operation.wall_temperature; operation.heated_place = 'bed' or a "
+            "[[target]] asks for one of the bed"
+        )
     found += beyond_the_inlet(simulation) + of_the_corner(simulation)
     kept = kept_targets(simulation)
     is_unmet = None in simulation.recorder.targets.values() and (at_end or steady)

@@ -127,12 +127,18 @@ class HeatSpec:
         """Lowest and highest temperature (K) at the start."""
         return (self.initial_temperature,) * 2 if self.start is None else self.start.range
 
-    def is_heated_by_inflow(self, margin: float) -> bool:
-        """Whether the wall is waited for until it is within a margin (K) of the fluid that flows in."""
+    @property
+    def is_wall_held(self) -> bool:
+        """Whether the wall has the temperature that is given for it."""
+        return self.wall.kind == "fixed-temperature"
+
+    def is_heated_by_inflow(self, place: str, margin: float) -> bool:
+        """Whether a place is waited for until it is within a margin (K) of the fluid that flows in: beside a wall whose
+        temperature is given only the bed."""
         differences = [
             abs(value - first) for value in self.inlet_temperature.range for first in self.first_temperatures
         ]
-        return self.wall.kind != "fixed-temperature" and max(differences) > margin
+        return (place == "bed" or not self.is_wall_held) and max(differences) > margin
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -164,7 +170,7 @@ class Specs:
     def waits_for_heat(self) -> bool:
         """Whether the wall is waited for until it is as warm as what flows in."""
         is_one = self.course is None or self.course.waits_for_heat
-        return is_one and self.heat.is_heated_by_inflow(self.time.heated.margin)
+        return is_one and self.heat.is_heated_by_inflow(self.time.heated.place, self.time.heated.margin)
 
     @property
     def porosity(self) -> Porosity:

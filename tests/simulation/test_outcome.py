@@ -111,3 +111,15 @@ def test_a_porosity_beside_its_profile_is_refused():
     profile = str(STUDIES / "profiles" / "slab_ratio_10.csv")
     with pytest.raises(InputError, match=r"bed.bulk_porosity = 0.3: has no place beside bed.porosity_profile"):
         coarse_scene({"bed.porosity_profile": profile, "bed.bulk_porosity": 0.3})
+
+
+def test_beside_a_wall_that_is_held_only_the_bed_is_waited_for():
+    held = {"model.wall": "fixed-temperature", "operation.wall_temperature": 363.15}
+    result = run(coarse_scene(PLUG, held | {"operation.end_time": 20.0}))
+    assert any("the wall is held at operation.wall_temperature" in text for text in result.summary["warnings"])
+    waited = run(coarse_scene(PLUG, held | {"operation.heated_place": "bed"}))
+    assert waited.heating_time is not None
+    assert not any("is held" in text for text in waited.summary["warnings"])
+    colder = held | {"operation.wall_temperature": 340.0, "operation.heated_place": "bed"}
+    never = run(coarse_scene(PLUG, colder)).summary
+    assert never["heating_time"] is None and any("stays there" in text for text in never["warnings"])
