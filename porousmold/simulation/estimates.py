@@ -146,25 +146,28 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
     temperature, beads = heat.inlet_temperature.values[-1], laws.beads
     conductivity = beads.conductivity(temperature)
     bead_heat = (1.0 - phi) * beads.density(temperature) * beads.heat_capacity(temperature) * size.area * size.length
+    fluid_heat = fluid.density * phi * fluid.heat_capacity * size.area * size.length
+    bed_heat = bead_heat + fluid_heat
     advection = fluid.density * phi * flowing * fluid.heat_capacity
     exchange = specific_surface(phi, diameter) * coefficient
-    # a front spreads by the film between fluid and beads, by conduction along the beads and by dispersion along the flow
+    # a front spreads by the film between fluid and beads, by conduction along the beads and by dispersion along the flow; the
+    # film by what the beads store of it, as S T_t + q T_x = s (T - T_s)_t with T - T_s = s T_t/E, S = s + phi rho C_f
     core = _core(specs, fluid, speed, conductivity)
     conduction = added(laws.bead_conduction.beads(core), laws.dispersion.mixed(core))
     along, across = (
         (conduction.along, conduction.across) if isinstance(conduction, Anisotropic) else (conduction, conduction)
     )
-    spreading = advection / exchange + along / advection
+    spreading = advection / exchange * (bead_heat / bed_heat) ** 2 + along / advection
     wall = _wall(
         specs,
         size,
         coefficient,
         wall_nusselt_number(reynolds) * fluid.conductivity / diameter,
-        bead_heat / (advection * size.area),
+        bed_heat / (advection * size.area),
     )
     depth = 0.5 * size.half_height if size.is_disk else size.half_height  # volume over the area of the wall
     decay = SLOWEST_MODE[size.is_disk] * (across + phi * fluid.conductivity) / size.half_height**2
-    bed = _Store(bead_heat / (size.area * size.length) * depth, 1.0 / (depth * decay))
+    bed = _Store(bed_heat / (size.area * size.length) * depth, 1.0 / (depth * decay))
     return Estimates(
         flows=flows,
         speed=speed,
@@ -187,7 +190,7 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
         inlet_time=_inlet_time(heat.inlet_temperature),
         bead_residence_time=size.length / abs(heat.bead_motion.velocity) if heat.bead_motion.velocity else math.inf,
         length=size.length,
-        flow_duration=(bead_heat + wall.heat_capacity) / (advection * size.area),
+        flow_duration=(bed_heat + wall.heat_capacity) / (advection * size.area),
         conduction_time=math.inf if flows and not _is_heated_from_outside(specs) else _conduction_time(specs, bed),
     )
 

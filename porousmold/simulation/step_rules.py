@@ -10,11 +10,11 @@ from .problem import Problem
 from .recorder import Recorder
 from .specs import HeatSpec
 
-STEP_ERROR = 8e-3
-"""Estimated error of a step that is allowed, of temperatures, over the differences there are."""
+STEP_ERROR = {2: 4e-3, 3: 8e-3}
+"""Estimated error of a step that is allowed, of temperatures, over the differences there are, by the order of the estimate: that of
+the backward Euler method is its own error, that of three stages the far larger one of their embedded method."""
 CURE_ERROR = {2: 3e-5, 3: 1.5e-4}
-"""The same of a degree of cure, by the order of the estimate: that of the backward Euler method is its own error, that of three
-stages the far larger one of their embedded method."""
+"""The same of a degree of cure."""
 COARSEST_ERRORS = 0.6
 """Refinement of the steps below which their errors may grow no more: a front that comes in is lost in one step else."""
 FLOW_ERROR = 3e-3
@@ -54,7 +54,7 @@ class StepRules:
         low, high = min(lows), max(highs)
         change = max(abs(low - history["lowest_temperature"][-1]), abs(high - history["highest_temperature"][-1]))
         differences = self.differences(time, low, high, problem.inlet_temperature)
-        allowed = STEP_ERROR * max(differences, STEPS_OF_CHANGE * change, LEAST_DIFFERENCE)
+        allowed = STEP_ERROR[error.order] * max(differences, STEPS_OF_CHANGE * change, LEAST_DIFFERENCE)
         if specs.steps.tolerance is not None:
             allowed = min(allowed, specs.steps.tolerance)
         finer = max(specs.steps.refinement, COARSEST_ERRORS)

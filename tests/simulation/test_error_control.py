@@ -10,7 +10,7 @@ from porousmold import InputError, Scene, run
 from porousmold.scene.series import MOST_ROWS, TimeSeries
 from porousmold.simulation.step_rules import STEP_ERROR
 
-from ..support import RESIN, STUDIES, coarse_scene, cured_mold
+from ..support import RESIN, STUDIES, coarse_scene, cured_mold, schumann
 
 CONDUCTIVITY, CAPACITY, HALF = 0.4 * 0.05 + 0.6 * 0.8, 0.6 * 2000.0 * 800.0, 0.025
 """Of the bed at rest, per total volume, and its half height or radius, m."""
@@ -281,7 +281,7 @@ def test_a_hot_wall_radiates_to_its_surroundings(wall, coefficient):
         result = run(bed_at_rest(given | {"solver.step_refinement": refinement}))
         worst.append(np.max(np.abs(np.array(result["lowest_wall"]) - exact(np.array(result["time"]))[0])) / 600.0)
         assert abs(result.summary["energy_imbalance"]) < 1e-4
-    assert worst[0] < STEP_ERROR and worst[1] < 0.4 * worst[0]
+    assert worst[0] < STEP_ERROR[3] and worst[1] < 0.4 * worst[0]
 
 
 @pytest.mark.parametrize("opens", ["cure", "source", "flux"])
@@ -320,3 +320,37 @@ def test_steps_grow_when_nothing_changes_any_more():
     assert result["highest_bed"][-1] == pytest.approx(COLD + 30.0, abs=0.01)
     fixed = run(bed_at_rest(given | {"operation.wall_temperature": HOT, "solver.largest_step": day}))
     assert max(np.diff(fixed["time"])) <= day * (1.0 + 1e-9)
+
+
+def test_a_front_in_a_liquid_that_stores_as_much_as_the_beads():
+    """Schumann's front, in its retarded time, past stations at default cells and steps (2.1 % off where the fluid's storage was
+    lumped at the nodes and not upwinded as its flow)."""
+    length, speed, porosity, diameter = 0.5, 5e-3, 0.4, 0.005
+    density, fluid_capacity, solid_capacity, fluid_conductivity = 1000.0, 4180.0, 0.6 * 2400.0 * 800.0, 0.6
+    scene = Scene(
+        {
+            "geometry": {"kind": "pipe", "length": length, "diameter": 0.1},
+            "bed": {
+                **{"bead_diameter": diameter, "porosity_model": "constant", "bulk_porosity": porosity},
+                **{"bead_density": 2400.0, "bead_heat_capacity": 800.0, "bead_conductivity": 1e-6},
+            },
+            "fluid": {
+                **{"density": density, "viscosity": 1e-3, "heat_capacity": fluid_capacity},
+                "conductivity": fluid_conductivity,
+            },
+            "operation": {
+                **{"initial_temperature": COLD, "inlet_temperature": HOT},
+                **{"inlet_velocity": speed, "end_time": 70.0},
+            },
+            "model": {"flow": "plug", "turbulence": "none", "wall": "insulated", "exchange_factor": 0.1},
+        }
+    )
+    result = run(scene)
+    reynolds, prandtl = density * speed * diameter / 1e-3, 1e-3 * fluid_capacity / fluid_conductivity
+    coefficient = 0.1 * (2.0 + 1.1 * reynolds**0.6 * prandtl ** (1.0 / 3.0)) * fluid_conductivity / diameter
+    exchange, carried = coefficient * 6.0 * 0.6 / diameter, density * speed * fluid_capacity
+    for station, part in (("L/4", 0.25), ("L/2", 0.5), ("L", 1.0)):
+        place = part * length
+        passed = result["time"][-1] - place * porosity * density * fluid_capacity / carried
+        exact = schumann(exchange * place / carried, exchange * passed / solid_capacity)
+        assert heated_part(result[f"temperature_centre_{station}"][-1]) == pytest.approx(exact, abs=1.5e-3)
