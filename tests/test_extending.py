@@ -99,6 +99,39 @@ def test_wrong_laws_are_refused_with_one_line(law, word):
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("law", "word"),
+    [
+        (lambda: register(lambda re, pr, phi: -8.0 + 1.1 * re**0.6 * pr ** (1 / 3)), "must be positive over its range"),
+        (lambda: register(lambda prandtl, reynolds, porosity: reynolds + prandtl), "in the order reynolds, prandtl"),
+        (lambda: register(lambda phi, d, rho, mu, speed: 100.0 * speed - 1.0, pm.drag), "must be positive for"),
+        (lambda: register(lambda y, phi: 0.9 - 0.04 * y, pm.porosity), "up to 1000 bead diameters"),
+        (lambda: hot_solid("kJ/(kg K)"), r"must be in J/\(kg\*K\)"),
+    ],
+)
+def test_laws_of_the_wrong_sign_order_or_unit_are_refused(law, word):
+    with pytest.raises(InputError, match=word):
+        law()
+
+
+def hot_solid(unit):
+    """A solid whose conductivity makes no sense at room temperature, which it is not for."""
+    hot = (600.0, 1200.0)
+    return pm.register(
+        pm.Solid(
+            f"hot {unit}",
+            3000.0,
+            pm.Polynomial((900.0,), unit, "test", hot),
+            pm.Polynomial((-10.0, 0.03), "W/(m K)", "test", hot),
+            "test",
+        )
+    )
+
+
+def test_a_law_is_tried_over_its_own_range():
+    assert hot_solid("J/(kg K)").conductivity(1000.0) == pytest.approx(20.0)
+
+
 def test_a_broken_file_is_refused_with_one_line(tmp_path, capsys):
     (tmp_path / "mylaws.py").write_text("1 / 0\n")
     scene = tmp_path / "scene.toml"

@@ -190,7 +190,8 @@ def text_of(key: str, path: Path) -> str:
 
 
 def _head(line: str) -> tuple[str, list[tuple[str, str | None]]]:
-    """Separator of a head and (name, unit) of its cells, None of those without a unit; the separator that makes most of them."""
+    """Separator of a head and (name, unit) of its cells, None of those without a unit; the separator that makes most units, then
+    most cells, of them."""
     best: tuple[str, list[tuple[str, str | None]]] = (",", [])
     for separator in SEPARATORS:
         cells: list[str] = next(csv.reader([line], delimiter=separator), [])
@@ -199,7 +200,8 @@ def _head(line: str) -> tuple[str, list[tuple[str, str | None]]]:
             (cell.strip(), None) if match is None else (match["name"].strip(), match["a"] or match["b"] or "")
             for cell, match in zip(cells, found, strict=True)
         ]
-        if sum(unit is not None for _, unit in heads) > sum(unit is not None for _, unit in best[1]):
+        sizes = [(sum(unit is not None for _, unit in one), len(one)) for one in (heads, best[1])]
+        if sizes[0][0] and sizes[0] > sizes[1]:
             best = separator, heads
     return best
 

@@ -125,6 +125,8 @@ def _converted(key: str, text: str, unit: str, where: str | None) -> float:
         scale = _scale_of(given, {"delta_degC": "kelvin", "": "dimensionless"}.get(unit, unit))
     except Exception as error:  # pint raises many kinds, AssertionError among them, for units that are no units
         raise InputError(key, text, allowed, where) from error
+    if unit == "K" and given.startswith("delta_"):
+        raise InputError(key, text, "is a temperature difference, not a temperature", where)
     if unit == "delta_degC" and scale.zero != 0.0:
         raise InputError(key, text, "is a temperature difference: give it in K", where)
     return number * scale.size + scale.zero

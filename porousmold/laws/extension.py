@@ -1,10 +1,12 @@
 """How a user's own laws are registered, and tried before anything is computed with them.
 
 A law must take floats, numpy arrays and UFL expressions: use `porousmold.laws.functions` for exp, sqrt, maximum and the like.
-Each is called with samples of its range when it is registered; one that raises, gives another shape or no finite number is
-refused with one line (`InputError`) that names it.
+Each is called with samples of its range when it is registered; one that raises, gives another shape, no finite number or one of
+the wrong sign is refused with one line (`InputError`) that names it, as is one whose arguments have the right names in another
+order, and a property in another unit than the SI's.
 """
 
+import inspect
 from collections.abc import Callable
 from typing import Any, TypeVar
 
@@ -13,6 +15,7 @@ import ufl
 
 from ..arrays import Floats
 from ..errors import InputError, first_line
+from ..files.units import to_si
 from .conductivity import BEAD_CONDUCTION_LAWS, DISPERSION_LAWS, Anisotropic, BeadConduction, Dispersion, LocalBed
 from .drag import DRAG_LAWS, DragLaw
 from .functions import Value
@@ -25,7 +28,12 @@ from .turbulence_models import TURBULENCE_MODELS, LocalFlow, TurbulenceModel
 Function = Callable[..., Value]
 Decorator = Callable[[Function], Function]
 Model = TypeVar("Model", bound=type[TurbulenceModel])
-TEMPERATURES = np.array([250.0, 300.0, 400.0])
+TEMPERATURES = (250.0, 400.0)
+"""K, between which a property without a range of its own is tried."""
+SAMPLES = 201
+"""Of a law, over its range."""
+UNITS = {"density": "kg/m^3", "heat_capacity": "J/(kg*K)", "conductivity": "W/(m*K)", "viscosity": "Pa*s"}
+"""That properties are computed in."""
 
 
 def nusselt(name: str, *, reynolds: tuple[float, float], source: str, floor: float | None = REST) -> Decorator:
@@ -33,7 +41,10 @@ def nusselt(name: str, *, reynolds: tuple[float, float], source: str, floor: flo
     it is held constant."""
 
     def register(function: Function) -> Function:
-        _try(f"nusselt {name!r}", function, np.geomspace(*reynolds, 9), 0.7, 0.4)
+        law = f"nusselt {name!r}"
+        _require_order(law, function, ("reynolds", "prandtl", "porosity"))
+        values = _try(law, function, np.geomspace(*reynolds, SAMPLES), 0.7, 0.4)
+        _require_positive(law, values, f"over its range of Re, {reynolds[0]:g} to {reynolds[1]:g}")
         NUSSELT_CORRELATIONS.register(name, NusseltCorrelation(function, reynolds, source, floor))
         return function
 
@@ -45,8 +56,12 @@ def drag(name: str, *, source: str) -> Decorator:
     (kg m-3 s-1), finite at rest, as `model.drag = name`."""
 
     def register(function: Function) -> Function:
-        speeds = np.array([0.0, 1e-3, 0.1, 1.0, 10.0])
-        _try(f"drag {name!r}", function, 0.4, 5e-3, 1.2, 1.8e-5, speeds)
+        law = f"drag {name!r}"
+        _require_order(law, function, ("porosity", "bead_diameter", "density", "viscosity", "speed"))
+        _try(law, function, 0.4, 5e-3, 1.2, 1.8e-5, np.array([0.0, 1e-3]))  # finite at rest
+        for porosity, speed in ((0.4, np.geomspace(1e-3, 10.0, SAMPLES)), (np.linspace(0.3, 0.99, SAMPLES), 1.0)):
+            values = _try(law, function, porosity, 5e-3, 1.2, 1.8e-5, speed)
+            _require_positive(law, values, "for porosities of 0.3 to 0.99 and speeds up to 10 m/s")
         DRAG_LAWS.register(name, DragLaw(function, source))
         return function
 
@@ -57,9 +72,11 @@ def porosity(name: str, *, source: str, largest_bulk_porosity: float = 1.0) -> D
     """Register f(wall distance/bead diameter, bulk_porosity) as `bed.porosity_model = name`."""
 
     def register(function: Function) -> Function:
-        values = _try(f"porosity {name!r}", function, np.linspace(0.0, 10.0, 41), 0.4 * largest_bulk_porosity)
+        distances = np.append(np.linspace(0.0, 10.0, SAMPLES), np.geomspace(10.5, 1000.0, SAMPLES))
+        values = _try(f"porosity {name!r}", function, distances, 0.4 * largest_bulk_porosity)
         if np.min(values) <= 0.0 or np.max(values) > 1.0 + 1e-9:
-            raise InputError(f"porosity {name!r}", float(np.max(values)), "must give values in (0, 1]")
+            worst = float(np.min(values)) if np.min(values) <= 0.0 else float(np.max(values))
+            raise InputError(f"porosity {name!r}", worst, "must give values in (0, 1] up to 1000 bead diameters")
         POROSITY_MODELS.register(name, PorosityModel(function, source, largest_bulk_porosity))
         return function
 
@@ -135,13 +152,18 @@ def register(material: Solid | Fluid) -> Solid | Fluid:
     """Register a material under its name."""
     owner = f"{type(material).__name__.lower()} {material.name!r}"
     for name, law in material.laws().items():
-        arguments: tuple[Any, ...] = (TEMPERATURES,)
+        low, high = getattr(law, "temperature_range", TEMPERATURES)
+        if not (low > 0.0 and np.isfinite(high)):
+            low, high = TEMPERATURES
+        temperatures = np.linspace(low, high, SAMPLES)
+        arguments: tuple[Any, ...] = (temperatures,)
         if name == "density" and isinstance(material, Fluid):
-            arguments = (1e5, TEMPERATURES)
-        values = _called(owner, law, *arguments) + 0.0 * TEMPERATURES
-        _check(f"{owner}, {name}", values, len(TEMPERATURES))
+            arguments = (1e5, temperatures)
+        values = _called(owner, law, *arguments) + 0.0 * temperatures
+        _check(f"{owner}, {name}", values, len(temperatures))
         if np.min(values) <= 0.0:
-            raise InputError(f"{owner}, {name}", float(np.min(values)), "must be positive from 250 to 400 K")
+            raise InputError(f"{owner}, {name}", float(np.min(values)), f"must be positive from {low:g} to {high:g} K")
+        _require_unit(f"{owner}, {name}", getattr(law, "unit", None), UNITS.get(name))
         if not hasattr(law, "source"):
             raise InputError(f"{owner}, {name}", None, "must be a number, or a law with a source (Polynomial, ...)")
     if isinstance(material, Solid):
@@ -149,6 +171,26 @@ def register(material: Solid | Fluid) -> Solid | Fluid:
     else:
         FLUIDS.register(material.name, material)
     return material
+
+
+def _require_unit(owner: str, given: str | None, unit: str | None) -> None:
+    """Raise `InputError` for a property that is not told in the unit that it is computed in."""
+    if given is None or unit is None:
+        return
+    if to_si(owner, f"1 {given}", unit) != 1.0:
+        raise InputError(owner, given, f"must be in {unit}: its numbers are taken as they are")
+
+
+def _require_order(law: str, function: Function, names: tuple[str, ...]) -> None:
+    """Raise `InputError` for a function whose arguments have the right names in another order."""
+    given = tuple(inspect.signature(function).parameters)
+    if given != names and sorted(given) == sorted(names):
+        raise InputError(f"{law} law", ", ".join(given), f"must have its arguments in the order {', '.join(names)}")
+
+
+def _require_positive(law: str, values: Floats, where: str) -> None:
+    if np.min(values) <= 0.0:
+        raise InputError(f"{law} law", float(np.min(values)), f"must be positive {where}")
 
 
 def _called(law: str, function: Function, *arguments: Any) -> Any:

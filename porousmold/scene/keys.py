@@ -91,6 +91,10 @@ class Table:
     def __iter__(self) -> Iterator[tuple[str, Any]]:
         return ((name, value) for name, value in vars(self).items() if not name.startswith("_"))
 
+    def with_values(self, values: Mapping[str, Any]) -> "Table":
+        """A copy with other values."""
+        return Table(vars(self)["_name"], dict(self) | dict(values))
+
 
 def full_names(schema: Schema) -> list[str]:
     """table.name of every key."""

@@ -3,6 +3,7 @@
 import copy
 import hashlib
 import html
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NoReturn
@@ -20,9 +21,10 @@ from .features import KEYS, check_together
 from .features.geometries import GEOMETRIES
 from .features.inlet import temperature_of
 from .features.phases import drive_name, representative
-from .features.wall import BedWall
+from .features.wall import LAYER, BedWall
 from .keys import (
     LISTED,
+    Key,
     Settings,
     Table,
     Tables,
@@ -33,6 +35,7 @@ from .keys import (
     unit_and_meaning,
 )
 from .materials import own_materials, schema_with
+from .series import TimeSeries
 from .start import Profile, Start
 from .tables import as_toml, flat_tolerances, with_absolute_files, with_lists_in_tables, with_settings
 
@@ -92,7 +95,7 @@ class Scene:
         }
         if (mesh := values["geometry"]["mesh"]) is not None:
             found["file_digests"]["geometry.mesh"] += _checked_mesh(mesh, found["source"], trusted=allow_extensions)
-        operation, start = _with_temperatures(values["operation"], found["source"])
+        operation, start = _with_temperatures(values["operation"], values["geometry"]["length"], found["source"])
         found |= {"operation": Table("operation", operation), "start": start}
         if start is not None:
             found["file_digests"][start.key] = start.digest()
@@ -140,6 +143,23 @@ class Scene:
         """A copy with other values {"table.key": value}; None takes a value away."""
         tables = with_settings(copy.deepcopy(dict(self._given)), settings)
         return Scene(tables, self.source, allow_extensions=self.allow_extensions)
+
+    def with_thinned_series(self) -> "Scene":
+        """A copy whose series are those that steps in time follow (`TimeSeries.thinned`)."""
+        operation = self.operation
+        end = math.inf if operation.phase else operation.end_time  # phases may last longer
+
+        def thinned(table: Table, keys: Mapping[str, Key]) -> Table:
+            series = {name: value for name, value in table if isinstance(value, TimeSeries)}
+            references = {name: operation.initial_temperature if keys[name].kind == "K" else 0.0 for name in series}
+            scales = {name: max(abs(value - references[name]) for value in one.range) for name, one in series.items()}
+            return table.with_values({name: one.thinned(end, scales[name]) for name, one in series.items()})
+
+        walls = {name: getattr(self.wall, name) for name in ("layer", "opposite_layer")}
+        layers = {name: listed and [thinned(layer, LAYER) for layer in listed] for name, listed in walls.items()}
+        copied = copy.copy(self)
+        copied.__dict__.update(operation=thinned(operation, KEYS["operation"]), wall=self.wall.with_values(layers))
+        return copied
 
     def __repr__(self) -> str:
         given = ", ".join(
@@ -243,15 +263,15 @@ class Scene:
         return tables
 
 
-def _with_temperatures(operation: Settings, where: str | None) -> tuple[Settings, Start | None]:
-    """The values of [operation] with one temperature (K) at the start and a series at the inlet; and what the run starts from
-    where that is not one temperature."""
+def _with_temperatures(operation: Settings, length: float | None, where: str | None) -> tuple[Settings, Start | None]:
+    """The values of [operation] with one temperature (K) at the start, the mean of a bed of a `length` (m), and a series at the
+    inlet; and what the run starts from where that is not one temperature."""
     first, state = operation["initial_temperature"], operation["initial_state"]
     if state is not None and first is not None:
         allowed = "cannot be combined with operation.initial_temperature"
         raise InputError("operation.initial_state", str(state.folder), allowed, where)
     start: Start | None = state or (first if isinstance(first, Profile) else None)
-    begun = first if start is None else start.mean()
+    begun = first if start is None else start.mean(length)
     found = {**operation, "initial_temperature": begun}
     if begun and operation["programme"]:
         found["inlet_temperature"] = temperature_of(operation["programme"], begun, where)

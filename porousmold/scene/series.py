@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays import Floats, Integers
 from ..errors import InputError, first_line
 from ..files.tables import Columns, column_name, existing_file, read_columns
 from ..files.units import to_si
@@ -17,7 +18,12 @@ lines between samples may miss."""
 
 
 MOST_ROWS = 400
-"""Rows of a series beyond which those that lie closer than an even spacing of so many are replaced by means over that."""
+"""Rows of a series beyond which those that lie closer than an even spacing of so many may be replaced by means over that."""
+LITTLE = 0.05
+"""Of all that a series says, a change between rows that are replaced by their mean: in the product of two such series, flow times
+temperature, its square is lost at most."""
+FASTEST = 0.1
+"""Seconds within which nothing that follows the series, the smallest bead neither, follows a change."""
 
 
 OTHER_QUANTITIES = (
@@ -120,35 +126,23 @@ class TimeSeries:
         times, values = columns.times(), columns.in_si(1, unit)
         return cls(tuple(times.tolist()), tuple(values.tolist()), columns.path, gaps=columns.gaps)
 
-    def thinned(self) -> "TimeSeries":
-        """The same with `MOST_ROWS` rows or not many more: what changes faster is averaged, so that its integral over time stays.
+    def thinned(self, end: float, scale: float) -> "TimeSeries":
+        """The same up to a time `end` (s), with `MOST_ROWS` rows or not many more where it changes by less than `LITTLE` of a
+        `scale` between them, or within `FASTEST`: what changes faster is averaged, so that its integral over time stays.
 
-        Bed and wall follow the integral; a step of the simulation for every row of a fast logger would bring nothing.
+        Bed and wall follow the integral; a step of the simulation for every row of a fast logger's noise would bring nothing.
+        Jumps, pulses and reversals are no noise, and stay as they are.
         """
-        times, values = np.array(self.times), np.array(self.values)
-        if len(times) <= MOST_ROWS or self.corners is not None:
+        if self.corners is not None or len(self.times) <= MOST_ROWS:
             return self
-        spacing = (times[-1] - times[0]) / MOST_ROWS
-        kept = [0]
-        while kept[-1] < len(times) - 1:
-            reached = int(np.searchsorted(times, times[kept[-1]] + spacing * (1.0 + 1e-9), side="right")) - 1
-            kept.append(max(reached, kept[-1] + 1))
-        # means weighted by the hat functions of the rows that stay: Simpson's rule is exact for products of linear functions
-        middles, half = 0.5 * (times[1:] + times[:-1]), 0.5 * np.diff(times)
-        sums, weights = [], []
-        for number in range(len(kept)):
-            hat = np.interp(times, times[kept], np.arange(len(kept)) == number)
-            hat_between = np.interp(middles, times, hat)
-            weight = np.append(half, 0.0) + np.append(0.0, half)
-            between = 0.5 * (values[1:] + values[:-1])
-            shape = (-1,) + (1,) * (values.ndim - 1)
-            at_rows = (weight * hat).reshape(shape) * values
-            at_middles = (4.0 * half * hat_between).reshape(shape) * between
-            sums.append((at_rows.sum(axis=0) + at_middles.sum(axis=0)) / 3.0)
-            weights.append((weight @ hat + 4.0 * half @ hat_between) / 3.0)
-        means = [total / weight for total, weight in zip(sums, weights, strict=True)]
-        new = tuple(tuple(mean.tolist()) if values.ndim > 1 else float(mean) for mean in means)
-        return replace(self, times=tuple(times[kept].tolist()), values=new)
+        last = min(int(np.searchsorted(self.times, end)), len(self.times) - 1)
+        times, values = np.array(self.times[: last + 1]), np.array(self.values[: last + 1])
+        kept = _ends_of_windows(times, values.reshape(len(times), -1), LITTLE * scale)
+        if len(kept) == len(times):
+            return replace(self, times=self.times[: last + 1], values=self.values[: last + 1])
+        new = _means(times, values.reshape(len(times), -1), kept)
+        rows = tuple(map(tuple, new.tolist())) if values.ndim > 1 else tuple(new[:, 0].tolist())
+        return replace(self, times=tuple(times[kept].tolist()), values=rows)
 
     def __call__(self, time: float) -> float:
         """Value at the time (s)."""
@@ -187,6 +181,44 @@ class ProfileSeries(TimeSeries):
     def range(self) -> tuple[float, float]:
         """Smallest and largest value anywhere."""
         return float(np.min(self.values)), float(np.max(self.values))
+
+
+def _ends_of_windows(times: Floats, values: Floats, little: float) -> Integers:
+    """Numbers of the rows between which all change by less than `little`, or lie within `FASTEST`, and not more than an even
+    spacing of `MOST_ROWS` apart; where rows change by more each is one."""
+    spacing = (times[-1] - times[0]) / MOST_ROWS * (1.0 + 1e-9)
+    kept = [0]
+    while kept[-1] < len(times) - 1:
+        first = kept[-1]
+        reached = int(np.searchsorted(times, times[first] + spacing, side="right"))
+        part = values[first:reached]
+        change = np.max(np.maximum.accumulate(part) - np.minimum.accumulate(part), axis=1, initial=0.0)
+        merged = np.flatnonzero((change <= little) | (times[first:reached] - times[first] <= FASTEST))
+        kept.append(max(first + int(merged[-1]) if len(merged) else 0, first + 1))
+    return np.array(kept)
+
+
+def _means(times: Floats, values: Floats, kept: Integers) -> Floats:
+    """Values (rows, columns) of the rows that are `kept`: means weighted by their hat functions where rows between them are left
+    out, else their own. Simpson's rule is exact for products of linear functions."""
+    begins, ends = kept[:-1], kept[1:]
+    window = np.repeat(np.arange(len(begins)), ends - begins)
+    rise = ((times - times[begins[np.append(window, window[-1])]])[:-1], times[1:] - times[begins[window]])
+    lengths, steps = times[ends] - times[begins], np.diff(times)[:, None]
+    of_start, of_end = (part[:, None] / lengths[window, None] for part in rise)
+    middle = 0.25 * (of_start + of_end) * (values[:-1] + values[1:])
+    to_end = np.add.reduceat(
+        steps / 6.0 * (of_start * values[:-1] + 4.0 * middle + of_end * values[1:]), begins, axis=0
+    )
+    whole = np.add.reduceat(0.5 * steps * (values[:-1] + values[1:]), begins, axis=0)
+    single = (ends - begins == 1)[:, None]
+    to_end = np.where(single, 0.5 * lengths[:, None] * values[ends], to_end)
+    sums, weights = np.zeros((len(kept), values.shape[1])), np.zeros((len(kept), 1))
+    sums[1:] += to_end
+    sums[:-1] += whole - to_end
+    weights[1:, 0] += 0.5 * lengths
+    weights[:-1, 0] += 0.5 * lengths
+    return np.asarray(sums / weights)
 
 
 def read_series(key: str, path: Path, unit: str, *, along: bool = False) -> TimeSeries:

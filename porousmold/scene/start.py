@@ -8,9 +8,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..arrays import Floats
+from ..arrays import Floats, Integers
 from ..errors import InputError
-from ..files.tables import read_columns
+from ..files.tables import read_columns, read_toml
 
 PROFILE, STATE = "operation.initial_temperature", "operation.initial_state"
 FIELDS = "fields.xdmf"
@@ -46,12 +46,30 @@ class Profile:
         """What a TOML file would have."""
         return self.source
 
-    def mean(self) -> float:
-        """Mean temperature (K) over its positions."""
-        if len(self.positions) == 1:
+    def mean(self, length: float | None) -> float:
+        """Mean temperature (K) of a bed of a `length` (m), of one that only its mesh knows over its own positions."""
+        begin, end = (self.positions[0], self.positions[-1]) if length is None else (0.0, length)
+        if end <= begin:
             return self.values[0]
-        middles = 0.5 * (np.array(self.values[1:]) + np.array(self.values[:-1]))
-        return float(np.average(middles, weights=np.diff(self.positions)))
+        low, high = self._integral(np.array([begin, end]))
+        return float((high - low) / (end - begin))
+
+    def require_place(self, length: float) -> None:
+        """Raise `InputError` where none of it lies in a bed of a `length` (m)."""
+        first, last = self.positions[0], self.positions[-1]
+        if last < 0.0 or first > length:
+            allowed = f"lies from {first:.4g} to {last:.4g} m, outside the bed, which is {length:.4g} m long"
+            raise InputError(PROFILE, self.source, allowed)
+
+    def _integral(self, places: Floats) -> Floats:
+        """Of the temperature from the first position to places (K m)."""
+        positions, values = np.array(self.positions), np.array(self.values)
+        heat = np.append(0.0, np.cumsum(0.5 * np.diff(positions) * (values[1:] + values[:-1])))
+        inside = np.clip(places, positions[0], positions[-1])
+        piece = np.clip(np.searchsorted(positions, inside, side="right") - 1, 0, max(len(positions) - 2, 0))
+        here = np.interp(inside, positions, values)
+        found = heat[piece] + 0.5 * (inside - positions[piece]) * (values[piece] + here)
+        return np.asarray(found + (places - inside) * here)
 
     @property
     def range(self) -> tuple[float, float]:
@@ -69,17 +87,8 @@ class Profile:
         the profile has a corner among that it is the mean over it: a step between two places keeps its heat.
         """
         positions, values = np.array(self.positions), np.array(self.values)
-        heat = np.append(0.0, np.cumsum(0.5 * np.diff(positions) * (values[1:] + values[:-1])))
-
-        def integral(place: Floats) -> Floats:
-            inside = np.clip(place, positions[0], positions[-1])
-            piece = np.clip(np.searchsorted(positions, inside, side="right") - 1, 0, max(len(positions) - 2, 0))
-            here = np.interp(inside, positions, values)
-            found = heat[piece] + 0.5 * (inside - positions[piece]) * (values[piece] + here)
-            return np.asarray(found + (place - inside) * here)
-
         low, place, high = spans.T
-        means, little = (integral(high) - integral(low)) / (high - low), 1e-6 * (high - low)
+        means, little = (self._integral(high) - self._integral(low)) / (high - low), 1e-6 * (high - low)
         has_corner = np.searchsorted(positions, high - little) > np.searchsorted(positions, low + little)
         return np.where(has_corner, means, np.interp(place, positions, values))
 
@@ -105,16 +114,27 @@ class LastState:
         return state
 
     @cached_property
-    def _last(self) -> tuple[Floats, dict[str, Floats]]:
+    def _last(self) -> tuple[Floats, Integers, dict[str, Floats]]:
         from ..files.xdmf import read_fields  # h5py takes a tenth of a second, paid by those who start from a run
 
-        nodes, _, steps = read_fields(self.folder / FIELDS)
+        nodes, cells, steps = read_fields(self.folder / FIELDS)
         fields = steps[max(steps)]
-        return nodes, {name: fields[name] for name in ("temperature", "bead_temperature", "in_bed")}
+        return nodes, cells, {name: fields[name] for name in ("temperature", "bead_temperature", "in_bed")}
 
     def as_value(self) -> str:
         """What a TOML file would have."""
         return str(self.folder)
+
+    def require_kind(self, *, axisymmetric: bool) -> None:
+        """Raise `InputError` where the run's bed was about an axis and this one is not, or the other way round."""
+        path = self.folder / "scene.toml"
+        geometry = read_toml(STATE, path).get("geometry", {}) if path.is_file() else {}
+        if not geometry:
+            return
+        was = geometry.get("kind") in ("pipe", "annulus") or geometry.get("symmetry") == "axisymmetric"
+        if was != axisymmetric:
+            kinds = ("a plane bed", "a bed about an axis")
+            raise InputError(STATE, str(self.folder), f"is of {kinds[was]}, and this one is {kinds[axisymmetric]}")
 
     @property
     def length(self) -> float:
@@ -142,21 +162,24 @@ class LastState:
                 )
                 raise InputError(STATE, str(self.folder), allowed)
 
-    def mean(self) -> float:
-        """Mean temperature (K) of the nodes."""
-        return float(np.mean(self._last[1]["temperature"]))
+    def mean(self, length: float | None) -> float:
+        """Mean temperature (K) of the fluid in the bed, weighted by the boxes around its cells; `length` is not asked for."""
+        nodes, cells, fields = self._last
+        in_bed = cells[(fields["in_bed"][cells] > 0.5).all(axis=1)]
+        sizes = np.prod(np.ptp(nodes[in_bed], axis=1), axis=1)
+        return float(np.average(fields["temperature"][in_bed].mean(axis=1), weights=sizes))
 
     @property
     def range(self) -> tuple[float, float]:
         """Lowest and highest temperature (K)."""
-        _, fields = self._last
+        *_, fields = self._last
         beads = fields["bead_temperature"][fields["in_bed"] > 0.5]
         values = np.concatenate([fields["temperature"], beads])
         return float(values.min()), float(values.max())
 
     def digest(self) -> str:
         """Of its content."""
-        nodes, fields = self._last
+        nodes, _, fields = self._last
         return hashlib.sha256(b"".join(array.tobytes() for array in (nodes, *fields.values()))).hexdigest()
 
     def at(self, places: Floats, spans: Floats, *, of_beads: bool) -> Floats:
@@ -165,7 +188,7 @@ class LastState:
         from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
         from scipy.spatial import cKDTree
 
-        nodes, fields = self._last
+        nodes, _, fields = self._last
         values = fields["bead_temperature" if of_beads else "temperature"]
         if of_beads:
             kept = fields["in_bed"] > 0.5

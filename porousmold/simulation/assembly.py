@@ -35,7 +35,7 @@ from ..mesh.from_gmsh import from_file
 from ..scene.features.geometries import BedSize
 from ..scene.features.own_mesh import OwnMesh
 from ..scene.series import ProfileSeries, TimeSeries
-from ..scene.start import LastState, Profile
+from ..scene.start import Profile
 from ..solvers.coupled import CoupledTransient
 from ..solvers.developed import DevelopedFlow
 from ..solvers.developed_profiles import STATIONS, ProfilesOfGradient, ProfileTable
@@ -186,7 +186,10 @@ def _start(specs: Specs, function: fem.Function, domain: Domain) -> None:
     start, mesh = specs.heat.start, domain.mesh
     if start is None:
         return
-    if isinstance(start, LastState):
+    if isinstance(start, Profile):
+        start.require_place(domain.length)
+    else:
+        start.require_kind(axisymmetric=domain.axisymmetric)
         ends = [ranks.extremes(mesh.comm, mesh.geometry.x[:, axis]) for axis in range(mesh.geometry.dim)]
         start.require_place(*np.transpose(ends))
     for part, (space, numbers) in enumerate(fenicsx.leaves(function.function_space)):

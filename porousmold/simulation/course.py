@@ -30,10 +30,6 @@ class Followed(TimeSeries):
         assert self.read is not None
         return self.read(time)
 
-    def thinned(self) -> TimeSeries:
-        """Itself."""
-        return self
-
 
 def followed(series: Sequence[TimeSeries], read: Callable[[float], float]) -> Followed:
     """What may have the magnitudes of some series, of which the last one's count most."""
@@ -45,7 +41,7 @@ def followed(series: Sequence[TimeSeries], read: Callable[[float], float]) -> Fo
 class Course:
     """The phases of a run, gone through `cycles` times; `ends` are the times (s) at which those so far have ended, `heats` the
     heat (J) that the fluid had given until then. It `waits_for_heat` where the same fluid comes from both ends; else it goes on
-    to its end, and has no heating time."""
+    to its end, and has no heating time. A phase waits for a temperature for the `longest_wait` (s) at most."""
 
     def __init__(
         self,
@@ -55,7 +51,9 @@ class Course:
         *,
         repeats: bool,
         waits_for_heat: bool = False,
+        longest_wait: float = math.inf,
     ) -> None:
+        self.longest_wait = longest_wait
         self.phases, self.cycles, self.tolerance = tuple(phases), cycles, tolerance
         self.repeats, self.waits_for_heat = repeats, waits_for_heat
         self.ends: list[float] = []
@@ -69,7 +67,14 @@ class Course:
             return None
         operation = scene.operation
         waits = operation.reversal_period is not None
-        return cls(phases, operation.cycles, operation.cycle_tolerance, repeats=has_phases(scene), waits_for_heat=waits)
+        return cls(
+            phases,
+            operation.cycles,
+            operation.cycle_tolerance,
+            repeats=has_phases(scene),
+            waits_for_heat=waits,
+            longest_wait=math.inf if scene.is_given("operation.end_time") else operation.end_time,
+        )
 
     def _at(self, time: float) -> Phase:
         """The phase of a time (s); at the end of a phase that phase."""
@@ -159,6 +164,10 @@ class Course:
     def is_over(self) -> bool:
         """Whether all cycles are gone through, or the state is periodic; never of a series, which goes on."""
         return self.repeats and (self.number >= self.cycles * len(self.phases) or self.is_periodic)
+
+    def has_waited(self, time: float) -> bool:
+        """Whether the present phase has waited for a temperature as long as it may, at a time (s)."""
+        return self.repeats and self.phase.side is not None and time - self.begun >= self.longest_wait
 
     @property
     def longest(self) -> float:

@@ -9,7 +9,9 @@ BEYOND_THE_MARGIN = 1.5
 EDGE_STEP = 0.01
 """Part of a spread asked for that the first nodes at the inlet may differ by."""
 STEADY = 0.02
-"""Relative change of the wall's distance from the inlet temperature over the last fifth of a run that counts as none."""
+"""Relative change of the wall's distance from the inlet temperature over the last fifth of a run that is hardly one."""
+NO_CHANGE = 1e-3
+"""The same that is none."""
 
 
 def why_not_heated(simulation: Simulation) -> str:
@@ -34,7 +36,7 @@ def why_not_heated(simulation: Simulation) -> str:
     may_last = (
         simulation.ending.is_steady(simulation.time) or times[-1] > simulation.problem.medium.estimates.heating_duration
     )
-    if abs(approached) < STEADY * deficits[-1] and may_last:
+    if abs(approached) < NO_CHANGE * deficits[-1] and may_last:
         return text + " and stays there" + _what_balances(simulation, before)
     if deficits[-1] > (1.0 - STEADY) * deficits.max():
         beyond = deficits[-1] > (1.0 + STEADY) * deficits[0]

@@ -28,7 +28,8 @@ class Ending:
         if time >= self._specs.time.end_time * (1.0 - ROUNDING):
             return True
         if course is not None and course.repeats:
-            return course.is_over or (bool(self._specs.time.targets) and self._recorder.reached)
+            is_met = bool(self._specs.time.targets) and self._recorder.reached
+            return course.is_over or course.has_waited(time) or is_met
         return self._is_heated_for_good(time) or self.is_steady(time)
 
     def is_last_snapshot(self, time: float) -> bool:

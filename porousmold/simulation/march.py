@@ -167,6 +167,7 @@ class Simulation:
                 jump = control.after_jump(self.time)
                 error = problem.heat.step(self.time, step, after_jump=jump, bounds=self._rules.bounds)
             self._check_direction()
+            ratio = self._rules.error_ratio(self.time + step, error, self._stepper.flow_error())
         except KeyboardInterrupt:
             self._put_back(before)
             problem.flow.factored_at = factored_at  # this step begins with those factors when it is taken again
@@ -176,7 +177,6 @@ class Simulation:
             LOG.info("step of %g s from %g s not taken: %s", step, self.time, failure)
             control.reject_failed(step, failure)
             return None
-        ratio = self._rules.error_ratio(self.time + step, error, self._stepper.flow_error())
         may_grow = self.specs.time.steps.largest is None and ratio <= 1.0
         is_quiet = may_grow and self._rules.is_quiet(before.arrays)
         if not control.accept(self.time + step, step, ratio, error.order, is_quiet=is_quiet):

@@ -33,6 +33,8 @@ from .unmet_targets import kept_targets, why_not_met
 HIGHEST_MACH_NUMBER = 0.3
 LARGEST_OVERSHOOT = 0.1
 LARGEST_UNDERSHOOT = 0.05
+LEAST_SURPLUS = 0.02
+"""Of the heat that a cycle took, which it may give beyond that without a word."""
 LARGEST_IMBALANCE = 1e-3
 """Of the heat put in, above which the balance is warned of."""
 SPENT = ("fluid_heat", "pumping_work", "energy_spent", "mean_power")
@@ -51,6 +53,7 @@ def summarise(
     history, balance = recorder.history, problem.heat.balance
     recorded = len(history) > 0
     bounds = [min(history["lowest_temperature"]), max(history["highest_temperature"])] if recorded else None
+    cycles = _cycles(simulation)
     return {
         "status": "failed" if failure else "interrupted" if interrupted else "done",
         "failure": str(failure) if failure else None,
@@ -74,7 +77,7 @@ def summarise(
         "heat_by_fluid": balance.by_fluid,
         "heat_stored": balance.stored,
         **_spent(simulation),
-        **_cycles(simulation),
+        **cycles,
         "energy": _energy_of_the_tool(simulation) | {"currency": scene.operation.currency}
         if recorded and problem.air_loop is not None
         else None,
@@ -83,7 +86,7 @@ def summarise(
         "temperature_bounds": bounds,
         **_work_done(simulation),
         **_provenance(scene, simulation),
-        "warnings": warnings_of(scene, simulation, bounds),
+        "warnings": warnings_of(scene, simulation, bounds) + _gave_more_than_it_took(cycles["last_cycle"]),
     }
 
 
@@ -324,13 +327,27 @@ def _reached_by_materials(simulation: Simulation) -> dict[str, tuple[float, floa
     return {use: of("bed" if use in ("fluid", "beads") else place) for use, place in layers.items()}
 
 
+def _gave_more_than_it_took(cycle: Mapping[str, Any] | None) -> list[str]:
+    """Of a last cycle that lives on what was stored before it."""
+    efficiency = None if cycle is None else cycle["energy_efficiency"]
+    if efficiency is None or efficiency <= 1.0 + LEAST_SURPLUS:
+        return []
+    return [
+        f"the last cycle gave {efficiency:.0%} of the heat that it took: it empties what was stored before, and its efficiencies "
+        "are not those of a store that repeats itself (operation.cycles, operation.cycle_tolerance)"
+    ]
+
+
 def _of_the_outcome(simulation: Simulation) -> list[str]:
     time, found = simulation.specs.time, []
     at_end, steady = simulation.time >= time.end_time * (1 - 1e-9), simulation.ending.is_steady(simulation.time)
     course = simulation.specs.course
     waiting = simulation.recorder.heating_time is None and simulation.specs.waits_for_heat
     if course is not None and course.repeats:
-        if not course.is_over and at_end:
+        if not course.is_over and course.has_waited(simulation.time):
+            waited = simulation.time - course.begun
+            found.append(f"phase {course.phase.name!r} waits for a temperature that had not come after {waited:.3g} s")
+        elif not course.is_over and at_end:
             found.append(
                 f"operation.end_time {time.end_time:g} s came in phase {course.phase.name!r}, which had not ended"
             )

@@ -14,6 +14,7 @@ from ..scene.features.bed import SMALLEST_RATIO
 from ..scene.features.geometries import BedSize
 from ..scene.plausibility import implausible_values
 from ..scene.scene import Scene
+from ..scene.start import Profile
 from .estimates import Estimates, flow_change
 from .specs import Specs
 
@@ -33,6 +34,11 @@ LARGEST_RADIATION = 0.2
 """Over what the bed conducts without it: about the scatter of measured conductivities of beds."""
 
 
+LONGEST_PROFILE = 1.5
+"""Of a bed's length, up to which a profile to start from may tell temperatures without a word."""
+FEWEST_TRANSFER_UNITS = 200.0
+"""Between fluid and beads over the bed, where they count as of one temperature: a front is wider by a tenth of the bed (aluminium
+mold: 104 units, 11 % of the heating time)."""
 HIGHEST_KNUDSEN_NUMBER = 0.01
 """Mean free path over bead diameter, beyond which a gas slips."""
 
@@ -95,6 +101,17 @@ def warnings_of_the_scene(scene: Scene, specs: Specs, estimates: Estimates, size
         found.append(
             f"the flow changes by a factor of {change:.2g} between the initial and the inlet temperature: developed flow leaves "
             "out what crosses the bed as it changes, some per cent of the heating time (see model.flow 'full')"
+        )
+    if isinstance(scene.start, Profile) and scene.start.positions[-1] > LONGEST_PROFILE * size.length:
+        found.append(
+            f"operation.initial_temperature tells temperatures up to {scene.start.positions[-1]:.4g} m from the inlet of a bed "
+            f"of {size.length:.4g} m: distances in another unit?"
+        )
+    if not specs.heat.model.two_temperatures and estimates.flows and estimates.transfer_units < FEWEST_TRANSFER_UNITS:
+        found.append(
+            f"with one temperature the exchange between fluid and beads counts as perfect, and here it has "
+            f"{estimates.transfer_units:.2g} transfer units over the bed: a front is wider by some "
+            f"{math.sqrt(2.0 / estimates.transfer_units):.0%} of the bed, and heating longer (see model.energy 'two-temperature')"
         )
     found += _of_the_porosity(scene, specs, size) + _of_a_thin_wall(specs, estimates)
     if specs.mesh.is_too_narrow:

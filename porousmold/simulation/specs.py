@@ -179,7 +179,8 @@ class Specs:
 
 
 def specs_of(scene: Scene) -> Specs:
-    """The parts of a scene."""
+    """The parts of a scene, with its series as steps in time follow them."""
+    scene = scene.with_thinned_series()
     laws = Laws.of(scene)
     _require_phase(scene, laws)
     air_loop, course = air_loop_of(scene, laws.fluid), Course.of(scene)
@@ -256,7 +257,7 @@ def _flow(scene: Scene, laws: Laws, blower: Blower | None, course: Course | None
     given, model = Drive.of(scene), FlowModel.of(scene)
     if blower is None:
         drive = given.chosen[0]
-        driven_by = getattr(given, drive).thinned()
+        driven_by = getattr(given, drive)
         if course is not None:
             driven_by = followed([driven_by], course.drive)
     else:
@@ -275,10 +276,10 @@ def _flow(scene: Scene, laws: Laws, blower: Blower | None, course: Course | None
 
 
 def _heat(scene: Scene, laws: Laws, air_loop: AirLoopSpec | None, course: Course | None) -> HeatSpec:
-    operation, wall = scene.operation, BedWall.of(scene).thinned()
-    inlet_temperature = operation.inlet_temperature.thinned()
+    operation, wall = scene.operation, BedWall.of(scene)
+    inlet_temperature = operation.inlet_temperature
     if course is not None:
-        back = () if operation.return_temperature is None else (operation.return_temperature.thinned(),)
+        back = () if operation.return_temperature is None else (operation.return_temperature,)
         inlet_temperature = followed([*back, inlet_temperature], course.temperature)
     return HeatSpec(
         model=EnergyModel.of(scene),
@@ -286,18 +287,18 @@ def _heat(scene: Scene, laws: Laws, air_loop: AirLoopSpec | None, course: Course
         wall=wall,
         layers=wall.layers(laws.walls),
         opposite_layers=wall.opposite_layers(laws.walls),
-        outer_wall=OuterWall.of(scene).thinned(),
+        outer_wall=OuterWall.of(scene),
         initial_temperature=operation.initial_temperature,
         start=scene.start,
         inlet_temperature=inlet_temperature,
         air_loop=air_loop,
-        bead_motion=BeadMotion.of(scene).thinned(),
+        bead_motion=BeadMotion.of(scene),
     )
 
 
 def _time(scene: Scene, course: Course | None) -> TimeSpec:
-    series: list[Any] = [value.thinned() for _, value in scene.operation if isinstance(value, TimeSeries)]
-    series += [layer.heat_source.thinned() for layer in scene.layers.values() if layer.heat_source is not None]
+    series: list[Any] = [value for _, value in scene.operation if isinstance(value, TimeSeries)]
+    series += [layer.heat_source for layer in scene.layers.values() if layer.heat_source is not None]
     return TimeSpec(
         steps=TimeSteps.of(scene),
         heated=Heated.of(scene),

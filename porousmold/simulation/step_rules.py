@@ -2,6 +2,7 @@
 
 import math
 
+from ..errors import SolveError
 from ..mesh import ranks
 from ..solvers.protocols import Bounds
 from ..solvers.state import Arrays
@@ -11,8 +12,8 @@ from .recorder import Recorder
 from .specs import HeatSpec
 
 STEP_ERROR = {2: 4e-3, 3: 8e-3}
-"""Estimated error of a step that is allowed, of temperatures, over the differences there are, by the order of the estimate: that of
-the backward Euler method is its own error, that of three stages the far larger one of their embedded method."""
+"""Estimated error of a step that is allowed, of temperatures, over the differences there are, by the order of the estimate: that
+of the backward Euler method is its own error, that of three stages the far larger one of their embedded method."""
 CURE_ERROR = {2: 3e-5, 3: 1.5e-4}
 """The same of a degree of cure."""
 COARSEST_ERRORS = 0.6
@@ -48,10 +49,18 @@ class StepRules:
         return history["lowest_temperature"][-1], history["highest_temperature"][-1]
 
     def error_ratio(self, time: float, error: StepError, flow_error: float) -> float:
-        """Estimated error of a step to a time (s), and of its flow, over what is allowed (collective)."""
+        """Estimated error of a step to a time (s), and of its flow, over what is allowed (collective). Raises `SolveError`
+        where more heat is taken out than there is."""
         problem, specs, history = self._problem, self._specs.time, self._recorder.history
         lows, highs = zip(*(problem.places.extremes(place) for place in ("bed", "wall")), strict=True)
         low, high = min(lows), max(highs)
+        if not low > 0.0:
+            raise SolveError(
+                "heat",
+                time,
+                "a temperature falls to 0 K",
+                "less heat taken out: operation.outer_heat_flux, heat_source of a layer; or laws of your own that are positive",
+            )
         change = max(abs(low - history["lowest_temperature"][-1]), abs(high - history["highest_temperature"][-1]))
         differences = self.differences(time, low, high, problem.inlet_temperature)
         allowed = STEP_ERROR[error.order] * max(differences, STEPS_OF_CHANGE * change, LEAST_DIFFERENCE)

@@ -107,9 +107,15 @@ class Target:
         if self.asks == "below":
             return high - self._cold
         if self.asks == "within":
-            return self.final - low if self.final >= self.initial else high - self.final
-        way = (0.5 * (low + high) - self.initial) / (self.final - self.initial) if self.final != self.initial else 1.0
-        return high - low if way > HALF_WAY else max(high - low, 2.0 * self.limit)
+            return max(self.final - low, high - self.final)
+        return high - low if self._is_under_way(history, row) else max(high - low, 2.0 * self.limit)
+
+    def _is_under_way(self, history: Rows, row: int) -> bool:
+        """Whether the place has been half-way to the set-point by a row of the history."""
+        if self.final == self.initial:
+            return True
+        pairs = zip(*(history[column][: row + 1] for column in self._columns), strict=True)
+        return any((0.5 * (low + high) - self.initial) / (self.final - self.initial) > HALF_WAY for low, high in pairs)
 
     def time(self, history: Rows) -> float | None:
         """When it was first met (s) in the last step of the history, None where that was not then."""

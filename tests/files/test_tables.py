@@ -76,6 +76,15 @@ def test_the_same_table_in_the_writings_of_loggers(tmp_path, writing, encoding):
     assert columns.gaps == 0
 
 
+def test_times_of_day_before_a_name_with_a_unit(tmp_path):
+    """A time without a unit and one name with one: the separator is what makes two columns of them."""
+    path = tmp_path / "log.csv"
+    path.write_text("time, temperature [degC]\n10:00:00, 20\n10:01:00, 21.5\n")
+    columns = read_columns("key", path)
+    assert columns.times().tolist() == [36000.0, 36060.0] or columns.times().tolist() == [0.0, 60.0]
+    assert columns.in_si(1, "K") == pytest.approx([293.15, 294.65])
+
+
 @pytest.mark.parametrize("gap", ["", "NaN", "n/a", "--"])
 def test_short_gaps_are_interpolated_and_counted(tmp_path, gap):
     path = tmp_path / "log.csv"

@@ -377,3 +377,17 @@ def test_the_default_end_is_that_of_each_phase_that_waits():
     assert specs_of(store([charge, back], cycles=4)).time.end_time == pytest.approx(8e5)
     assert specs_of(store([charge, back], cycles=4, end_time="9 h")).time.end_time == pytest.approx(9.0 * 3600.0)
     assert specs_of(store(cycles=2)).time.end_time == pytest.approx(10.0 * 3600.0)
+
+
+def test_a_phase_waits_for_a_temperature_no_longer_than_it_may():
+    """Without operation.end_time: a charge that takes far longer."""
+    waiting = [{"name": "charge", "mass_flow": 1e-4, "temperature": HOT, "until_outlet_above": HOT - 1e-3}]
+    result = computed(store([*waiting, *phases()[2:]]))
+    assert result.summary["end_time"] == pytest.approx(1e5, rel=0.2)
+    assert any("'charge' waits for a temperature" in text for text in result.summary["warnings"])
+
+
+def test_a_cycle_that_lives_on_what_was_stored_is_told():
+    short = [{"name": "charge", "mass_flow": 0.01, "temperature": HOT, "duration": "30 min"}, *phases()[2:]]
+    result = computed(store(short, initial_temperature=600.0))
+    assert any("empties what was stored before" in text for text in result.summary["warnings"])

@@ -193,13 +193,43 @@ def test_a_fast_logger_takes_no_step_a_row():
     times = np.arange(10001) * 1e-3
     values = 298.15 + 65.0 * np.minimum(times / 5.0, 1.0) + 0.1 * np.sin(40.0 * times)
     series = TimeSeries(tuple(times), tuple(values))
-    thinned = series.thinned()
+    thinned = series.thinned(1e5, 65.0)
     assert len(thinned.times) <= MOST_ROWS + 2
     assert np.sum(np.diff(thinned.times) * (np.array(thinned.values)[1:] + thinned.values[:-1]) / 2.0) == pytest.approx(
         np.sum(np.diff(times) * (values[1:] + values[:-1]) / 2.0), rel=1e-12
     )
     few = TimeSeries((0.0, 1.0, 1.001, 50.0), (1.0, 1.0, 2.0, 2.0))
-    assert few.thinned() is few
+    assert few.thinned(1e5, 2.0) is few
+
+
+def test_pulses_and_reversals_are_no_noise():
+    """A row each second for two days: what jumps stays as it is, up to the end that a run has; noise beside it is averaged."""
+    times = np.arange(0.0, 172800.0)
+    values = np.where(times % 1200.0 < 60.0, 5e6, -5e6) + 1e5 * np.sin(times)
+    thinned = TimeSeries(tuple(times), tuple(values)).thinned(5e4, 5e6)
+    asked = times[times <= 5e4]
+    assert len(thinned.times) < 800 and 5e4 <= thinned.times[-1] < 5e4 + 500.0
+    found = np.interp(asked, thinned.times, thinned.values)
+    assert np.max(np.abs(found - values[: len(asked)])) < 0.05 * 5e6
+    short = TimeSeries(tuple(times[:50002]), tuple(values[:50002])).thinned(5e4, 5e6)
+    assert short.times == thinned.times and short.values == thinned.values
+
+
+def test_a_run_does_not_know_what_its_series_say_after_its_end():
+    """Flow and inlet in pulses at the same times, of a file of four days and of its first rows: the same heat."""
+    end = 1200.0
+    times = np.arange(0.0, 4 * 86400.0, 20.0)
+    on = np.where(times % 400.0 < 60.0, 1.0, 0.0)
+    found = []
+    for count in (len(times), int(end / 20.0) + 2):
+        series = {
+            "operation.mass_flow": (times[:count], 0.01 + 0.04 * on[:count]),
+            "operation.inlet_temperature": (times[:count], 303.15 + 60.0 * on[:count]),
+        }
+        settings = {"operation.pressure_drop": None, "operation.end_time": end, "model.flow": "plug"}
+        result = run(coarse_scene(settings | {"model.turbulence": "none", **series}))
+        found.append((result.summary["heat_by_fluid"], result["temperature_centre_L/2"][-1]))
+    assert found[0] == pytest.approx(found[1], rel=1e-9)
 
 
 def test_a_set_point_that_passes_the_temperature_of_the_wall_does_not_count_as_heated():

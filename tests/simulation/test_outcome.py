@@ -1,9 +1,12 @@
 """What a run says of itself where its numbers mean less, or other, than one would think."""
 
+import json
+
 import pytest
 from mpi4py import MPI
 
 from porousmold import InputError, Scene, run
+from porousmold.errors import SolveError
 from porousmold.simulation.checking import check
 
 from ..support import ALUMINIUM, STUDIES, coarse_scene
@@ -123,3 +126,16 @@ def test_beside_a_wall_that_is_held_only_the_bed_is_waited_for():
     colder = held | {"operation.wall_temperature": 340.0, "operation.heated_place": "bed"}
     never = run(coarse_scene(PLUG, colder)).summary
     assert never["heating_time"] is None and any("stays there" in text for text in never["warnings"])
+
+
+def test_heat_that_is_not_there_cannot_be_taken_out(tmp_path):
+    """Losses that lead below 0 K end the run in one line, and what was computed before stays."""
+    with pytest.raises(SolveError, match="a temperature falls to 0 K; try less heat taken out"):
+        run(coarse_scene(PLUG, {"operation.outer_heat_flux": -5e5, "output.pictures": False}), out=tmp_path / "cold")
+    assert json.loads((tmp_path / "cold" / "result.json").read_text())["status"] == "failed"
+
+
+def test_one_temperature_with_little_exchange_is_told():
+    poor = {"model.energy": "one-temperature", "operation.end_time": 20.0}
+    assert any("transfer units over the bed" in text for text in warnings_of(poor))
+    assert not any("transfer units" in text for text in warnings_of({"operation.end_time": 20.0}))

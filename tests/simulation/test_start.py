@@ -144,3 +144,32 @@ def test_a_state_that_is_none_is_refused_in_one_line(tmp_path):
             Scene.load(STORE, {"operation.initial_temperature": None, "operation.initial_state": str(folder)})
     with pytest.raises(InputError, match="folder of a run"):
         Scene.load(STORE, {"operation.initial_state": 3})
+
+
+def test_the_mean_of_a_profile_is_that_of_the_bed(tmp_path):
+    """Rows beyond the bed, and unevenly spaced ones, count for what they say of it: programmes begin there."""
+    path = tmp_path / "start.csv"
+    path.write_text("x [m], temperature [degC]\n-1, 500\n0, 20\n0.5, 80\n400, 80\n")
+    scene = coarse_scene({"operation.initial_temperature": str(path)})
+    length = scene.geometry.length
+    exact = 273.15 + (50.0 * 0.5 + 80.0 * (length - 0.5)) / length
+    assert scene.operation.initial_temperature == pytest.approx(exact, abs=1e-9)
+    result = run(scene.changed({"operation.end_time": 1.0, "model.flow": "plug", "model.turbulence": "none"}))
+    assert any("distances in another unit?" in text for text in result.summary["warnings"])
+    path.write_text("x [m], temperature [degC]\n10, 20\n20, 80\n")
+    with pytest.raises(InputError, match="outside the bed"):
+        run(coarse_scene({"operation.initial_temperature": str(path)}))
+
+
+def test_a_state_of_a_mold_is_none_of_a_pipe(tmp_path):
+    plug = {"model.flow": "plug", "model.turbulence": "none", "operation.end_time": 5.0}
+    mold = coarse_scene(plug | {"output.pictures": False})
+    run(mold, out=tmp_path / "mold")
+    height = mold.geometry.cavity_height
+    pipe = {"geometry.kind": "pipe", "geometry.cavity_height": None, "geometry.diameter": height}
+    with pytest.raises(InputError, match="is of a plane bed, and this one is a bed about an axis"):
+        run(
+            mold.changed(
+                pipe | {"operation.initial_temperature": None, "operation.initial_state": str(tmp_path / "mold")}
+            )
+        )

@@ -117,3 +117,21 @@ def test_what_keeps_a_target_from_being_met_is_told():
     result = run(Scene.load(STUDIES / "mold" / "workshop.toml", settings), communicator=MPI.COMM_SELF)
     told = next(text for text in result.summary["warnings"] if text.startswith("target 'hot' not met"))
     assert "K short" in told and "the heater is at its limit of 1.2 kW" in told and "operation.recirculation" in told
+
+
+def test_within_is_the_largest_difference_on_either_side():
+    """A place that a source carries through the set-point and beyond is within it between the two, and not later."""
+    low, high = 300.0 + TIMES, 300.0 + 1.02 * TIMES
+    history = {"time": list(TIMES), "lowest_wall": list(low), "highest_wall": list(high)}
+    asked = target("within", 5.0)
+    assert first_time(asked, lowest_wall=low, highest_wall=high) == pytest.approx(95.0, abs=0.1)
+    held = [TIMES[row] for row in range(len(TIMES)) if asked.holds(history, row)]
+    assert min(held) >= 95.0 and max(held) <= 105.0 / 1.02 + 1e-9
+
+
+def test_a_spread_counts_once_half_way_was_passed():
+    """A programme that cools again: what was under way stays so."""
+    middle = np.where(TIMES < 200.0, approach(), approach()[40] - (TIMES - 200.0) * 0.4)
+    spread = np.where(TIMES < 300.0, 20.0, 1.0)
+    columns = {"lowest_wall": middle - spread / 2.0, "highest_wall": middle + spread / 2.0}
+    assert first_time(target("spread", 10.0), **columns) == pytest.approx(297.5, abs=2.6)

@@ -8,12 +8,11 @@
 """
 
 from collections.abc import Collection
-from dataclasses import field, fields, replace
+from dataclasses import field, fields
 from typing import TYPE_CHECKING, Any, Self
 
 from ...laws.material_library import SOLIDS
 from ..keys import Key
-from ..series import TimeSeries
 
 if TYPE_CHECKING:
     from ..scene import Scene
@@ -58,11 +57,6 @@ class Feature:
     def of(cls, scene: "Scene") -> Self:
         """With the values (SI) of a scene."""
         return cls(**{one.name: scene.value(one.metadata[FULL_NAME]) for one in fields(cls)})
-
-    def thinned(self) -> Self:
-        """With its series as steps in time follow them (`TimeSeries.thinned`)."""
-        series = {name: one.thinned() for name, one in vars(self).items() if isinstance(one, TimeSeries)}
-        return replace(self, **series)
 
     def check(self, scene: "Scene") -> None:
         """Raise `InputError` where values do not go together, with each other or with those of other features."""

@@ -116,13 +116,13 @@ def phases_of(scene: "Scene") -> tuple[Phase, ...]:
     drive = drive_of(scene)
     back = operation.return_temperature or operation.inlet_temperature
     if operation.reversal_period is not None:
-        given = (TimeSeries.constant(0.0) if drive is None else drive).thinned(), operation.inlet_temperature.thinned()
+        given = (TimeSeries.constant(0.0) if drive is None else drive), operation.inlet_temperature
         return tuple(
             Phase(name, sign, *given, operation.reversal_period) for name, sign in (("forward", 1), ("back", -1))
         )
     if drive is None or min(drive.values) >= 0.0:
         return ()
-    return tuple(_pieces(drive.thinned(), operation.inlet_temperature.thinned(), back.thinned()))
+    return tuple(_pieces(drive, operation.inlet_temperature, back))
 
 
 def drive_of(scene: "Scene") -> TimeSeries | None:

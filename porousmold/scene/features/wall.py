@@ -208,10 +208,13 @@ def contact(name: str, resistance: float) -> Layer:
 def _layers(entries: Sequence[Table], solids: Mapping[str, Solid]) -> Iterator[Layer]:
     """The layers of one wall from its entries in the scene, with its contacts."""
     for entry in entries:
-        name, source = name_of(entry), entry.heat_source
-        heat_source = None if source is None else source.thinned()
+        name = name_of(entry)
         yield Layer(
-            name=name, solid=solids[name], thickness=entry.thickness, heat_source=heat_source, cells=entry.cells
+            name=name,
+            solid=solids[name],
+            thickness=entry.thickness,
+            heat_source=entry.heat_source,
+            cells=entry.cells,
         )
         if entry.contact_resistance > 0.0:
             yield contact(f"{name} contact", entry.contact_resistance)

@@ -36,9 +36,10 @@ def test_a_feature_has_the_scenes_values(feature):
 def test_fast_series_are_thinned_for_the_steps_in_time_alone():
     times = [0.5 * number for number in range(2000)]
     series = (times, [8000.0 + 10.0 * (number % 2) for number in range(2000)])
-    drive = Drive.of(Scene.load(ALUMINIUM, {"operation.pressure_drop": series}))
-    assert len(drive.pressure_drop.times) == 2000 and len(drive.thinned().pressure_drop.times) < 600
-    assert drive.thinned().gravity == drive.gravity and drive.thinned().mass_flow is None
+    scene = Scene.load(ALUMINIUM, {"operation.pressure_drop": series, "operation.gravity": 9.81})
+    thinned = scene.with_thinned_series()
+    assert len(Drive.of(scene).pressure_drop.times) == 2000 and len(Drive.of(thinned).pressure_drop.times) < 600
+    assert Drive.of(thinned).gravity == 9.81 and Drive.of(thinned).mass_flow is None
 
 
 def test_film_of_an_outer_wall_is_convection_and_radiation():
