@@ -47,7 +47,7 @@ from ..solvers.plug import PlugFlow
 from ..solvers.protocols import Flow, Heat, Observer, silent
 from .air_loop import AirLoop
 from .boundary_values import BoundaryValues
-from .estimates import Estimates, estimate
+from .estimates import Estimates, estimate, volumetric_capacity
 from .initial_guess import InitialGuesses
 from .meshing import cells_at_wall, plane_of_stations, straight_domain
 from .problem import Balances, Medium, Problem, starting_temperatures
@@ -58,6 +58,8 @@ QUADRATURE_DEGREE = 2
 ALONG, LEAST_LENGTH = 0.9, 0.5
 """Cosine of the angle between x[0] and the way from inlet to outlet that counts as along x[0]; part of that way that a mesh is
 long at least."""
+LEAST_STORAGE = 1e-3
+"""Of the beads' heat capacity per volume, below which a layer counts as storing nothing."""
 SAME_VOLUME = 1e-6
 """Relative difference of volumes that rounding explains."""
 
@@ -385,6 +387,7 @@ def build_heat(specs: Specs, medium: Medium, flow: Flow, equations: EnergyEquati
         medium.boundary.set_heat,
         medium.property_temperature,
         QUADRATURE_DEGREE,
+        stores=_stores(specs),
     )
     _start(specs, heat.unknown, domain)
     if specs.flow.model.update != "transient":
@@ -398,6 +401,15 @@ def build_heat(specs: Specs, medium: Medium, flow: Flow, equations: EnergyEquati
         medium.boundary.set,
         medium.estimates.mass_flux * 1e3,
     )
+
+
+def _stores(specs: Specs) -> list[bool]:
+    """Of each layer of the wall, whether it stores heat: what does not, as a contact, has the temperature of what is beside it,
+    be it a gas behind a front."""
+    temperature, beads = specs.heat.initial_temperature, specs.laws.beads
+    of_beads = (1.0 - specs.porosity.bulk_porosity) * volumetric_capacity(beads, temperature)
+    layers = (volumetric_capacity(layer.solid, temperature) for layer in specs.heat.all_layers)
+    return [one > LEAST_STORAGE * of_beads for one in layers]
 
 
 def _air_loop(specs: Specs, medium: Medium, heat: Heat, equations: EnergyEquations) -> AirLoop | None:

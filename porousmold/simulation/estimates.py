@@ -44,9 +44,9 @@ CELLS_OF_CURE = 6
 """Through a layer that cures, at least: it is hottest in its middle."""
 SOURCE_ERROR = 0.1
 """K that is cut off the parabola of temperature, q t^2/(4 k) high in a solid core, that a heat source q makes in a layer."""
-LEAST_SPREADING = 0.125
-"""Of a bead, along the flow, by which a front of one temperature counts as spread: a quarter of what beads mix, D = u d/2, which
-leaves such a front half as wide. A model that leaves mixing out has sharper ones, of no meaning."""
+LEAST_SPREADING = 0.5
+"""Of a bead, along the flow, by which a front of one temperature counts as spread: what beads mix, D = u d/2. A model that leaves
+mixing out has sharper ones, of no meaning."""
 COMMON_EMISSIVITY = 0.8
 """Of oxidised metal, ceramic and stone."""
 LEAST_END_LENGTH = 1e-3

@@ -1,5 +1,7 @@
 """The unknowns of the temperatures over bed and wall."""
 
+from collections.abc import Sequence
+from itertools import zip_longest
 from typing import Any
 
 import numpy as np
@@ -16,11 +18,14 @@ class HeatUnknowns:
     """T (fluid and wall) and T_s (beads) as one `function`, or with one temperature T alone.
 
     `parts` and `tests` are T and T_s, the same twice with one temperature. `constrained` are the numbers of T_s in the wall,
-    where there are no beads, `regions` those of every region that stores heat: the bed's beads, every layer of the wall, and the
-    bed's surface under a wall without cells; `of_cells` has those of each cell in a row, `fields` the numbers of beads and fluid.
+    where there are no beads, `regions` those of every region that stores heat: the bed's beads, every layer of the wall that
+    `stores` any (default: all), and the bed's surface under a wall without cells; `of_cells` has those of each cell in a row,
+    `fields` the numbers of beads and fluid.
     """
 
-    def __init__(self, domain: Domain, two_temperatures: bool, initial_temperature: float) -> None:
+    def __init__(
+        self, domain: Domain, two_temperatures: bool, initial_temperature: float, stores: Sequence[bool] = ()
+    ) -> None:
         element = fenicsx.lagrange_element(domain.mesh, 1)
         self.parts: tuple[Any, Any]
         self.tests: tuple[Any, Any]
@@ -42,7 +47,8 @@ class HeatUnknowns:
             self.of_cells = fenicsx.dof_table(self.space)
         self._two_temperatures = two_temperatures
         dimension = domain.mesh.topology.dim
-        layers = [fem.locate_dofs_topological(of_wall, dimension, domain.cells(tag)) for tag in domain.wall_tags]
+        storing = [tag for tag, one in zip_longest(domain.wall_tags, stores, fillvalue=True) if one]
+        layers = [fem.locate_dofs_topological(of_wall, dimension, domain.cells(tag)) for tag in storing]
         self.regions = [beads, *layers]
         if not domain.has_wall:
             self.regions.append(fem.locate_dofs_topological(of_wall, dimension - 1, domain.facets(INTERFACE)))

@@ -56,7 +56,8 @@ class TransientHeat:
 
     `unknown` holds T (fluid and wall) and T_s (beads, held where there are none), or with one temperature T alone;
     `memory` tells for how many more steps a cell is monotone; a stage is solved to the relative `stage_error`;
-    `set_time(t)` is called before each stage to update the boundary values; `supply` gives the inlet's temperature where that
+    `set_time(t)` is called before each stage to update the boundary values; `stores` tells of each layer of the wall whether its
+    temperature counts in a step's error; `supply` gives the inlet's temperature where that
     follows the outlet's.
     """
 
@@ -69,9 +70,10 @@ class TransientHeat:
         property_temperature: fem.Function,
         quadrature_degree: int,
         stage_error: float = STAGE_ERROR,
+        stores: Sequence[bool] = (),
     ) -> None:
         self.domain, self.equations = domain, equations
-        temperatures = HeatUnknowns(domain, equations.two_temperatures, initial_temperature)
+        temperatures = HeatUnknowns(domain, equations.two_temperatures, initial_temperature, stores)
         self.unknown, self.space = temperatures.function, temperatures.space
         parts, tests = temperatures.parts, temperatures.tests
         self.bead_modes = None
