@@ -103,7 +103,7 @@ def test_the_state_on_the_same_mesh_is_the_same_to_the_last_digits(tmp_path):
     again = state.at(places, places, of_beads=False)
     assert problem.temperature.x.array == pytest.approx(again, rel=1e-15)
     assert problem.mean_in_bed(problem.bead_temperature) > 300.0
-    assert begun.operation.initial_temperature == pytest.approx(state.mean())
+    assert begun.operation.initial_temperature == pytest.approx(state.mean(None))
 
 
 def test_identity_follows_the_content_of_what_it_starts_from(tmp_path, profile):
