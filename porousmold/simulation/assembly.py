@@ -58,6 +58,8 @@ QUADRATURE_DEGREE = 2
 ALONG, LEAST_LENGTH = 0.9, 0.5
 """Cosine of the angle between x[0] and the way from inlet to outlet that counts as along x[0]; part of that way that a mesh is
 long at least."""
+CHOKED = 2.0
+"""Pressure that a gas loses, twice that over the outlet's at the inlet's density, beyond which no flow is sought."""
 LEAST_STORAGE = 1e-3
 """Of the beads' heat capacity per volume, below which a layer counts as storing nothing."""
 SAME_VOLUME = 1e-6
@@ -201,6 +203,7 @@ def _start(specs: Specs, function: fem.Function, domain: Domain) -> None:
 
 def build_flow(specs: Specs, medium: Medium, observe: Observer = silent) -> Flow:
     """The flow that the scene asks for."""
+    _require_steady_flow(specs, medium.estimates)
     if specs.flow.model.kind == "plug":
         return _plug_flow(specs, medium)
     if specs.flow.model.kind == "developed":
@@ -219,6 +222,20 @@ def build_flow(specs: Specs, medium: Medium, observe: Observer = silent) -> Flow
         guesses=guesses,
         simpler=developed,
     )
+
+
+def _require_steady_flow(specs: Specs, estimates: Estimates) -> None:
+    """Raise `InputError` for a gas that would have to enter faster than any pressure drives it: its density at the inlet grows
+    with the pressure there, and with the resistance G = c p, (p_out/p_in)^2 = 1 - 2 G L/p has no root beyond 1. The flow at the
+    wall leaves some of that resistance out."""
+    flow = specs.flow
+    missing = 2.0 * estimates.pressure_gradient * estimates.length / flow.outlet_pressure
+    if flow.drive == "inlet_velocity" and specs.laws.fluid.density.compressible and missing > CHOKED:
+        allowed = (
+            f"has no steady flow: a gas that enters so fast would need (p_out/p_in)^2 = {1.0 - missing:.2g}; "
+            "make it slower, the bed shorter, or give operation.mass_flow"
+        )
+        raise InputError("operation.inlet_velocity", flow.driven_by.range[1], allowed, specs.mesh.scene_file)
 
 
 def _openings(medium: Medium) -> list[Opening]:

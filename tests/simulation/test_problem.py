@@ -8,6 +8,7 @@ from mpi4py import MPI
 from ufl.constantvalue import RealValue
 from ufl.corealg.traversal import unique_pre_traversal
 
+from porousmold import InputError, Scene
 from porousmold.mesh import fenicsx
 from porousmold.simulation.observation import profile_near_wall
 
@@ -90,3 +91,10 @@ def test_there_is_no_profile_where_the_middle_of_the_bed_is_at_its_wall():
     place = problem.domain.stations(0.5)["bed_side"]
     problem.domain = replace(problem.domain, stations=lambda part: {"bed_side": place, "centre": place})
     assert profile_near_wall(problem) is None
+
+
+def test_a_gas_that_no_pressure_drives_so_fast_is_refused():
+    """In a bed of 100 m: (p_out/p_in)^2 would be negative, whatever the pressure."""
+    long = {"operation.pressure_drop": None, "operation.inlet_velocity": 2.0, "geometry.length": 100.0}
+    with pytest.raises(InputError, match="has no steady flow: a gas that enters so fast"):
+        problem_of(Scene.load(ALUMINIUM, long | {"solver.axial_cells": 10}))
