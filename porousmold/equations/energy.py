@@ -12,8 +12,7 @@ term: b is (phi_V - phi_A) grad V/V, and both are 1 for the whole volume.
 
 The inlet condition is Danckwerts': - int (rho phi u.n)(h(T) - h(T_in)) v ds over the inlet, h the
 enthalpy. Fixing the inlet's nodes instead would heat a conducting wall through their common corner (4 % of the
-heating time with an aluminium skin). The outlet has no diffusive flux. With b the sum of the fluid's and the beads'
-equations keeps b.(lambda_fe grad T_f - lambda_s grad T_s), which is no divergence: `rev_heat` is that amount.
+heating time with an aluminium skin). The outlet has no diffusive flux. `equations.rev_heat` has the terms with b.
 
 With one temperature T_f = T_s the two equations are summed and the exchange is gone. `equations.wall` has the wall's part.
 
@@ -22,7 +21,7 @@ Beads that are not isothermal (`BeadInterior`) have their mean as T_s, and anoth
 Storage of beads and wall is written with the enthalpy per volume H(T), so that the discrete balance closes whatever
 C(T); that of the fluid (10^-3 of the total of a gas, half of a liquid's) with rho C_f at the temperature of the flow's last
 solution. What the fluid stores is upwinded as what it carries is: lumped at the nodes and not upwinded, a front in a liquid was
-up to 1.7 % of all differences off on default cells. The flow carries C_f(T) grad T = grad h, of the same enthalpy as through
+2.1 % of all differences off on default cells (Schumann). The flow carries C_f(T) grad T = grad h, of the same enthalpy as through
 inlet and outlet.
 """
 
@@ -32,7 +31,7 @@ from dataclasses import dataclass
 import ufl
 
 from ..laws.conductivity import wall_coefficient
-from ..laws.functions import Value, scaled
+from ..laws.functions import Value
 from .bead_interior import BeadInterior
 from .bed_heat_transfer import BedHeatTransfer
 from .coordinates import Coordinates
@@ -40,6 +39,7 @@ from .flow import FlowEquations, FlowState
 from .medium import Bed
 from .moving_beads import MovingBeads
 from .openings import Opening, flux_given
+from .rev_heat import RevHeat
 from .stabilisation import flux_density
 from .streamline import Streamline
 from .wall import Wall, volumetric_heat
@@ -126,6 +126,13 @@ class EnergyEquations:
     def transfer(self) -> BedHeatTransfer:
         """Conduction in fluid and beads, and exchange between them."""
         return BedHeatTransfer(self.flow, self.flow_state, self.flow_temperature, self.exchange_factor, self.interior)
+
+    @property
+    def rev(self) -> RevHeat | None:
+        """What the REV terms add; None without them."""
+        if self.bed.rev_vector is None:
+            return None
+        return RevHeat(self.transfer, self.inlet_temperature, self.dx_bed)
 
     @property
     def _density(self) -> Value:
@@ -221,7 +228,7 @@ class EnergyEquations:
         `transport` is what `transport()` gives, or its values held for a step. Upwinded along its `Streamline`, as what
         is stored is.
         """
-        bed, weight, streamline = self.bed, self.coordinates.weight, transport.streamline
+        weight, streamline = self.coordinates.weight, transport.streamline
         # C_f of the present temperature: what the flow carries is the enthalpy, as through inlet and outlet
         advection = self._laws.heat_capacity(temperature) * transport.mass_flux
         fluid = streamline.carried(advection, temperature, test)
@@ -233,11 +240,9 @@ class EnergyEquations:
             difference = self.transfer.excess(temperature, bead_temperature)
             fluid += streamline.exchanged_downstream(transport.exchange, difference, test)
             bead -= streamline.exchanged(transport.exchange, difference, bead_test)
-        if bed.rev_vector is not None:
-            of_fluid, of_beads = self._rev_fluxes(temperature, bead_temperature)
-            fluid -= of_fluid * test
-            bead += of_beads * bead_test
         form = weight * (fluid + bead) * self.dx_bed
+        if self.rev is not None:
+            form += self.rev.outflow_of_heat(temperature, bead_temperature, test, bead_test)
         if self.interface is not None and transport.touching is not None:
             crossing = weight * (temperature - bead_temperature) * (test - bead_test)
             form += self.interface.integral(transport.touching, crossing)
@@ -290,27 +295,3 @@ class EnergyEquations:
     def mass_leaving(self) -> Value:
         """Form (scalar, kg/s) of the mass that leaves through the outlet."""
         return self.coordinates.weight * self.outward_mass_flux * self.outlet
-
-    def rev_heat(self, temperature: Value, bead_temperature: Value) -> Value:
-        """Form (scalar, W) of the heat that the REV terms create; None without them.
-
-        b.(lambda_fe grad T_f - lambda_s grad T_s) of the two energy equations, and the enthalpy (against that at the
-        inlet) of the mass b.(rho u) that the mass balance takes from the flow.
-        """
-        b, enthalpy = self.bed.rev_vector, self._laws.heat_capacity.integral
-        if b is None:
-            return None
-        fluid, beads = self._rev_fluxes(temperature, bead_temperature)
-        taken = self._density * ufl.dot(b, self.flow_state.velocity)
-        mass = taken * (enthalpy(temperature) - enthalpy(self.inlet_temperature))
-        return self.coordinates.weight * (fluid - beads - mass) * self.dx_bed
-
-    def _rev_fluxes(self, temperature: Value, bead_temperature: Value) -> tuple[Value, Value]:
-        """b.(lambda_fe grad T_f) and b.(lambda_s grad T_s), W/m3, with the conductivities of the phases' own volumes."""
-        b, phi = self.bed.rev_vector, self.bed.porosity
-        if self.bed.bead_conduction.whole_bed:
-            mixed = self.transfer.dispersion(temperature)
-            return ufl.dot(b, flux_density(mixed / phi, ufl.grad(temperature))), 0.0 * bead_temperature
-        fluid = flux_density(self.transfer.fluid_conduction(temperature) / phi, ufl.grad(temperature))
-        conductivity = scaled(self.bed.beads.conductivity(bead_temperature), self.bed.bead_conduction.factor)
-        return ufl.dot(b, fluid), conductivity * ufl.dot(b, ufl.grad(bead_temperature))

@@ -3,7 +3,6 @@
 import copy
 import hashlib
 import html
-import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NoReturn
@@ -21,10 +20,9 @@ from .features import KEYS, check_together
 from .features.geometries import GEOMETRIES
 from .features.inlet import temperature_of
 from .features.phases import drive_name, representative
-from .features.wall import LAYER, BedWall
+from .features.wall import BedWall
 from .keys import (
     LISTED,
-    Key,
     Settings,
     Table,
     Tables,
@@ -35,7 +33,6 @@ from .keys import (
     unit_and_meaning,
 )
 from .materials import own_materials, schema_with
-from .series import TimeSeries
 from .start import Profile, Start
 from .tables import as_toml, flat_tolerances, with_absolute_files, with_lists_in_tables, with_settings
 
@@ -144,21 +141,10 @@ class Scene:
         tables = with_settings(copy.deepcopy(dict(self._given)), settings)
         return Scene(tables, self.source, allow_extensions=self.allow_extensions)
 
-    def with_thinned_series(self) -> "Scene":
-        """A copy whose series are those that steps in time follow (`TimeSeries.thinned`)."""
-        operation = self.operation
-        end = math.inf if operation.phase else operation.end_time  # phases may last longer
-
-        def thinned(table: Table, keys: Mapping[str, Key]) -> Table:
-            series = {name: value for name, value in table if isinstance(value, TimeSeries)}
-            references = {name: operation.initial_temperature if keys[name].kind == "K" else 0.0 for name in series}
-            scales = {name: max(abs(value - references[name]) for value in one.range) for name, one in series.items()}
-            return table.with_values({name: one.thinned(end, scales[name]) for name, one in series.items()})
-
-        walls = {name: getattr(self.wall, name) for name in ("layer", "opposite_layer")}
-        layers = {name: listed and [thinned(layer, LAYER) for layer in listed] for name, listed in walls.items()}
+    def with_tables(self, tables: Mapping[str, Table]) -> "Scene":
+        """A copy with other tables of values, which are taken as they are."""
         copied = copy.copy(self)
-        copied.__dict__.update(operation=thinned(operation, KEYS["operation"]), wall=self.wall.with_values(layers))
+        copied.__dict__.update(tables)
         return copied
 
     def __repr__(self) -> str:

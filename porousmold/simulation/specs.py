@@ -32,6 +32,7 @@ from ..scene.features.wall import BedWall, Layer
 from ..scene.scene import Scene
 from ..scene.series import TimeSeries
 from ..scene.start import Start
+from ..scene.thinning import with_thinned_series
 from .air_loop_spec import AirLoopSpec, air_loop_of, first_point
 from .course import Course, followed
 from .targets import Target
@@ -180,7 +181,7 @@ class Specs:
 
 def specs_of(scene: Scene) -> Specs:
     """The parts of a scene, with its series as steps in time follow them."""
-    scene = scene.with_thinned_series()
+    scene = with_thinned_series(scene)
     laws = Laws.of(scene)
     _require_phase(scene, laws)
     air_loop, course = air_loop_of(scene, laws.fluid), Course.of(scene)

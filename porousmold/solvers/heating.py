@@ -117,7 +117,7 @@ class TransientHeat:
             "by_fluid": equations.heat_input(parts[0]),
             "through_outer_wall": equations.wall.heat_through_outer_wall(parts[0]),
             "by_sources": equations.wall.heat_by_sources(),
-            "by_rev_terms": equations.rev_heat(*parts),
+            "by_rev_terms": None if equations.rev is None else equations.rev.heat(*parts),
             "by_beads": None if equations.moving_beads is None else equations.moving_beads.heat_brought(parts[1]),
         }
         self.scalars = {name: fenicsx.DeferredForm(form) for name, form in self.scalars.items() if form is not None}

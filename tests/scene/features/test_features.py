@@ -13,6 +13,7 @@ from porousmold.scene.features.drive import Drive
 from porousmold.scene.features.numerics import Accuracy
 from porousmold.scene.features.outer_wall import OuterWall
 from porousmold.scene.scene import Scene
+from porousmold.scene.thinning import with_thinned_series
 
 from ...support import ALUMINIUM
 
@@ -37,7 +38,7 @@ def test_fast_series_are_thinned_for_the_steps_in_time_alone():
     times = [0.5 * number for number in range(2000)]
     series = (times, [8000.0 + 10.0 * (number % 2) for number in range(2000)])
     scene = Scene.load(ALUMINIUM, {"operation.pressure_drop": series, "operation.gravity": 9.81})
-    thinned = scene.with_thinned_series()
+    thinned = with_thinned_series(scene)
     assert len(Drive.of(scene).pressure_drop.times) == 2000 and len(Drive.of(thinned).pressure_drop.times) < 600
     assert Drive.of(thinned).gravity == 9.81 and Drive.of(thinned).mass_flow is None
 

@@ -1,0 +1,33 @@
+"""The series of a scene as steps in time follow them: without the noise of fast loggers."""
+
+import math
+from collections.abc import Mapping
+
+from .features import KEYS
+from .features.wall import LAYER
+from .keys import Key, Table
+from .scene import Scene
+from .series import TimeSeries
+
+
+def with_thinned_series(scene: Scene) -> Scene:
+    """A copy whose series are thinned up to the end of the run (`TimeSeries.thinned`): temperatures in proportion to their
+    distance from the initial one, all others to their magnitude."""
+    operation, wall = scene.operation, scene.wall
+    end = math.inf if operation.phase else operation.end_time  # phases may last longer
+    walls = {name: getattr(wall, name) for name in ("layer", "opposite_layer")}
+    layers = {
+        name: entries and [_thinned(one, LAYER, scene, end) for one in entries] for name, entries in walls.items()
+    }
+    return scene.with_tables(
+        {"operation": _thinned(operation, KEYS["operation"], scene, end), "wall": wall.with_values(layers)}
+    )
+
+
+def _thinned(table: Table, keys: Mapping[str, Key], scene: Scene, end: float) -> Table:
+    found = {}
+    for name, series in table:
+        if isinstance(series, TimeSeries):
+            reference = scene.operation.initial_temperature if keys[name].kind == "K" else 0.0
+            found[name] = series.thinned(end, max(abs(value - reference) for value in series.range))
+    return table.with_values(found)
