@@ -28,6 +28,8 @@ from .specs import Specs, specs_of
 
 SECONDS_AT_THE_START, SECONDS_A_STEP = 0.9, {2: (6e-6, 4e-6), 3: (4e-5, 4e-5)}
 """For an unknown of the flow, and of the temperatures, by dimensions of space."""
+OF_LOCALLY_DEVELOPED_FLOW = 1.2e-5, 3.4e-5
+"""The same in three dimensions with locally developed flow, both solved by iteration (docs/growth.md)."""
 STEPS_AT_THE_START, STEPS_AT_A_BREAKPOINT, HEATING_TIMES = 10, 2, 1.7
 """Steps until the largest one is reached, at the start and of every phase; those that a breakpoint of the set-point adds; heating
 times that the estimated duration stands for."""
@@ -71,7 +73,8 @@ def check(scene: Scene, communicator: Communicator) -> Checked:
     begins = STEPS_AT_THE_START if specs.course is not None else STEPS_AT_A_BREAKPOINT
     steps = float(STEPS_AT_THE_START + begins * len(breakpoints))
     steps += duration / (specs.time.steps.largest or estimates.largest_step)
-    of_flow, of_heat = SECONDS_A_STEP[dimension]
+    iterated = dimension == 3 and scene.is_locally_developed
+    of_flow, of_heat = OF_LOCALLY_DEVELOPED_FLOW if iterated else SECONDS_A_STEP[dimension]
     seconds = SECONDS_AT_THE_START + (of_flow * flow + of_heat * energy) * steps
     unit = "m2" if dimension == 3 or domain.axisymmetric else "m2 per metre of width"
     facts = [
