@@ -83,7 +83,7 @@ class FluidisedBed:
     def __init__(self, scene: Scene) -> None:
         self.scene, operation = scene, scene.operation
         size = GEOMETRIES[scene.geometry.kind].size(scene.geometry)
-        if size is None:
+        if size is None or size.core_radius:
             raise InputError(
                 "geometry.kind", scene.geometry.kind, "must be 'mold' or 'pipe' for a fluidised bed", scene.source
             )
