@@ -47,7 +47,8 @@ class Tracer:
         cells = Streamline.of(
             energy.coordinates, flux, mixing, None, energy.entrance, nothing, energy.straight
         ).without_monotone_cells()
-        stored = energy.coordinates.nodal_weight * porosity * density * self.fraction * test * energy.nodes_bed
+        held = porosity * density
+        stored = weight * cells.stored_downstream(held * self.fraction, held, self.fraction, test) * energy.dx_bed
         leaving = cells.carried(flux, self.fraction, test) + cells.conducted(mixing, self.fraction, test)
         leaving = weight * leaving * energy.dx_bed
         leaving -= weight * energy.inward_mass_flux * (1.0 - self.fraction) * test * energy.inlet
@@ -89,7 +90,7 @@ def breakthrough(scene):
     problem.find_flow(problem.flow.start, 0.0)
     energy, mass_flow = problem.energy_equations, problem.balances.mass_flow
     held = fenicsx.compiled_form(
-        energy.coordinates.nodal_weight * energy.bed.porosity * energy.transfer.density * energy.nodes_bed
+        energy.coordinates.weight * energy.bed.porosity * energy.transfer.density * energy.dx_bed
     )
     residence = ranks.integral(problem.communicator, held) / mass_flow
     tracer, step = Tracer(problem), DURATION * residence / STEPS
