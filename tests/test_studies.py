@@ -3,6 +3,7 @@
 import importlib
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import studies
@@ -209,3 +210,18 @@ def test_droplet(tmp_path, monkeypatch):
     assert "0.60 ± 0.06" in text and "-0.20 D, standard error 0.08 D (3 seeds each)" in text
     assert "| no bonds | 0.60 | 0.60 | 1 | 0.80 | 0.80 | 1 |" in text
     assert (tmp_path / "droplet.png").exists()
+
+
+def test_a_tracer_spreads_as_beads_mix_it():
+    """Uniform plug flow: from 5 to 95 % in 3.29 standard deviations of sqrt(2 D/(u L)), D = u d/2 and the fluid's own."""
+    settings = {
+        "model.flow": "plug",
+        "model.turbulence": "none",
+        "bed.porosity_model": "constant",
+        "model.wall": "insulated",
+    }
+    scene = Scene.load(ALUMINIUM, settings | {"wall.thickness": None})
+    times, out, mean, missing = study("tracer").breakthrough(scene)
+    spread = np.interp(0.95, out, times) - np.interp(0.05, out, times)
+    assert spread == pytest.approx(3.29 * np.sqrt(scene.bed.bead_diameter / scene.geometry.length), rel=0.03)
+    assert mean == pytest.approx(1.0, abs=1e-6) and abs(missing) < 1e-9
