@@ -19,9 +19,11 @@ lines between samples may miss."""
 
 MOST_ROWS = 400
 """Rows of a series beyond which those that lie closer than an even spacing of so many may be replaced by means over that."""
-LITTLE = 0.05
+LITTLE = 0.02
 """Of all that a series says, a change between rows that are replaced by their mean: in the product of two such series, flow times
-temperature, its square is lost at most."""
+temperature, its square is lost at most; a pulse that is smaller and shorter than such an interval is lost."""
+STRAIGHT = 1e-13
+"""Of that, by which a row that says nothing may lie beside the line through its neighbours."""
 FASTEST = 0.1
 """Seconds within which nothing that follows the series, the smallest bead neither, follows a change."""
 
@@ -131,18 +133,22 @@ class TimeSeries:
         `scale` between them, or within `FASTEST`: what changes faster is averaged, so that its integral over time stays.
 
         Bed and wall follow the integral; a step of the simulation for every row of a fast logger's noise would bring nothing.
-        Jumps, pulses and reversals are no noise, and stay as they are.
+        Jumps, larger pulses and reversals are no noise, and stay as they are. Rows on the line through their neighbours go.
         """
-        if self.corners is not None or len(self.times) <= MOST_ROWS:
+        if self.corners is not None or len(self.times) <= 2:
             return self
-        last = min(int(np.searchsorted(self.times, end)), len(self.times) - 1)
-        times, values = np.array(self.times[: last + 1]), np.array(self.values[: last + 1])
-        kept = _ends_of_windows(times, values.reshape(len(times), -1), LITTLE * scale)
-        if len(kept) == len(times):
-            return replace(self, times=self.times[: last + 1], values=self.values[: last + 1])
-        new = _means(times, values.reshape(len(times), -1), kept)
-        rows = tuple(map(tuple, new.tolist())) if values.ndim > 1 else tuple(new[:, 0].tolist())
-        return replace(self, times=tuple(times[kept].tolist()), values=rows)
+        times, values = np.array(self.times), np.array(self.values).reshape(len(self.times), -1)
+        bent = _bends(times, values, STRAIGHT * scale)
+        times, values = times[bent], values[bent]
+        if len(times) > MOST_ROWS:
+            last = min(int(np.searchsorted(times, end)), len(times) - 1)
+            times, values = times[: last + 1], values[: last + 1]
+            kept = _ends_of_windows(times, values, LITTLE * scale)
+            times, values = times[kept], _means(times, values, kept)
+        if len(times) == len(self.times):
+            return self
+        rows = tuple(map(tuple, values.tolist())) if np.ndim(self.values) > 1 else tuple(values[:, 0].tolist())
+        return replace(self, times=tuple(times.tolist()), values=rows)
 
     def __call__(self, time: float) -> float:
         """Value at the time (s)."""
@@ -181,6 +187,15 @@ class ProfileSeries(TimeSeries):
     def range(self) -> tuple[float, float]:
         """Smallest and largest value anywhere."""
         return float(np.min(self.values)), float(np.max(self.values))
+
+
+def _bends(times: Floats, values: Floats, little: float) -> Integers:
+    """Numbers of the rows that do not lie on the line through their neighbours, within `little` and rounding; the first and the
+    last are among them."""
+    part = ((times[1:-1] - times[:-2]) / (times[2:] - times[:-2]))[:, None]
+    beside = np.abs(values[1:-1] - values[:-2] - part * (values[2:] - values[:-2]))
+    bent = np.any(beside > little + 4.0 * np.finfo(float).eps * np.abs(values[1:-1]), axis=1)
+    return np.flatnonzero(np.concatenate([[True], bent, [True]]))
 
 
 def _ends_of_windows(times: Floats, values: Floats, little: float) -> Integers:

@@ -40,7 +40,9 @@ def why_not_heated(simulation: Simulation) -> str:
         return text + " and stays there" + _what_balances(simulation, before)
     if deficits[-1] > (1.0 - STEADY) * deficits.max():
         beyond = deficits[-1] > (1.0 + STEADY) * deficits[0]
-        more = ", farther than at the start: the surroundings reach it before the flow does" if beyond else ""
+        outside = heat.outer_wall.exchanges or heat.outer_wall.heat_flux is not None
+        why = "the surroundings reach it before the flow does" if outside else "the inlet's temperature runs ahead"
+        more = f", farther than at the start: {why}" if beyond else ""
         return f"{text}, its {farthest} point hardly {changed} yet{more}"
     if approached <= 0.0:  # a flow that turns, a programme
         return f"{text}, farther than at {times[before]:.4g} s"

@@ -58,14 +58,41 @@ class Recorder:
         """Time (s) at which a place came within the margin, `before` as far as it is known.
 
         An inlet temperature that only passes the wall's on its way, as from one set point to the next, heats nothing: the place
-        has to stay within the margin up to the next breakpoint of the inlet's temperature.
+        has to stay within the margin up to the next breakpoint of the inlet's temperature. Nor does noise about the temperature
+        at the start. A place that follows a ramp within the margin comes within that of its last set point.
         """
         times, deficits, margin = self.history["time"], self.history[f"deficit_{place}"], self._time.heated.margin
         if before is None:
-            return crossing_time(times, deficits, margin)
+            crossed = crossing_time(times, deficits, margin)
+            if crossed is not None:
+                return crossed if self._has_left_the_start(place) else None
+            return self._followed_at(place) if deficits[-1] <= margin else None
         ahead = [one for one in self._heat.inlet_temperature.breakpoints if one >= before]
         is_lost = deficits[-1] > margin and times[-1] <= min(ahead, default=-math.inf) * (1.0 + 1e-12)
         return None if is_lost else before
+
+    def _has_left_the_start(self, place: str) -> bool:
+        """Whether the inlet is farther than the margin from the temperature at the start, or the place has been."""
+        heat, margin = self._heat, self._time.heated.margin
+        low, high = heat.first_temperatures
+        present = heat.inlet_temperature(self.history["time"][-1])
+        coldest, hottest = min(self.history[f"lowest_{place}"]), max(self.history[f"highest_{place}"])
+        return (
+            max(abs(present - low), abs(present - high)) > margin or coldest < low - margin or hottest > high + margin
+        )
+
+    def _followed_at(self, place: str) -> float | None:
+        """When (s) a place that is within the margin of the last set point came there; None before that is set."""
+        times, inlet, margin = self.history["time"], self._heat.inlet_temperature, self._time.heated.margin
+        last = max(inlet.breakpoints, default=math.inf)
+        if times[-1] < last:
+            return None
+        final = inlet(times[-1])
+        lows, highs = (self.history[f"{end}_{place}"] for end in ("lowest", "highest"))
+        deficits = [max(final - low, high - final) for low, high in zip(lows, highs, strict=True)]
+        rows = (row for row in range(len(times), 1, -1) if deficits[row - 2] > margin >= deficits[row - 1])
+        row = next(rows, None)
+        return None if row is None else crossing_time(times[:row], deficits[:row], margin)
 
     def _look_at_targets(self) -> None:
         for target in self._time.targets:

@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 import pytest
 from mpi4py import MPI
 
@@ -139,3 +140,34 @@ def test_one_temperature_with_little_exchange_is_told():
     poor = {"model.energy": "one-temperature", "operation.end_time": 20.0}
     assert any("transfer units over the bed" in text for text in warnings_of(poor))
     assert not any("transfer units" in text for text in warnings_of({"operation.end_time": 20.0}))
+
+
+RAMP = {"operation.end_time": 4e4, "operation.heating_margin": 2.0, "operation.heated_place": "bed_side"}
+
+
+def test_a_wall_that_follows_a_slow_ramp_is_heated_when_it_is_near_its_end():
+    """It is never 2 K behind, so that it crosses no margin of the present set point: 30 K in 10 h, 2 K before the end."""
+    ramp = ([0.0, 36000.0], [293.15, 323.15])
+    result = run(
+        coarse_scene(PLUG, RAMP, {"operation.inlet_temperature": ramp, "operation.initial_temperature": 293.15})
+    )
+    assert result.heating_time == pytest.approx(36000.0 * 28.0 / 30.0, abs=2000.0) and result.heating_time > 33600.0
+
+
+def test_noise_about_the_start_heats_nothing():
+    """A flat beginning whose noise is as large as the margin, then the step that heats."""
+    times = np.arange(0.0, 1200.0, 2.0)
+    noise = np.where(times < 1100.0, 2.5 * np.sin(1.7 * times), 0.0)
+    values = np.where(times < 200.0, 293.15, 353.15) + noise
+    changes = {"operation.inlet_temperature": (times, values), "operation.initial_temperature": 293.15}
+    smooth = {"operation.inlet_temperature": ([0.0, 198.0, 200.0], [293.15, 293.15, 353.15])}
+    margin = {"operation.heating_margin": 4.0, "operation.end_time": 4000.0}
+    found = [run(coarse_scene(PLUG, changes, margin, more)).heating_time for more in ({}, smooth)]
+    assert found[0] > 1000.0 and found[0] == pytest.approx(found[1], rel=0.05)
+
+
+def test_a_set_point_that_runs_ahead_is_not_called_surroundings():
+    ramp = ([0.0, 200.0], [293.15, 500.0])
+    cut = {"operation.inlet_temperature": ramp, "operation.end_time": 100.0}
+    text = next(one for one in warnings_of(cut) if "not heated" in one)
+    assert "the inlet's temperature runs ahead" in text
