@@ -29,6 +29,9 @@ FIRST_STEP = 0.05
 SHORTEST_PART = 0.05
 """Of the first step: a shorter one is not cut again to meet the end of a phase."""
 
+LEAST_BEND = 0.01
+"""Of the range of a series, a bend within a largest step after which steps start small again; at a weaker one they only end."""
+
 BACKWARDS = 1e-3
 """Mass flow, as a part of the expected one, by which a flow may run backwards: that of rounding."""
 
@@ -57,16 +60,21 @@ class Simulation:
         free_systems(self.problem.domain.mesh)
 
     def _time_control(self) -> TimeControl:
-        time = self.specs.time
-        largest = time.steps.largest or min(self.problem.medium.estimates.largest_step, time.end_time)
+        time, largest = self.specs.time, self._largest_step
+        weak = set(time.breakpoints) - set(self._breakpoints())
         return TimeControl(
             min(time.steps.first or math.inf, FIRST_STEP * largest) / time.steps.refinement,
             time.steps.growth ** (1.0 / time.steps.refinement),
             largest / time.steps.refinement,
             time.end_time,
             self._breakpoints(),
-            self.specs.output.times or (),
+            (*(self.specs.output.times or ()), *weak),
         )
+
+    @property
+    def _largest_step(self) -> float:
+        time = self.specs.time
+        return time.steps.largest or min(self.problem.medium.estimates.largest_step, time.end_time)
 
     def march(
         self,
@@ -126,8 +134,9 @@ class Simulation:
             problem.find_flow(problem.flow.start, self.time)
 
     def _breakpoints(self) -> tuple[float, ...]:
-        """Those of the series, and of the present phase."""
-        course, known = self.specs.course, self.specs.time.breakpoints
+        """At which steps start small again: where the series bend, and at the ends of the present phase."""
+        course, kinks = self.specs.course, self.specs.time.kinks
+        known = tuple(sorted(time for time, bend in kinks.items() if bend * self._largest_step > LEAST_BEND))
         if course is None:
             return known
         end = (course.planned_end,) if math.isfinite(course.planned_end) else ()

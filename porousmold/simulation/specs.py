@@ -4,7 +4,7 @@ Lengths in m, times in s, temperatures in K. None stands for what the scene leav
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -144,15 +144,21 @@ class HeatSpec:
 
 @dataclass(frozen=True, kw_only=True)
 class TimeSpec:
-    """The march: its steps, `breakpoints` at which steps end, and what it waits for: the place to be `heated`, or `targets` until
-    these are met. `until_steady` ends it where the temperatures are steady before `end_time`."""
+    """The march: its steps, what it waits for, the place to be `heated`, or `targets` until these are met, and by how much what
+    is given bends (1/s, over its range) at which times: `kinks`. `until_steady` ends it where the temperatures are steady before
+    `end_time`."""
 
     steps: TimeSteps
     heated: Heated
     end_time: float
     until_steady: bool
     targets: tuple[Target, ...]
-    breakpoints: tuple[float, ...]
+    kinks: Mapping[float, float]
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        """Times (s) at which steps end."""
+        return tuple(sorted(self.kinks))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -300,13 +306,18 @@ def _heat(scene: Scene, laws: Laws, air_loop: AirLoopSpec | None, course: Course
 def _time(scene: Scene, course: Course | None) -> TimeSpec:
     series: list[Any] = [value for _, value in scene.operation if isinstance(value, TimeSeries)]
     series += [layer.heat_source for layer in scene.layers.values() if layer.heat_source is not None]
+    kinks: dict[float, float] = {}
+    for each in series:
+        for instant, change in each.kinks.items():
+            if instant > 0.0:
+                kinks[instant] = max(change, kinks.get(instant, 0.0))
     return TimeSpec(
         steps=TimeSteps.of(scene),
         heated=Heated.of(scene),
         end_time=_end_time(scene, course),
         until_steady=not scene.is_given("operation.end_time") and not (course is not None and course.repeats),
         targets=Target.of(scene),
-        breakpoints=tuple(sorted({instant for each in series for instant in each.breakpoints if instant > 0.0})),
+        kinks=kinks,
     )
 
 

@@ -386,3 +386,14 @@ def test_a_front_in_a_liquid_that_stores_as_much_as_the_beads():
         passed = result["time"][-1] - place * porosity * density * fluid_capacity / carried
         exact = schumann(exchange * place / carried, exchange * passed / solid_capacity)
         assert heated_part(result[f"temperature_centre_{station}"][-1]) == pytest.approx(exact, abs=1.5e-3)
+
+
+def test_rows_that_bend_a_course_by_little_do_not_restart_the_steps():
+    """Every half hour a row of a slow wave of the wall's temperature: steps end there, and go on as they are."""
+    times = np.linspace(0.0, 86400.0, 49)
+    wave = HOT + 5.0 * np.sin(2.0 * np.pi * times / 86400.0)
+    given = {"model.wall": "fixed-temperature", "operation.end_time": times[-1]}
+    result = run(bed_at_rest(given | {"operation.wall_temperature": (times, wave)}))
+    steps = np.diff(result["time"])[result["time"][:-1] > 7200.0]
+    assert steps.min() > 0.3 * steps.max()
+    assert max(abs(result["highest_bed"] - np.interp(result["time"], times, wave))[result["time"] > 7200.0]) < 1.0
