@@ -25,7 +25,7 @@ from porousmold.solvers.stages import StageSolver
 HERE = Path(__file__).parent
 DIFFUSIVITY = 2e-5
 """Of the tracer in the fluid, m2/s; mixing by the beads, 0.5 u d along the flow, comes on top."""
-STEPS, DURATION = 400, 2.5
+STEPS, DURATION = 800, 5.0
 """Of the march, and its length in residence times."""
 ERROR = 1e-10
 
