@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from ..errors import InputError
-from ..scene.features.geometries import geometry_of
+from ..scene.features.geometries import modelled_part
 from ..scene.scene import Scene
 from .quantities import ENERGY_GIVEN, ENERGY_NAMES, JOULES_A_KWH
 from .result_keys import Summary
@@ -224,8 +224,7 @@ def _until(summary: Summary, change: str) -> str:
 def summary_text(scene: Scene, summary: Summary, out: Path, pictures: Sequence[Path]) -> str:
     """The short readable end of a run."""
     margin, place = scene.operation.heating_margin, scene.operation.heated_place.replace("_", " ")
-    geometry = dict(scene.geometry)
-    modelled = geometry_of(geometry).modelled_part(geometry)
+    modelled = modelled_part(dict(scene.geometry))
     change = "cooling" if is_cooling(scene) else "heating"
 
     def shown(seconds: float | None) -> str:

@@ -10,7 +10,7 @@ from ..errors import InputError
 from ..files.atomic_files import output_file
 from ..files.units import preferred_unit
 from ..scene.features import KEYS
-from ..scene.features.geometries import geometry_of
+from ..scene.features.geometries import modelled_part
 from ..scene.keys import Tables, flat, kind_of, unit_and_meaning
 from .console import closures_text, kept_text, outer_wall_text
 from .pictures import draw, fields_with_slider
@@ -91,9 +91,8 @@ def _results(summary: Summary, scene: Tables) -> list[Block]:
         [f"{name} at the end", f"{low - 273.15:.1f} to {high - 273.15:.1f}", "°C"]
         for name, (low, high) in summary["layers_at_end"].items()
     ]
-    geometry = scene["geometry"]
     return [
-        Sentence(f"Mass flow and heat are those of the modelled part: {geometry_of(geometry).modelled_part(geometry)}."),
+        Sentence(f"Mass flow and heat are those of the modelled part: {modelled_part(scene['geometry'])}."),
         Table(["quantity", "value", "unit"], [row for row in [
             ["heating time of the wall's bed side", *_or_dash(summary["heating_time_bed_side"], "s")],
             ["mass flow at the start", *_or_dash(summary["mass_flow_initial"], "kg/s")],

@@ -1,5 +1,6 @@
 """Time integration: flow and energy in turn, until the wall is heated or the end time is reached."""
 
+import functools
 import logging
 import math
 from collections.abc import Callable, Mapping
@@ -61,7 +62,7 @@ class Simulation:
 
     def _time_control(self) -> TimeControl:
         time, largest = self.specs.time, self._largest_step
-        weak = set(time.breakpoints) - set(self._breakpoints())
+        weak = set(time.kinks) - set(self._bends)
         return TimeControl(
             min(time.steps.first or math.inf, FIRST_STEP * largest) / time.steps.refinement,
             time.steps.growth ** (1.0 / time.steps.refinement),
@@ -71,10 +72,16 @@ class Simulation:
             (*(self.specs.output.times or ()), *weak),
         )
 
-    @property
+    @functools.cached_property
     def _largest_step(self) -> float:
         time = self.specs.time
         return time.steps.largest or min(self.problem.medium.estimates.largest_step, time.end_time)
+
+    @functools.cached_property
+    def _bends(self) -> tuple[float, ...]:
+        """Breakpoints (s) of the series after which steps start small again."""
+        kinks, largest = self.specs.time.kinks, self._largest_step
+        return tuple(sorted(time for time, bend in kinks.items() if bend * largest > LEAST_BEND))
 
     def march(
         self,
@@ -135,8 +142,7 @@ class Simulation:
 
     def _breakpoints(self) -> tuple[float, ...]:
         """At which steps start small again: where the series bend, and at the ends of the present phase."""
-        course, kinks = self.specs.course, self.specs.time.kinks
-        known = tuple(sorted(time for time, bend in kinks.items() if bend * self._largest_step > LEAST_BEND))
+        course, known = self.specs.course, self._bends
         if course is None:
             return known
         end = (course.planned_end,) if math.isfinite(course.planned_end) else ()

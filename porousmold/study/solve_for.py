@@ -20,7 +20,7 @@ from ..files.atomic_files import output_file
 from ..files.units import preferred_unit, to_si
 from ..scene.chosen_laws import Laws
 from ..scene.features import KEYS
-from ..scene.features.geometries import geometry_of
+from ..scene.features.geometries import modelled_part
 from ..scene.features.targets import target_name
 from ..scene.keys import WITHOUT_UNIT, key_of, kind_of
 from ..scene.scene import Scene
@@ -285,8 +285,7 @@ def summary_text(found: Sequence[Change], aim: Aim, scene: Scene) -> str:
         (now, needed), sign = preferred_unit([change.value, change.needed], kind_of(KEYS, change.key))
         lines.append(f"  {change.key:32s} {now:.4g} -> {needed:.4g} {sign}".rstrip() + f": {value:.5g} {unit}{cost}")
     if any(change.needed is not None for change in found):
-        geometry = dict(scene.geometry)
-        lines.append(f"power of {geometry_of(geometry).modelled_part(geometry)}")
+        lines.append(f"power of {modelled_part(dict(scene.geometry))}")
     return "\n".join(lines)
 
 

@@ -253,3 +253,8 @@ GEOMETRIES: Mapping[str, Geometry] = {"mold": Mold(), "pipe": Pipe(), "annulus":
 def geometry_of(geometry: Values) -> Geometry:
     """The kind of the values of [geometry]."""
     return GEOMETRIES[geometry["kind"]]
+
+
+def modelled_part(geometry: Values) -> str:
+    """Which part of a tool is computed, in words, of the values of [geometry]."""
+    return geometry_of(geometry).modelled_part(geometry)
