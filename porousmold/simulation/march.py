@@ -179,8 +179,7 @@ class Simulation:
                 is_smooth = not control.after_jump(self.time - sum(steps))
                 self._stepper.prepare(self.time, step, self._past, self._rules.limits(), is_smooth=is_smooth)
             with problem.stopwatch("energy"):
-                jump = control.after_jump(self.time)
-                error = problem.heat.step(self.time, step, after_jump=jump, bounds=self._rules.bounds)
+                error = problem.heat.step(self.time, step, self._rules.bounds)
             self._check_direction()
             ratio = self._rules.error_ratio(self.time + step, error, self._stepper.flow_error())
         except KeyboardInterrupt:

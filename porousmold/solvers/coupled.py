@@ -27,7 +27,7 @@ from .heating import MOST_REPETITIONS, TransientHeat
 from .newton import NewtonSystem
 from .newton_iterations import Iterations
 from .protocols import Bounds, HeatBalance, Observer, silent, unbounded
-from .sdirk import BACKWARD_EULER, GAMMA, STAGES, Stages
+from .sdirk import GAMMA, STAGES
 from .state import ArrayOf, Saved, State
 from .step_error import StepError
 
@@ -156,38 +156,19 @@ class CoupledTransient:
         for function in (self.flow.unknown, self.heat.unknown, self._flow_temperature):
             function.x.scatter_forward()
 
-    def step(
-        self, time: float, step: float, *, after_jump: bool = False, bounds: Callable[[], Bounds] = unbounded
-    ) -> StepError:
-        """One step of `step` seconds from `time`; gives its estimated error, keeps `bounds` like `TransientHeat.step`.
-
-        After a jump it is two halves of the backward Euler method, whose difference from one whole step is their error.
-        """
+    def step(self, time: float, step: float, bounds: Callable[[], Bounds] = unbounded) -> StepError:
+        """One step of `step` seconds from `time`; gives its estimated error, keeps `bounds` like `TransientHeat.step`."""
         self.heat.release_cells()
         start = self._solved.copy()
         for left in reversed(range(MOST_REPETITIONS)):
-            error = self._take_all(time, step, after_jump=after_jump)
-            out, new = self.heat.mark_cells(bounds())
-            if not (out and new and left):
+            rates = self._take(time, step)
+            excess, new = self.heat.mark_cells(bounds())
+            if not (excess and new and left):
                 break
             self.heat.repetitions += 1
             self._solved.put_back(start)
-        return error
-
-    def _take_all(self, time: float, step: float, *, after_jump: bool) -> StepError:
-        """A step; gives its estimated error."""
-        if not after_jump:
-            rates = self._take(time, step, STAGES)
-            difference, order = step * GAMMA * (rates[0] - 2.0 * rates[1] + rates[2]), 3
-        else:
-            start = self._solved.copy()
-            self._take(time, step, BACKWARD_EULER)
-            whole = self._coupled.x.array.copy()
-            self._solved.put_back(start)
-            for half in range(2):
-                self._take(time + 0.5 * half * step, 0.5 * step, BACKWARD_EULER)
-            difference, order = self._coupled.x.array - whole, 2
-        return StepError(self.heat.norm(self._of_heat(difference)), 0.0, order)
+        difference = step * GAMMA * (rates[0] - 2.0 * rates[1] + rates[2])
+        return StepError(self.heat.norm(self._of_heat(difference)), 0.0, 3)
 
     @functools.cached_property
     def _solved(self) -> State:
@@ -220,25 +201,24 @@ class CoupledTransient:
         two = self.heat.equations.two_temperatures
         return [fenicsx.collapse(self.heat.space, part) for part in range(2)] if two else [None]
 
-    def _take(self, time: float, step: float, stages: Stages) -> list[Floats]:
+    def _take(self, time: float, step: float) -> list[Floats]:
         """All stages of a step; gives their rates. The balance is brought forward."""
-        gamma = stages[0][0]
         self._gather()
         self.flow.renew_inlet()
         self.heat.begin()
         capacity = ranks.integral(self.domain.communicator, self._fluid_capacity.form)
         start = self._coupled.x.array.copy()
-        self._inverse_step.value = 1.0 / (gamma * step)
+        self._inverse_step.value = 1.0 / (GAMMA * step)
         rates: list[Floats] = []
         crossed = np.zeros(len(self.heat.scalars))
-        for stage, row in enumerate(stages):
+        for stage, row in enumerate(STAGES):
             self._set_time(time + sum(row) * step)
             reference = start + step * sum(weight * rate for weight, rate in zip(row, rates, strict=False))
             self._reference.x.array[:] = reference
             self._solve(time, step)
-            rates.append((self._coupled.x.array - reference) / (gamma * step))
+            rates.append((self._coupled.x.array - reference) / (GAMMA * step))
             self._scatter()
-            crossed += step * stages[-1][stage] * self.heat.rates_here()
+            crossed += step * STAGES[-1][stage] * self.heat.rates_here()
         # heat that comes in is counted from the inlet's temperature: so is that of the fluid that the bed no longer holds
         inlet = float(self.heat.equations.inlet_temperature.value)
         left = ranks.integral(self.domain.communicator, self._fluid_capacity.form)

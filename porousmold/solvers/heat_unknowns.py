@@ -19,12 +19,18 @@ class HeatUnknowns:
 
     `parts` and `tests` are T and T_s, the same twice with one temperature. `constrained` are the numbers of T_s in the wall,
     where there are no beads, `regions` those of every region that stores heat: the bed's beads, every layer of the wall that
-    `stores` any (default: all), and the bed's surface under a wall without cells; `of_cells` has those of each cell in a row,
+    `stores` any (default: all), and the bed's surface under a wall that `is_thin`; `of_cells` has those of each cell in a row,
     `fields` the numbers of beads and fluid.
     """
 
     def __init__(
-        self, domain: Domain, two_temperatures: bool, initial_temperature: float, stores: Sequence[bool] = ()
+        self,
+        domain: Domain,
+        two_temperatures: bool,
+        initial_temperature: float,
+        stores: Sequence[bool] = (),
+        *,
+        is_thin: bool = False,
     ) -> None:
         element = fenicsx.lagrange_element(domain.mesh, 1)
         self.parts: tuple[Any, Any]
@@ -50,7 +56,7 @@ class HeatUnknowns:
         storing = [tag for tag, one in zip_longest(domain.wall_tags, stores, fillvalue=True) if one]
         layers = [fem.locate_dofs_topological(of_wall, dimension, domain.cells(tag)) for tag in storing]
         self.regions = [beads, *layers]
-        if not domain.has_wall:
+        if is_thin:
             self.regions.append(fem.locate_dofs_topological(of_wall, dimension - 1, domain.facets(INTERFACE)))
         self.function.x.array[:] = initial_temperature
 

@@ -5,6 +5,7 @@ held during a step, at the temperature predicted for its middle, which makes the
 """
 
 import functools
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Protocol
@@ -73,7 +74,8 @@ class TransientHeat:
         stores: Sequence[bool] = (),
     ) -> None:
         self.domain, self.equations = domain, equations
-        temperatures = HeatUnknowns(domain, equations.two_temperatures, initial_temperature, stores)
+        is_thin = equations.wall.thin is not None
+        temperatures = HeatUnknowns(domain, equations.two_temperatures, initial_temperature, stores, is_thin=is_thin)
         self.unknown, self.space = temperatures.function, temperatures.space
         parts, tests = temperatures.parts, temperatures.tests
         self.bead_modes = None
@@ -181,29 +183,26 @@ class TransientHeat:
         functions = {"unknown": self.unknown} | {f"bead_mode_{number}": mode for number, mode in enumerate(modes)}
         return State(functions | {f"cure_{number}": part.degree for number, part in enumerate(self.curing)})
 
-    def step(
-        self, time: float, step: float, *, after_jump: bool = False, bounds: Callable[[], Bounds] = unbounded
-    ) -> StepError:
+    def step(self, time: float, step: float, bounds: Callable[[], Bounds] = unbounded) -> StepError:
         """One step of `step` seconds from `time`; gives its estimated error. The heat balance is brought forward.
 
-        `after_jump` takes the backward Euler method, which damps what a jump of the inlet excites and other methods let
-        swing. Where a temperature leaves `bounds()` (K), the cells around it become monotone and the step is repeated, in the
-        end by the backward Euler method.
+        Where a temperature leaves `bounds()` (K), the cells around it become monotone and the step is repeated, in the end by
+        the backward Euler method.
         Raises `SolveError` if a stage does not converge: `solution` and `memory` are then the caller's to put back.
         """
         self.release_cells()
-        first = BACKWARD_EULER if after_jump else STAGES
-        # where marking cells does not help: the fluid jumps where its equation has changed, which the backward Euler
-        # method damps; and no method of higher order keeps bounds at any step
+        # where marking cells does not help: a step that is long beside the fluid's time constants lets what jumps swing, which
+        # the backward Euler method damps; and no method of higher order keeps bounds at any step
         damped, rest = (DAMPING_PART * step, BACKWARD_EULER), (1.0 - DAMPING_PART) * step
-        ways = [[(step, first)], [damped, (rest, first)], [damped, (rest, BACKWARD_EULER)]]
-        way, starts = 0, self.solution.arrays()
+        ways = [[(step, STAGES)], [damped, (rest, STAGES)], [damped, (rest, BACKWARD_EULER)]]
+        way, last, starts = 0, math.inf, self.solution.arrays()
         for left in reversed(range(MOST_REPETITIONS)):
             flows, stored, error = self._take_all(time, ways[way])
-            out, new = self.mark_cells(bounds())
-            way += not new
-            if not out or way == len(ways) or not left:
+            excess, new = self.mark_cells(bounds())
+            way += not (new and excess < last)
+            if not excess or way == len(ways) or not left:
                 break
+            last = excess
             self.repetitions += 1
             self.solution.set(starts)
         self.balance.add(flows, stored)
@@ -294,8 +293,9 @@ class TransientHeat:
         """Begin a step: cells that have been monotone for a while are so no longer."""
         self._cells.release()
 
-    def mark_cells(self, bounds: Bounds) -> tuple[bool, bool]:
-        """Make cells out of `bounds` (K) monotone: whether there are any, and new ones (collective)."""
+    def mark_cells(self, bounds: Bounds) -> tuple[float, bool]:
+        """Make cells out of `bounds` (K) monotone: by how much (K) they are at most, and whether there are new ones
+        (collective)."""
         return self._cells.mark(self._temperatures(), bounds)
 
     def _temperatures(self) -> Floats:

@@ -224,9 +224,7 @@ class Heat(Stateful, Protocol):
     def memory(self) -> State:
         """What else the next step depends on."""
 
-    def step(
-        self, time: float, step: float, *, after_jump: bool = False, bounds: Callable[[], Bounds] = unbounded
-    ) -> StepError:
+    def step(self, time: float, step: float, bounds: Callable[[], Bounds] = unbounded) -> StepError:
         """One step of `step` seconds from `time`; gives its estimated error. `bounds()` gives those of its temperatures, once
         they are found. Raises `SolveError`."""
 

@@ -117,22 +117,23 @@ class MonotoneCells:
         """Whether any is marked, on any rank (collective)."""
         return ranks.anywhere(self._communicator, bool(self._marks.x.array.any()))
 
-    def mark(self, values: Floats, bounds: Bounds) -> tuple[bool, bool]:
-        """Make the cells monotone that have one of the `values` (K, NaN where none) out of bounds: whether there are any, and
-        new ones, on any rank."""
+    def mark(self, values: Floats, bounds: Bounds) -> tuple[float, bool]:
+        """Make the cells monotone that have one of the `values` (K, NaN where none) out of bounds: by how much (K) they are at
+        most, 0 where none is, and whether there are new ones, on any rank."""
         of_cells, marks = values[self._unknowns], self._marks.x.array
         low, high, *of_wall = bounds
         beyond = OVERSHOOT * min(1.0, max(high - low, 1e-6) / SMALLEST_RANGE)
         lows, highs = (np.where(self._in_bed, *pair) for pair in zip((low, high), of_wall or (low, high), strict=True))
-        out = ((of_cells < lows - beyond) | (of_cells > highs + beyond)).any(axis=1)
+        excess = np.nan_to_num(np.maximum(lows - of_cells, of_cells - highs), nan=-np.inf).max(axis=1, initial=-np.inf)
+        out = excess > beyond
         new = out & (marks[self._cells] == 0.0)
         marks[self._cells[new]] = 1.0
         held = self.held.x.array
         before = held[self._cells[new]]
         held[self._cells[new]] = np.maximum(np.minimum(before * (1.0 + LONGER * before), MOST_STEPS), MONOTONE_STEPS)
         self.steps.x.array[self._cells[out]] = np.maximum(held[self._cells[out]], MONOTONE_STEPS)
-        any_out, any_new = ranks.maximum(self._communicator, [out.any(), new.any()])
-        return bool(any_out), bool(any_new)
+        most, any_new = ranks.maximum(self._communicator, [np.max(excess[out], initial=0.0), new.any()])
+        return float(most), bool(any_new)
 
     def release(self) -> None:
         """Give the cells second order again that have been monotone for a while: by then the front has spread."""
