@@ -29,12 +29,11 @@ from ..laws.functions import Value
 from ..laws.materials import Solid
 from ..mesh import domain as geometry
 from ..mesh import fenicsx, ranks
-from ..mesh.aliases import Communicator, Form
+from ..mesh.aliases import Communicator
 from ..mesh.domain import Domain
-from ..mesh.from_gmsh import from_file
 from ..scene.features.geometries import BedSize
 from ..scene.features.own_mesh import OwnMesh
-from ..scene.series import ProfileSeries, TimeSeries
+from ..scene.series import TimeSeries
 from ..scene.start import Profile
 from ..solvers.coupled import CoupledTransient
 from ..solvers.developed import DevelopedFlow
@@ -47,23 +46,17 @@ from ..solvers.plug import PlugFlow
 from ..solvers.protocols import Flow, Heat, Observer, silent
 from .air_loop import AirLoop
 from .boundary_values import BoundaryValues
-from .estimates import Estimates, estimate, volumetric_capacity
+from .estimates import Estimates, volumetric_capacity
 from .initial_guess import InitialGuesses
-from .meshing import cells_at_wall, plane_of_stations, straight_domain
+from .meshing import QUADRATURE_DEGREE, area_of_inlet, build_domain, plane_of_stations
 from .problem import Balances, Medium, Problem, starting_temperatures
 from .specs import Specs
 from .stopwatch import Stopwatch
 
-QUADRATURE_DEGREE = 2
-ALONG, LEAST_LENGTH = 0.9, 0.5
-"""Cosine of the angle between x[0] and the way from inlet to outlet that counts as along x[0]; part of that way that a mesh is
-long at least."""
 CHOKED = 2.0
 """Pressure that a gas loses, twice that over the outlet's at the inlet's density, beyond which no flow is sought."""
 LEAST_STORAGE = 1e-3
 """Of the beads' heat capacity per volume, below which a layer counts as storing nothing."""
-SAME_VOLUME = 1e-6
-"""Relative difference of volumes that rounding explains."""
 
 
 def assemble(specs: Specs, communicator: Communicator, observe: Observer = silent) -> Problem:
@@ -84,61 +77,6 @@ def assemble(specs: Specs, communicator: Communicator, observe: Observer = silen
         air_loop = _air_loop(specs, medium, heat, equations)
         fenicsx.finish_compiling()
     return Problem(specs, medium, flow, heat, balances, equations, stopwatch, air_loop)
-
-
-def build_domain(
-    specs: Specs, communicator: Communicator, observe: Observer = silent
-) -> tuple[Domain, BedSize, Estimates]:
-    """The mesh, the size of its bed, and what is predicted of the flow in it (collective)."""
-    mesh = specs.mesh
-    if mesh.size is not None:
-        estimates = estimate(specs, mesh.size)
-        return straight_domain(mesh, estimates, communicator, observe), mesh.size, estimates
-    assert mesh.own.mesh is not None
-    names = [layer.name for layer in specs.heat.layers] or ["wall"]
-    shape = {"dimension": mesh.dimension, "axisymmetric": mesh.axisymmetric}
-    read = partial(
-        from_file, communicator, mesh.own.mesh, names, **shape, trusted=mesh.trusted, conventions=mesh.conventions
-    )
-    domain = read()
-    _require_direction(specs, domain)
-    size = _size_of(domain)
-    estimates = estimate(specs, size)
-    if mesh.own.refine_wall:
-        drawn, domain = domain, read(cells_at_wall=partial(cells_at_wall, mesh, estimates))
-        if (
-            abs(_bed_volume(domain) / _bed_volume(drawn) - 1.0) > SAME_VOLUME
-        ):  # a cell that was turned over adds its own
-            allowed = "finds no place for cells at the wall: the first cells of the mesh are too distorted"
-            raise InputError("geometry.refine_wall", True, allowed, mesh.scene_file)
-    outer = specs.heat.outer_wall
-    if not domain.has_outer_wall and (outer.heat_flux is not None or outer.exchanges):
-        raise InputError(
-            "geometry.mesh", str(mesh.own.mesh), "needs a physical curve 'outer' for the outer wall's heat"
-        )
-    return domain, size, estimates
-
-
-def _require_direction(specs: Specs, domain: Domain) -> None:
-    """Raise `InputError` for a mesh of one's own whose flow does not run along x[0] where that counts (collective): in three
-    dimensions for its length, and for gravity, profiles and heat fluxes along the flow."""
-    way, mesh = domain.from_inlet_to_outlet, specs.mesh
-    distance = float(np.linalg.norm(way))
-    if domain.length < LEAST_LENGTH * distance:
-        allowed = f"must have its flow along x[0]: it is {domain.length:.4g} m long there, {distance:.4g} m from inlet to outlet"
-        raise InputError("geometry.mesh", str(mesh.own.mesh), allowed, mesh.scene_file)
-    if way[0] > ALONG * distance:
-        return
-    flux, start = specs.heat.outer_wall.heat_flux, specs.heat.start
-    for key, value in (
-        ("operation.gravity", specs.flow.gravity or None),
-        ("operation.initial_temperature", start.source if isinstance(start, Profile) else None),
-        ("operation.outer_heat_flux", flux.source if isinstance(flux, ProfileSeries) else None),
-    ):
-        if value is not None:
-            to = ", ".join(f"{part:.3g}" for part in way[: domain.mesh.geometry.dim])
-            allowed = f"counts along x[0], and from inlet to outlet this mesh goes by ({to}) m: turn it"
-            raise InputError(key, value, allowed, mesh.scene_file)
 
 
 def build_medium(specs: Specs, domain: Domain, estimates: Estimates, size: BedSize) -> Medium:
@@ -175,7 +113,7 @@ def build_medium(specs: Specs, domain: Domain, estimates: Estimates, size: BedSi
         gravity,
         published_pressure_term=flow.averaging.terms == "as-published",
     )
-    inlet_area = _inlet_area(domain)
+    inlet_area = area_of_inlet(domain)
     boundary = BoundaryValues(flow, specs.heat, domain, inlet_area)
     temperatures = [fem.Function(fenicsx.lagrange_space(domain.mesh))]
     temperatures.append(fem.Function(temperatures[0].function_space))
@@ -489,33 +427,6 @@ def _with_constant_factor(law: Any, domain: Domain) -> Any:
     if getattr(law, "mixing_rate", 0.0):
         given["mixing_rate"] = domain.constant(law.mixing_rate)
     return replace(law, **given)
-
-
-def _size_of(domain: Domain) -> BedSize:
-    """Of a mesh's bed, as if it were straight and as high as its inlet (collective)."""
-    area = _inlet_area(domain)
-    if domain.axisymmetric:
-        return BedSize(length=domain.length, half_height=math.sqrt(area / math.pi), axisymmetric=True)
-    if domain.mesh.topology.dim == 2:
-        return BedSize(length=domain.length, half_height=area)
-    at_inlet = fem.locate_dofs_topological(domain.wall_distance.function_space, 2, domain.facets(geometry.INLET))
-    height = ranks.largest_magnitude(domain.communicator, domain.wall_distance.x.array[at_inlet])
-    return BedSize(length=domain.length, half_height=height, half_width=area / height)
-
-
-def _inlet_area(domain: Domain) -> float:
-    """Area of the inlet (m2; m in a plane), about an axis of the whole ring (collective)."""
-    weight = Coordinates(domain.mesh, domain.axisymmetric).weight
-    return _integral(domain, weight * domain.constant(1.0) * domain.facet_measure(QUADRATURE_DEGREE)(geometry.INLET))
-
-
-def _bed_volume(domain: Domain) -> float:
-    return _integral(domain, domain.constant(1.0) * domain.cell_measure(QUADRATURE_DEGREE)(geometry.BED))
-
-
-def _integral(domain: Domain, form: Form) -> float:
-    """Over all ranks (collective)."""
-    return ranks.integral(domain.communicator, fenicsx.compiled_form(form))
 
 
 def _at_nodes(domain: Domain, function: Any) -> fem.Function:

@@ -16,11 +16,10 @@ from ..mesh.aliases import Communicator
 from ..mesh.domain import Domain
 from ..output.console import outer_wall_text
 from ..scene.scene import Scene
-from .assembly import build_domain
 from .course import Course
 from .estimates import Estimates
 from .expected_flow import expected_mass_flow
-from .meshing import BYTES_AN_UNKNOWN
+from .meshing import BYTES_AN_UNKNOWN, build_domain
 from .outcome import outside_ranges
 from .problem import sensors_of
 from .scene_warnings import first_cell, warnings_of_the_first_cell, warnings_of_the_scene
@@ -30,9 +29,9 @@ SECONDS_AT_THE_START, SECONDS_A_STEP = 0.9, {2: (6e-6, 4e-6), 3: (4e-5, 4e-5)}
 """For an unknown of the flow, and of the temperatures, by dimensions of space."""
 OF_LOCALLY_DEVELOPED_FLOW = 1.2e-5, 3.4e-5
 """The same in three dimensions with locally developed flow, both solved by iteration (docs/growth.md)."""
-STEPS_AT_THE_START, STEPS_AT_A_BREAKPOINT, HEATING_TIMES = 10, 2, 1.7
-"""Steps until the largest one is reached, at the start and of every phase; those that a breakpoint of the set-point adds; heating
-times that the estimated duration stands for."""
+STEPS_AT_THE_START, STEPS_AT_A_BREAKPOINT, STEPS_AT_A_WEAK_ONE, HEATING_TIMES = 10, 4, 0.5, 1.7
+"""Steps until the largest one is reached, at the start and of every phase; those that a breakpoint of a series adds, and one at
+which steps only end; heating times that the estimated duration stands for."""
 CYCLES_UNTIL_PERIODIC = 6
 """Of a run of phases that ends when its cycles repeat themselves."""
 LONGEST_MESH, SHORTEST_MESH = 30.0, 0.01
@@ -59,20 +58,7 @@ def check(scene: Scene, communicator: Communicator) -> Checked:
     first = first_cell(domain)
     mass_flow = expected_mass_flow(specs, size, estimates)
     least = estimates.flow_duration * (estimates.mass_flow / mass_flow if mass_flow else 1.0)
-    breakpoints = specs.heat.inlet_temperature.breakpoints
-    duration = min(max(HEATING_TIMES * estimates.heating_duration, *breakpoints, 0.0), specs.time.end_time)
-    if specs.course is not None and specs.course.repeats:
-        cycles = (
-            specs.course.cycles if specs.course.tolerance is None else min(specs.course.cycles, CYCLES_UNTIL_PERIODIC)
-        )
-        passages = [min(phase.duration, estimates.flow_duration) for phase in specs.course.phases]
-        duration = min(cycles * sum(passages), specs.time.end_time)
-        breakpoints = (0.0,) * (cycles * len(passages))
-    elif specs.course is not None and specs.course.waits_for_heat:
-        breakpoints = (0.0,) * int(duration / specs.course.phase.duration)
-    begins = STEPS_AT_THE_START if specs.course is not None else STEPS_AT_A_BREAKPOINT
-    steps = float(STEPS_AT_THE_START + begins * len(breakpoints))
-    steps += duration / (specs.time.steps.largest or estimates.largest_step)
+    steps = expected_steps(specs, estimates)
     iterated = dimension == 3 and scene.is_locally_developed
     of_flow, of_heat = OF_LOCALLY_DEVELOPED_FLOW if iterated else SECONDS_A_STEP[dimension]
     seconds = SECONDS_AT_THE_START + (of_flow * flow + of_heat * energy) * steps
@@ -96,6 +82,27 @@ def check(scene: Scene, communicator: Communicator) -> Checked:
         specs, bool(specs.heat.all_layers), {}
     )
     return Checked(facts, warnings + _warnings_of_the_mesh(specs, domain, estimates, first, least))
+
+
+def expected_steps(specs: Specs, estimates: Estimates) -> float:
+    """Time steps until heating is over: of the largest length, and more where steps start small again."""
+    time, course = specs.time, specs.course
+    largest = time.steps.largest or min(estimates.largest_step, time.end_time)
+    duration = min(
+        max(HEATING_TIMES * estimates.heating_duration, *specs.heat.inlet_temperature.breakpoints, 0.0), time.end_time
+    )
+    if course is not None and course.repeats:
+        cycles = course.cycles if course.tolerance is None else min(course.cycles, CYCLES_UNTIL_PERIODIC)
+        passages = [min(phase.duration, estimates.flow_duration) for phase in course.phases]
+        duration = min(cycles * sum(passages), time.end_time)
+        begins: float = STEPS_AT_THE_START * cycles * len(passages)
+    elif course is not None and course.waits_for_heat:
+        begins = STEPS_AT_THE_START * int(duration / course.phase.duration)
+    else:
+        bends = set(time.bends(largest))
+        ends = sum(instant < duration for instant in time.kinks if instant not in bends)
+        begins = STEPS_AT_A_BREAKPOINT * sum(instant < duration for instant in bends) + STEPS_AT_A_WEAK_ONE * ends
+    return float(STEPS_AT_THE_START + begins + duration / largest)
 
 
 def _flow_text(estimates: Estimates, mass_flow: float) -> str:

@@ -30,9 +30,6 @@ FIRST_STEP = 0.05
 SHORTEST_PART = 0.05
 """Of the first step: a shorter one is not cut again to meet the end of a phase."""
 
-LEAST_BEND = 0.01
-"""Of the range of a series, a bend within a largest step after which steps start small again; at a weaker one they only end."""
-
 BACKWARDS = 1e-3
 """Mass flow, as a part of the expected one, by which a flow may run backwards: that of rounding."""
 
@@ -80,8 +77,7 @@ class Simulation:
     @functools.cached_property
     def _bends(self) -> tuple[float, ...]:
         """Breakpoints (s) of the series after which steps start small again."""
-        kinks, largest = self.specs.time.kinks, self._largest_step
-        return tuple(sorted(time for time, bend in kinks.items() if bend * largest > LEAST_BEND))
+        return self.specs.time.bends(self._largest_step)
 
     def march(
         self,

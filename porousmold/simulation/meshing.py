@@ -1,18 +1,27 @@
-"""The mesh of a straight bed: from what a scene gives and what its estimates say."""
+"""The mesh of a scene: of a straight bed from what the scene gives and what its estimates say, or one of its own that is read."""
 
 import math
 import os
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
+from dolfinx import fem
 
 from ..arrays import Floats
+from ..equations.coordinates import Coordinates
 from ..errors import InputError
-from ..mesh import domain
-from ..mesh.aliases import Communicator
+from ..mesh import domain as geometry
+from ..mesh import fenicsx, ranks
+from ..mesh.aliases import Communicator, Form
 from ..mesh.domain import Domain
-from .estimates import AXIAL_GRADING, Estimates
-from .specs import MeshSpec
+from ..mesh.from_gmsh import from_file
+from ..scene.features.geometries import BedSize
+from ..scene.series import ProfileSeries
+from ..scene.start import Profile
+from ..solvers.protocols import Observer, silent
+from .estimates import AXIAL_GRADING, Estimates, estimate
+from .specs import MeshSpec, Specs
 
 WIDEST_CELL, WIDEST_OF_CONDUCTION = 0.2, 0.05
 """Of the width from the wall to the middle of the bed; where conduction from the wall heats it sooner than the flow does."""
@@ -22,6 +31,67 @@ FINER_PROFILES = 2.0
 """Factor on the cells across the bed of a table of profiles, which is cheap."""
 BYTES_AN_UNKNOWN = {2: 10e3, 3: 40e3}
 """Memory that factors, matrices and the rest need for an unknown of the flow, by dimensions of space (docs/growth.md)."""
+QUADRATURE_DEGREE = 2
+ALONG, LEAST_LENGTH = 0.9, 0.5
+"""Cosine of the angle between x[0] and the way from inlet to outlet that counts as along x[0]; part of that way that a mesh is
+long at least."""
+SAME_VOLUME = 1e-6
+"""Relative difference of volumes that rounding explains."""
+
+
+def build_domain(
+    specs: Specs, communicator: Communicator, observe: Observer = silent
+) -> tuple[Domain, BedSize, Estimates]:
+    """The mesh, the size of its bed, and what is predicted of the flow in it (collective)."""
+    mesh = specs.mesh
+    if mesh.size is not None:
+        estimates = estimate(specs, mesh.size)
+        return straight_domain(mesh, estimates, communicator, observe), mesh.size, estimates
+    assert mesh.own.mesh is not None
+    names = [layer.name for layer in specs.heat.layers] or ["wall"]
+    shape = {"dimension": mesh.dimension, "axisymmetric": mesh.axisymmetric}
+    read = partial(
+        from_file, communicator, mesh.own.mesh, names, **shape, trusted=mesh.trusted, conventions=mesh.conventions
+    )
+    domain = read()
+    _require_direction(specs, domain)
+    size = _size_of(domain)
+    estimates = estimate(specs, size)
+    if mesh.own.refine_wall:
+        drawn, domain = domain, read(cells_at_wall=partial(cells_at_wall, mesh, estimates))
+        if (
+            abs(_bed_volume(domain) / _bed_volume(drawn) - 1.0) > SAME_VOLUME
+        ):  # a cell that was turned over adds its own
+            allowed = "finds no place for cells at the wall: the first cells of the mesh are too distorted"
+            raise InputError("geometry.refine_wall", True, allowed, mesh.scene_file)
+    outer = specs.heat.outer_wall
+    if not domain.has_outer_wall and (outer.heat_flux is not None or outer.exchanges):
+        raise InputError(
+            "geometry.mesh", str(mesh.own.mesh), "needs a physical curve 'outer' for the outer wall's heat"
+        )
+    return domain, size, estimates
+
+
+def _require_direction(specs: Specs, domain: Domain) -> None:
+    """Raise `InputError` for a mesh of one's own whose flow does not run along x[0] where that counts (collective): in three
+    dimensions for its length, and for gravity, profiles and heat fluxes along the flow."""
+    way, mesh = domain.from_inlet_to_outlet, specs.mesh
+    distance = float(np.linalg.norm(way))
+    if domain.length < LEAST_LENGTH * distance:
+        allowed = f"must have its flow along x[0]: it is {domain.length:.4g} m long there, {distance:.4g} m from inlet to outlet"
+        raise InputError("geometry.mesh", str(mesh.own.mesh), allowed, mesh.scene_file)
+    if way[0] > ALONG * distance:
+        return
+    flux, start = specs.heat.outer_wall.heat_flux, specs.heat.start
+    for key, value in (
+        ("operation.gravity", specs.flow.gravity or None),
+        ("operation.initial_temperature", start.source if isinstance(start, Profile) else None),
+        ("operation.outer_heat_flux", flux.source if isinstance(flux, ProfileSeries) else None),
+    ):
+        if value is not None:
+            to = ", ".join(f"{part:.3g}" for part in way[: domain.mesh.geometry.dim])
+            allowed = f"counts along x[0], and from inlet to outlet this mesh goes by ({to}) m: turn it"
+            raise InputError(key, value, allowed, mesh.scene_file)
 
 
 def straight_domain(
@@ -47,33 +117,33 @@ def straight_domain(
         first_cell = spec.cells.first or estimates.first_cell
         layer, widest = spec.bead_diameter, (WIDEST_OF_CONDUCTION if conducts else WIDEST_CELL) * width
         growth = spec.cells.growth ** (GROWTH_OF_CONDUCTION if conducts else 1.0)
-        return refined(domain.graded_coordinates(width, first_cell, growth, layer, widest), finer)
+        return refined(geometry.graded_coordinates(width, first_cell, growth, layer, widest), finer)
 
     to_wall = from_wall(size.half_height)
     across = [
-        domain.Across.between_walls(to_wall, layers, opposite, size.middle)
+        geometry.Across.between_walls(to_wall, layers, opposite, size.middle)
         if size.whole
-        else domain.Across.to_wall(to_wall, layers)
+        else geometry.Across.to_wall(to_wall, layers)
     ]
     if size.half_width is not None and size.walled_sides:
-        across.append(domain.Across.to_wall(from_wall(size.half_width), layers))
+        across.append(geometry.Across.to_wall(from_wall(size.half_width), layers))
     elif size.half_width is not None:  # nothing changes across the width: cells as wide as the bed is high
         cells = max(2, round(finer * size.half_width / size.half_height))
-        across.append(domain.Across(np.linspace(0.0, size.half_width, cells + 1), cells, walled=False))
+        across.append(geometry.Across(np.linspace(0.0, size.half_width, cells + 1), cells, walled=False))
     nodes = symmetric_nodes if spec.is_symmetric else axial_nodes
     along = nodes(size.length, spec.cells.along or estimates.axial_cells, estimates.end_length)
     along = refined(along, finer * spec.cells.refinement_along)
     _announce(spec, len(along) - 1, across, observe)
-    return domain.straight_bed(communicator, along, across, axisymmetric=size.axisymmetric)
+    return geometry.straight_bed(communicator, along, across, axisymmetric=size.axisymmetric)
 
 
 def plane_of_stations(spec: MeshSpec, estimates: Estimates, communicator: Communicator, stations: int) -> Domain:
     """Plane bed whose stations are those of a table of profiles: across it twice the cells that a scene has by default."""
     assert spec.size is not None
     width, first_cell = spec.size.half_height, spec.cells.first or estimates.first_cell
-    nodes = domain.graded_coordinates(width, first_cell, spec.cells.growth, spec.bead_diameter, WIDEST_CELL * width)
-    across = domain.Across.to_wall(refined(nodes, FINER_PROFILES * max(1.0, spec.cells.refinement)))
-    return domain.straight_bed(communicator, np.linspace(0.0, 1.0, stations), [across])
+    nodes = geometry.graded_coordinates(width, first_cell, spec.cells.growth, spec.bead_diameter, WIDEST_CELL * width)
+    across = geometry.Across.to_wall(refined(nodes, FINER_PROFILES * max(1.0, spec.cells.refinement)))
+    return geometry.straight_bed(communicator, np.linspace(0.0, 1.0, stations), [across])
 
 
 def _through(cells: int, *, to_surfaces: bool) -> Floats:
@@ -82,7 +152,7 @@ def _through(cells: int, *, to_surfaces: bool) -> Floats:
     return 0.5 * (1.0 - np.cos(np.pi * even)) if to_surfaces else even
 
 
-def _announce(spec: MeshSpec, cells_along: int, across: list[domain.Across], observe: Callable[[str], None]) -> None:
+def _announce(spec: MeshSpec, cells_along: int, across: list[geometry.Across], observe: Callable[[str], None]) -> None:
     cells = cells_along * math.prod(direction.cells for direction in across)
     in_bed = cells_along * math.prod(direction.bed_cells for direction in across)
     unknowns = in_bed * spec.unknowns_per_node
@@ -101,7 +171,7 @@ def _announce(spec: MeshSpec, cells_along: int, across: list[domain.Across], obs
 
 def cells_at_wall(spec: MeshSpec, estimates: Estimates, gap: float) -> Floats:
     """Depths (m) of the nodes that the wall of a mesh of one's own needs in a gap beside it."""
-    return domain.graded_coordinates(gap, estimates.first_cell, spec.cells.growth, spec.bead_diameter)
+    return geometry.graded_coordinates(gap, estimates.first_cell, spec.cells.growth, spec.bead_diameter)
 
 
 def axial_nodes(length: float, cells: int, last_cell: float) -> Floats:
@@ -128,3 +198,30 @@ def refined(nodes: Floats, factor: float) -> Floats:
     """Nodes of `factor` times as many cells, two at least: where it is a whole number every cell is cut evenly."""
     cells = max(2, round((len(nodes) - 1) * factor))
     return np.interp(np.linspace(0, len(nodes) - 1, cells + 1), np.arange(len(nodes)), nodes)
+
+
+def _size_of(domain: Domain) -> BedSize:
+    """Of a mesh's bed, as if it were straight and as high as its inlet (collective)."""
+    area = area_of_inlet(domain)
+    if domain.axisymmetric:
+        return BedSize(length=domain.length, half_height=math.sqrt(area / math.pi), axisymmetric=True)
+    if domain.mesh.topology.dim == 2:
+        return BedSize(length=domain.length, half_height=area)
+    at_inlet = fem.locate_dofs_topological(domain.wall_distance.function_space, 2, domain.facets(geometry.INLET))
+    height = ranks.largest_magnitude(domain.communicator, domain.wall_distance.x.array[at_inlet])
+    return BedSize(length=domain.length, half_height=height, half_width=area / height)
+
+
+def area_of_inlet(domain: Domain) -> float:
+    """Area of the inlet (m2; m in a plane), about an axis of the whole ring (collective)."""
+    weight = Coordinates(domain.mesh, domain.axisymmetric).weight
+    return _integral(domain, weight * domain.constant(1.0) * domain.facet_measure(QUADRATURE_DEGREE)(geometry.INLET))
+
+
+def _bed_volume(domain: Domain) -> float:
+    return _integral(domain, domain.constant(1.0) * domain.cell_measure(QUADRATURE_DEGREE)(geometry.BED))
+
+
+def _integral(domain: Domain, form: Form) -> float:
+    """Over all ranks (collective)."""
+    return ranks.integral(domain.communicator, fenicsx.compiled_form(form))

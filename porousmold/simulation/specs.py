@@ -37,6 +37,9 @@ from .air_loop_spec import AirLoopSpec, air_loop_of, first_point
 from .course import Course, followed
 from .targets import Target
 
+LEAST_BEND = 0.01
+"""Of the range of a series, a bend within a largest step after which steps start small again; at a weaker one they only end."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class MeshSpec:
@@ -159,6 +162,10 @@ class TimeSpec:
     def breakpoints(self) -> tuple[float, ...]:
         """Times (s) at which steps end."""
         return tuple(sorted(self.kinks))
+
+    def bends(self, largest_step: float) -> tuple[float, ...]:
+        """Those of them after which steps start small again: where a series bends by much within a largest step (s)."""
+        return tuple(sorted(time for time, bend in self.kinks.items() if bend * largest_step > LEAST_BEND))
 
 
 @dataclass(frozen=True, kw_only=True)
