@@ -425,11 +425,13 @@ def test_warnings_name_the_limits_that_a_run_touches():
     assert "Biot" in text and "Reynolds" in text and "'pen'" in text
 
 
-def test_reversed_flow_is_a_failure_not_an_answer():
+@pytest.mark.parametrize("flow", ["full", "developed"])
+def test_reversed_flow_is_a_failure_not_an_answer(flow):
     from porousmold import SolveError
 
+    against = {"operation.pressure_drop": 1.0, "operation.gravity": -9.81, "model.turbulence": "none"}
     with pytest.raises(SolveError, match="backwards"):
-        heated(coarse_scene({"operation.pressure_drop": 1.0, "operation.gravity": -9.81, "model.turbulence": "none"}))
+        heated(coarse_scene(against | {"model.flow": flow}))
 
 
 def test_a_fault_on_one_rank_ends_them_all(tmp_path):
