@@ -166,16 +166,15 @@ class TimeSeries:
             return self.corners
         return self.times if len(self.times) > 1 else ()
 
-    @property
-    def kinks(self) -> dict[float, float]:
-        """By how much the slope changes (1/s) at each of the `breakpoints`, over its range; a jump of a function counts as
-        infinite."""
+    def kinks(self, scale: float) -> dict[float, float]:
+        """By how much the slope changes at each of the `breakpoints`, over a `scale` of the values (1/s); a jump of a function
+        counts as infinite."""
         if self.corners is not None or len(self.times) < 2:
             return dict.fromkeys(self.breakpoints, np.inf)
         values = np.array(self.values).reshape(len(self.times), -1)
         slopes = np.diff(values, axis=0) / np.diff(self.times)[:, None]
         changes = np.abs(np.diff(slopes, axis=0, prepend=0.0, append=0.0)).max(axis=1)
-        return dict(zip(self.times, (changes / max(np.ptp(values), 1e-300)).tolist(), strict=True))
+        return dict(zip(self.times, (changes / max(scale, 1e-300)).tolist(), strict=True))
 
     @property
     def range(self) -> tuple[float, float]:

@@ -11,8 +11,7 @@ from .series import TimeSeries
 
 
 def with_thinned_series(scene: Scene) -> Scene:
-    """A copy whose series are thinned up to the end of the run (`TimeSeries.thinned`): temperatures in proportion to their
-    distance from the initial one, all others to their magnitude."""
+    """A copy whose series are thinned up to the end of the run (`TimeSeries.thinned`), in proportion to `scale_of` each."""
     operation, wall = scene.operation, scene.wall
     end = math.inf if operation.phase else operation.end_time  # phases may last longer
     walls = {name: getattr(wall, name) for name in ("layer", "opposite_layer")}
@@ -28,6 +27,12 @@ def _thinned(table: Table, keys: Mapping[str, Key], scene: Scene, end: float) ->
     found = {}
     for name, series in table:
         if isinstance(series, TimeSeries):
-            reference = scene.operation.initial_temperature if keys[name].kind == "K" else 0.0
-            found[name] = series.thinned(end, max(abs(value - reference) for value in series.range))
+            found[name] = series.thinned(end, scale_of(series, keys[name], scene))
     return table.with_values(found)
+
+
+def scale_of(series: TimeSeries, key: Key, scene: Scene) -> float:
+    """What changes of a series are small or large beside: of a temperature its largest distance from the initial one, else the
+    largest magnitude (SI)."""
+    reference = scene.operation.initial_temperature if key.kind == "K" else 0.0
+    return max(abs(value - reference) for value in series.range)

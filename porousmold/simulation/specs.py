@@ -6,7 +6,6 @@ Lengths in m, times in s, temperatures in K. None stands for what the scene leav
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from ..errors import InputError
 from ..laws.air_supply import Blower
@@ -15,6 +14,7 @@ from ..laws.porosity import Porosity
 from ..laws.turbulence_models import TurbulenceModel
 from ..mesh.gmsh_model import Conventions
 from ..scene.chosen_laws import Laws
+from ..scene.features import KEYS
 from ..scene.features.bed import SMALLEST_RATIO, AveragingVolume
 from ..scene.features.drive import Drive
 from ..scene.features.energy_model import EnergyModel
@@ -28,17 +28,17 @@ from ..scene.features.own_mesh import OwnMesh
 from ..scene.features.phases import reverses
 from ..scene.features.sensors import Sensors
 from ..scene.features.targets import Heated
-from ..scene.features.wall import BedWall, Layer
+from ..scene.features.wall import LAYER, BedWall, Layer
 from ..scene.scene import Scene
 from ..scene.series import TimeSeries
 from ..scene.start import Start
-from ..scene.thinning import with_thinned_series
+from ..scene.thinning import scale_of, with_thinned_series
 from .air_loop_spec import AirLoopSpec, air_loop_of, first_point
 from .course import Course, followed
 from .targets import Target
 
-LEAST_BEND = 0.01
-"""Of the range of a series, a bend within a largest step after which steps start small again; at a weaker one they only end."""
+LEAST_BEND = 0.1
+"""Of the scale of a series, a bend within a largest step after which steps start small again; at a weaker one they only end."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -148,7 +148,7 @@ class HeatSpec:
 @dataclass(frozen=True, kw_only=True)
 class TimeSpec:
     """The march: its steps, what it waits for, the place to be `heated`, or `targets` until these are met, and by how much what
-    is given bends (1/s, over its range) at which times: `kinks`. `until_steady` ends it where the temperatures are steady before
+    is given bends (1/s, over its scale) at which times: `kinks`. `until_steady` ends it where the temperatures are steady before
     `end_time`."""
 
     steps: TimeSteps
@@ -311,11 +311,12 @@ def _heat(scene: Scene, laws: Laws, air_loop: AirLoopSpec | None, course: Course
 
 
 def _time(scene: Scene, course: Course | None) -> TimeSpec:
-    series: list[Any] = [value for _, value in scene.operation if isinstance(value, TimeSeries)]
-    series += [layer.heat_source for layer in scene.layers.values() if layer.heat_source is not None]
+    series = [(value, KEYS["operation"][name]) for name, value in scene.operation if isinstance(value, TimeSeries)]
+    sources = (layer.heat_source for layer in scene.layers.values())
+    series += [(source, LAYER["heat_source"]) for source in sources if source is not None]
     kinks: dict[float, float] = {}
-    for each in series:
-        for instant, change in each.kinks.items():
+    for each, key in series:
+        for instant, change in each.kinks(scale_of(each, key, scene)).items():
             if instant > 0.0:
                 kinks[instant] = max(change, kinks.get(instant, 0.0))
     return TimeSpec(
