@@ -195,16 +195,23 @@ class TransientHeat:
         # the backward Euler method damps; and no method of higher order keeps bounds at any step
         damped, rest = (DAMPING_PART * step, BACKWARD_EULER), (1.0 - DAMPING_PART) * step
         ways = [[(step, STAGES)], [damped, (rest, STAGES)], [damped, (rest, BACKWARD_EULER)]]
-        way, last, starts = 0, math.inf, self.solution.arrays()
+        way, last, least, starts = 0, math.inf, math.inf, self.solution.arrays()
         for left in reversed(range(MOST_REPETITIONS)):
-            flows, stored, error = self._take_all(time, ways[way])
+            taken = self._take_all(time, ways[way])
             excess, new = self.mark_cells(bounds())
+            if excess < least:
+                least, best, ends = excess, taken, self.solution.arrays()
             way += not (new and excess < last)
             if not excess or way == len(ways) or not left:
                 break
             last = excess
             self.repetitions += 1
             self.solution.set(starts)
+        if excess > least:  # more marked cells may make it worse
+            self.solution.set(ends)
+            if self.supply:
+                self.supply.update()
+        flows, stored, error = best
         self.balance.add(flows, stored)
         return error
 

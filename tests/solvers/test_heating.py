@@ -16,3 +16,23 @@ def test_steps_leave_no_memory_behind():
     for number in range(20):
         heat.step(1.0 + number, 1.0)
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 6.0 * MEGABYTE
+
+
+def test_of_repeated_steps_that_with_the_least_excess_is_kept(monkeypatch):
+    """Marking more cells may take temperatures further beyond their bounds: solution and balance are then the better ones."""
+    heat, _ = wall_alone([(solid(), 0.1, 20, None)], coefficient=5.0)
+    heat.step(0.0, 100.0)
+    outcomes = iter([(3.0, True), (0.5, True), (2.0, True), (1.0, False), (0.7, False)])
+    attempts = []
+
+    def take(time, parts):
+        attempts.append(len(parts))
+        heat.unknown.x.array[:] = 300.0 + len(attempts)
+        return {"by_fluid": float(len(attempts))}, 0.0, None
+
+    monkeypatch.setattr(heat, "_take_all", take)
+    monkeypatch.setattr(heat, "mark_cells", lambda bounds: next(outcomes))
+    before = heat.balance.by_fluid
+    heat.step(100.0, 10.0)
+    assert attempts == [1, 1, 1, 2, 2]  # marking that no longer helps gives way to the damped step, and that to backward Euler
+    assert (heat.unknown.x.array == 302.0).all() and heat.balance.by_fluid - before == 2.0
