@@ -19,9 +19,10 @@ lines between samples may miss."""
 
 MOST_ROWS = 400
 """Rows of a series beyond which those that lie closer than an even spacing of so many may be replaced by means over that."""
-LITTLE = 0.02
+LITTLE, LITTLE_ALONE = 0.02, 0.1
 """Of all that a series says, a change between rows that are replaced by their mean: in the product of two such series, flow times
-temperature, its square is lost at most; a pulse that is smaller and shorter than such an interval is lost."""
+temperature, its square is lost at most, and of one alone an eighth of its square, by the drag; a pulse that is smaller and
+shorter than such an interval is lost."""
 STRAIGHT = 1e-13
 """Of that, by which a row that says nothing may lie beside the line through its neighbours."""
 FASTEST = 0.1
@@ -128,9 +129,9 @@ class TimeSeries:
         times, values = columns.times(), columns.in_si(1, unit)
         return cls(tuple(times.tolist()), tuple(values.tolist()), columns.path, gaps=columns.gaps)
 
-    def thinned(self, end: float, scale: float) -> "TimeSeries":
-        """The same up to a time `end` (s), with `MOST_ROWS` rows or not many more where it changes by less than `LITTLE` of a
-        `scale` between them, or within `FASTEST`: what changes faster is averaged, so that its integral over time stays.
+    def thinned(self, end: float, scale: float, little: float = LITTLE) -> "TimeSeries":
+        """The same up to a time `end` (s), with `MOST_ROWS` rows or not many more where it changes by less than the part `little`
+        of a `scale` between them, or within `FASTEST`: what changes faster is averaged, so that its integral over time stays.
 
         Bed and wall follow the integral; a step of the simulation for every row of a fast logger's noise would bring nothing.
         Jumps, larger pulses and reversals are no noise, and stay as they are. Rows on the line through their neighbours go.
@@ -143,7 +144,7 @@ class TimeSeries:
         if len(times) > MOST_ROWS:
             last = min(int(np.searchsorted(times, end)), len(times) - 1)
             times, values = times[: last + 1], values[: last + 1]
-            kept = _ends_of_windows(times, values, LITTLE * scale)
+            kept = _ends_of_windows(times, values, little * scale)
             times, values = times[kept], _means(times, values, kept)
         if len(times) == len(self.times):
             return self

@@ -7,27 +7,32 @@ from .features import KEYS
 from .features.wall import LAYER
 from .keys import Key, Table
 from .scene import Scene
-from .series import TimeSeries
+from .series import LITTLE, LITTLE_ALONE, TimeSeries
 
 
 def with_thinned_series(scene: Scene) -> Scene:
-    """A copy whose series are thinned up to the end of the run (`TimeSeries.thinned`), in proportion to `scale_of` each."""
+    """A copy whose series are thinned up to the end of the run (`TimeSeries.thinned`), in proportion to `scale_of` each, by more
+    where it is the only one that varies."""
     operation, wall = scene.operation, scene.wall
+    given = [value for _, value in operation] + [layer.heat_source for layer in scene.layers.values()]
+    varying = [one for one in given if isinstance(one, TimeSeries) and len(one.times) > 1]
+    little = LITTLE_ALONE if len(varying) == 1 and not operation.phase else LITTLE
     end = math.inf if operation.phase else operation.end_time  # phases may last longer
     walls = {name: getattr(wall, name) for name in ("layer", "opposite_layer")}
     layers = {
-        name: entries and [_thinned(one, LAYER, scene, end) for one in entries] for name, entries in walls.items()
+        name: entries and [_thinned(one, LAYER, scene, end, little) for one in entries]
+        for name, entries in walls.items()
     }
     return scene.with_tables(
-        {"operation": _thinned(operation, KEYS["operation"], scene, end), "wall": wall.with_values(layers)}
+        {"operation": _thinned(operation, KEYS["operation"], scene, end, little), "wall": wall.with_values(layers)}
     )
 
 
-def _thinned(table: Table, keys: Mapping[str, Key], scene: Scene, end: float) -> Table:
+def _thinned(table: Table, keys: Mapping[str, Key], scene: Scene, end: float, little: float) -> Table:
     found = {}
     for name, series in table:
         if isinstance(series, TimeSeries):
-            found[name] = series.thinned(end, scale_of(series, keys[name], scene))
+            found[name] = series.thinned(end, scale_of(series, keys[name], scene), little)
     return table.with_values(found)
 
 

@@ -204,6 +204,18 @@ def test_a_fast_logger_takes_no_step_a_row():
     assert straight.times == (0.0, 5.0, 10.0) and straight.values == pytest.approx((300.0, 335.0, 335.0))
 
 
+def test_the_noise_of_a_thermocouple_takes_no_step_a_row():
+    """Two hours of a reading each second that scatters by 1 K of 65 K, alone in its scene: the wall follows the mean."""
+    times = np.arange(0.0, 7200.0)
+    noisy = (times, 363.15 + np.random.default_rng(3).normal(0.0, 1.0, len(times)))
+    scene = coarse_scene({"model.flow": "plug", "model.turbulence": "none"})
+    result = run(scene.changed({"operation.inlet_temperature": noisy}))
+    steady = run(scene.changed({"solver.step_refinement": 4.0}))  # rows close together
+    assert result.summary["time_steps"] < 900
+    expected = np.interp(result["time"], steady["time"], steady["lowest_wall"])
+    assert np.max(np.abs(np.array(result["lowest_wall"]) - expected)[result["time"] < steady["time"][-1]]) < 0.3
+
+
 def test_pulses_and_reversals_are_no_noise():
     """A row each second for two days: what jumps stays as it is, up to the end that a run has; noise beside it is averaged."""
     times = np.arange(0.0, 172800.0)
