@@ -1,10 +1,10 @@
 """Seconds and memory against unknowns, from 4k to 1M, on 1 and 2 ranks: writes docs/growth.md. Run: make growth (40 minutes).
 
-Every size is a process of its own (`--size`, under mpirun): the aluminium mold, or the one of 150 mm width in three
-dimensions (`mold/narrow.toml`), with every cell cut, undamped bead sources, started from developed profiles. The second Newton
-iteration of flow and k-epsilon and the second time step of the energy (of one stage) are timed; the first ones analyse the
-matrices, once in a run and on one rank alone. Of `developed` flow it is the start, with the table of its profiles, and a renewal; the heat
-is iterated (GMRES, multigrid) in three dimensions from 20 000 unknowns. Memory is in pages of 2 MiB
+Every size is a process of its own (`--size`, under mpirun): the aluminium mold, or the one of 150 mm width in three dimensions
+(`mold/narrow.toml`), with every cell cut, undamped bead sources, started from developed profiles. The second Newton iteration
+of flow and k-epsilon and the second time step of the energy (of one stage) are timed; the first ones analyse the matrices, once
+in a run and on one rank alone. Of `developed` flow it is the start, with the table of its profiles, and a renewal; the heat is
+iterated (GMRES, multigrid) in three dimensions from 20 000 unknowns. Memory is in pages of 2 MiB
 (`GLIBC_TUNABLES=glibc.malloc.hugetlb=1` in the environment), which large factors are written into a tenth to a fifth faster.
 The last table is of whole runs of that mold.
 """
