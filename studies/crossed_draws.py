@@ -1,5 +1,6 @@
 """Scenes that cross every feature, drawn from a Latin hypercube with a fixed seed (`studies.crossed_scenes` runs them)."""
 
+import functools
 import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -291,5 +292,9 @@ def _without_none(tables: Mapping[str, Any]) -> dict[str, Any]:
 
 def scene_of(number: int) -> Scene:
     """A scene by its number."""
-    tables = list(scenes())[number][1]
-    return Scene(_without_none(tables))
+    return Scene(_without_none(_all_tables()[number]))
+
+
+@functools.cache
+def _all_tables() -> list[dict[str, Any]]:
+    return [tables for _, tables in scenes()]

@@ -88,9 +88,10 @@ def answers_of(scene: Scene, result: Result) -> dict[str, tuple[float | None, fl
 def outcome(task: tuple[int, dict[str, Any], float]) -> Outcome:
     """`Outcome` of a scene with changes, (number, changes, CPU seconds)."""
     number, changes, patience = task
+    drawn = scene_of(number)
     start = time.process_time()
     try:
-        scene = scene_of(number).changed(changes)
+        scene = drawn.changed(changes)
         result = run(scene, communicator=MPI.COMM_SELF, stop=lambda: time.process_time() - start > patience)
     except (InputError, SolveError, RunInterrupted) as failure:
         return Outcome(seconds=time.process_time() - start, reason=f"{type(failure).__name__}: {failure}")
