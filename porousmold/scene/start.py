@@ -162,6 +162,21 @@ class LastState:
                 )
                 raise InputError(STATE, str(self.folder), allowed)
 
+    def require_bed(self, low: Floats, high: Floats) -> None:
+        """Raise `InputError` for a bed between the corners `low` and `high` (m) where the run had a wall or a core, or the other
+        way round."""
+        nodes, _, fields = self._last
+        bed = nodes[fields["in_bed"] > 0.5]
+        least, most = bed.min(axis=0), bed.max(axis=0)
+        for axis in range(1, len(low)):
+            slack = SAME_EXTENT * (most[axis] - least[axis])
+            if max(abs(low[axis] - least[axis]), abs(high[axis] - most[axis])) > slack:
+                allowed = (
+                    f"has its bed between x[{axis}] = {least[axis]:.4g} and {most[axis]:.4g} m, and this one lies between "
+                    f"{low[axis]:.4g} and {high[axis]:.4g} m"
+                )
+                raise InputError(STATE, str(self.folder), allowed)
+
     def mean(self, length: float | None) -> float:
         """Mean temperature (K) of the fluid in the bed, weighted by the boxes around its cells; `length` is not asked for."""
         nodes, cells, fields = self._last

@@ -83,10 +83,13 @@ def build_medium(specs: Specs, domain: Domain, estimates: Estimates, size: BedSi
     """What fills the mesh: bed, fluid, the flow's equations, and the boundary's values."""
     constant, flow, laws = domain.constant, specs.flow, specs.laws
     bead_diameter = constant(specs.mesh.bead_diameter)
+    wall_distance = ufl.max_value(
+        domain.wall_distance, 0.0
+    )  # rounding leaves nodes of the wall beyond it, where phi > 1
     bed = Bed(
-        specs.porosity.over(domain.wall_distance, bead_diameter, constant, lambda f: _at_nodes(domain, f)),
+        specs.porosity.over(wall_distance, bead_diameter, constant, lambda f: _at_nodes(domain, f)),
         constant(specs.porosity.bulk_porosity),
-        domain.wall_distance,
+        wall_distance,
         bead_diameter,
         with_constants(laws.beads, domain),
         _with_constant_factor(laws.drag, domain),
@@ -134,6 +137,12 @@ def _start(specs: Specs, function: fem.Function, domain: Domain) -> None:
         start.require_kind(axisymmetric=domain.axisymmetric)
         ends = [ranks.extremes(mesh.comm, mesh.geometry.x[:, axis]) for axis in range(mesh.geometry.dim)]
         start.require_place(*np.transpose(ends))
+        points = fenicsx.lagrange_space(mesh).tabulate_dof_coordinates()
+        numbers = fem.locate_dofs_topological(
+            fenicsx.lagrange_space(mesh), mesh.topology.dim, domain.cells(geometry.BED)
+        )
+        ends = [ranks.extremes(mesh.comm, points[numbers, axis]) for axis in range(mesh.geometry.dim)]
+        start.require_bed(*np.transpose(ends))
     for part, (space, numbers) in enumerate(fenicsx.leaves(function.function_space)):
         function.x.array[numbers] = starting_temperatures(start, space, domain, of_beads=bool(part))
     function.x.scatter_forward()
@@ -313,7 +322,7 @@ def _wall(specs: Specs, medium: Medium, ds: Any) -> Wall:
     outside = geometry.OUTER if medium.domain.has_outer_wall else geometry.INTERFACE
     return Wall(
         medium.equations.coordinates,
-        medium.equations.bed.wall_distance,
+        medium.domain.wall_distance,
         _wall_layers(specs, medium),
         medium.boundary.outer_wall(ds(outside)),
         _thin_wall(specs, medium, ds(geometry.INTERFACE)),

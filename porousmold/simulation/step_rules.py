@@ -42,6 +42,7 @@ class StepRules:
         free = not self._specs.time.steps.keep_bounds or self._specs.flow.averaging.terms == "as-published"
         self._given = (-math.inf, math.inf) if free else given_bounds(self._specs.heat)
         self._is_open = is_open(self._specs.heat)
+        self._rows_seen, self._left = 0, (-math.inf, math.inf)
 
     def range_now(self) -> tuple[float, float]:
         """Lowest and highest present temperature (K)."""
@@ -103,7 +104,7 @@ class StepRules:
     def bounds(self) -> Bounds:
         """Bounds of the temperatures (K) of the present step: a heater cannot cool air that comes back too warm, which then
         enters as warm as it did, but for what changes within a step. Where the wall has sources, cures or takes up a given flux
-        it has no bound on that side, and the bed is bounded by the wall as it was and is (collective)."""
+        it has no bound on that side, and the bed is bounded by the wall as it is and by what that has left in it (collective)."""
         low, high = self._given
         air_loop = self._problem.air_loop
         if air_loop is not None and air_loop.is_too_warm:
@@ -115,11 +116,23 @@ class StepRules:
             return low, high
         of_wall = (-math.inf if colder else low), (math.inf if hotter else high)
         coldest, hottest = self._problem.places.extremes("wall")
+        least, most = self._left_by_wall()
         if colder:
-            low = min(low, coldest, self._recorder.history["lowest_wall"][-1])
+            low = min(low, coldest, least)
         if hotter:
-            high = max(high, hottest, self._recorder.history["highest_wall"][-1])
+            high = max(high, hottest, most)
         return low, high, *of_wall
+
+    def _left_by_wall(self) -> tuple[float, float]:
+        """Lowest and highest temperature (K) that the bed may have from its wall as it was: a wall that has heated it may be
+        colder than the bed by now, which stays as hot as it has been at most."""
+        history = self._recorder.history
+        names = (f"{end}_{place}" for end in ("lowest", "highest") for place in ("wall", "bed"))
+        low, high = self._left
+        for coldest, least, hottest, most in zip(*(history[name][self._rows_seen :] for name in names), strict=True):
+            low, high = min(coldest, max(low, least)), max(hottest, min(high, most))
+        self._rows_seen, self._left = len(history), (low, high)
+        return low, high
 
     def limits(self) -> tuple[float, float]:
         """Within which temperatures (K) are extrapolated: those of now, and those that enter."""

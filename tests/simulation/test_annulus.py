@@ -107,3 +107,42 @@ def test_an_annulus_needs_its_core():
 def test_any_number_of_ranks_gives_the_same_answer():
     alone, together = (run(annulus(), communicator=world) for world in (MPI.COMM_SELF, MPI.COMM_WORLD))
     assert together.heating_time == pytest.approx(alone.heating_time, rel=1e-6)
+
+
+@pytest.mark.parametrize(("diameter", "core"), [(0.110, 0.020), (0.181, 0.020), (0.146, 0.024)])
+def test_rounding_leaves_no_node_beyond_a_wall(diameter, core):
+    """Where one had a wall distance of -1e-18 m, its porosity was above 1 and the first residual no number."""
+    scene = annulus(0.5 * core, {"model.flow": "developed", "operation.end_time": 5.0}, fluid={"material": "water"})
+    result = run(
+        scene.changed(
+            {
+                "geometry.diameter": diameter,
+                "geometry.core_diameter": core,
+                "bed.bead_diameter": 0.004,
+                "operation.pressure_drop": None,
+                "operation.mass_flow": 0.02,
+                "solver.axial_cells": None,
+                "solver.cell_growth": None,
+            }
+        )
+    )
+    assert result.history["mass_flow"][-1] == pytest.approx(0.02, rel=1e-6)
+
+
+def test_the_state_of_a_pipe_says_nothing_of_a_core(tmp_path):
+    """The core would start with the temperatures of the pipe's beads."""
+    outer = 2.0 * (RADIUS + GAP)
+    pipe = annulus(settings=PLUG | {"operation.end_time": 5.0, "output.pictures": False}).changed(
+        {
+            "geometry.kind": "pipe",
+            "geometry.diameter": outer,
+            "geometry.core_diameter": None,
+            "wall.opposite_layer": None,
+        }
+    )
+    run(pipe, out=tmp_path / "pipe")
+    after = annulus(settings=PLUG).changed(
+        {"operation.initial_temperature": None, "operation.initial_state": str(tmp_path / "pipe")}
+    )
+    with pytest.raises(InputError, match=r"has its bed between x\[1\] = 0 and 0.07 m, and this one lies between 0.02"):
+        run(after)

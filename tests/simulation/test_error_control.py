@@ -352,6 +352,23 @@ def test_a_wall_that_heats_itself_leaves_the_bed_its_bounds(opens):
     assert not any("beyond those given" in warning for warning in result.summary["warnings"])
 
 
+@pytest.mark.parametrize("flux", [5000.0, -2000.0])
+def test_a_wall_that_was_heated_leaves_its_heat_to_the_bed(flux):
+    """Once the flux stops, the wall is colder than the bed downstream, which was bounded by it: 5 % more heat was left."""
+    scene = Scene(
+        {
+            "geometry": {"kind": "pipe", "length": 0.5, "diameter": 0.1},
+            "bed": {"bead_diameter": 0.004, "bead_material": "ceramic"},
+            "operation": {"initial_temperature": COLD, "inlet_temperature": COLD, "inlet_velocity": 0.2},
+            "model": {"flow": "plug", "turbulence": "none", "wall": "thin"},
+            "wall": {"material": "aluminium", "thickness": 0.003},
+        }
+    ).changed({"operation.outer_heat_flux": ([0.0, 1000.0, 1000.001], [flux, flux, 0.0]), "operation.end_time": 4000.0})
+    result, free = run(scene), run(scene.changed({"solver.keep_bounds": False}))
+    assert result["heat_stored"][-1] == pytest.approx(free["heat_stored"][-1], rel=1e-3)
+    assert result.summary["repeated_steps"] <= 3
+
+
 def test_steps_grow_when_nothing_changes_any_more():
     """A bed at rest that its wall has heated keeps its temperatures for days: steps that cross them, and see the next change."""
     day = 86400.0
