@@ -355,15 +355,19 @@ def test_a_wall_that_heats_itself_leaves_the_bed_its_bounds(opens):
 @pytest.mark.parametrize("flux", [5000.0, -2000.0])
 def test_a_wall_that_was_heated_leaves_its_heat_to_the_bed(flux):
     """Once the flux stops, the wall is colder than the bed downstream, which was bounded by it: 5 % more heat was left."""
+    pulse = ([0.0, 1000.0, 1000.001], [flux, flux, 0.0])
     scene = Scene(
         {
             "geometry": {"kind": "pipe", "length": 0.5, "diameter": 0.1},
             "bed": {"bead_diameter": 0.004, "bead_material": "ceramic"},
-            "operation": {"initial_temperature": COLD, "inlet_temperature": COLD, "inlet_velocity": 0.2},
+            "operation": {
+                **{"initial_temperature": COLD, "inlet_temperature": COLD, "inlet_velocity": 0.2},
+                **{"outer_heat_flux": pulse, "end_time": 4000.0},
+            },
             "model": {"flow": "plug", "turbulence": "none", "wall": "thin"},
             "wall": {"material": "aluminium", "thickness": 0.003},
         }
-    ).changed({"operation.outer_heat_flux": ([0.0, 1000.0, 1000.001], [flux, flux, 0.0]), "operation.end_time": 4000.0})
+    )
     result, free = run(scene), run(scene.changed({"solver.keep_bounds": False}))
     assert result["heat_stored"][-1] == pytest.approx(free["heat_stored"][-1], rel=1e-3)
     assert result.summary["repeated_steps"] <= 3
@@ -421,8 +425,8 @@ def test_a_front_in_a_liquid_that_stores_as_much_as_the_beads():
 
 @pytest.mark.parametrize("course", ["wave", "noise"])
 def test_rows_that_bend_a_course_by_little_do_not_restart_the_steps(course):
-    """Every half hour a row of a slow wave of the wall's temperature, or of noise that is little beside the 60 K of heating: steps
-    end there, and go on as they are."""
+    """Every half hour a row of a slow wave of the wall's temperature, or of noise that is little beside the 60 K of heating:
+    steps end there, and go on as they are."""
     times = np.linspace(0.0, 86400.0, 49)
     wave = 5.0 * np.sin(2.0 * np.pi * times / 86400.0)
     wave = HOT + (wave if course == "wave" else 0.5 * np.random.default_rng(1).random(len(times)))
