@@ -80,7 +80,7 @@ class TimeControl:
             self.step = step * max(LEAST_FACTOR, allowed)
             return False
         if self._restarts_at(time):
-            self.step = min(self.first_step, step * max(1.0, allowed))
+            self.step = min(self.first_step, self.step)
             return True
         grown = max(self.step, step) * min(self.growth, max(LEAST_FACTOR, allowed))
         self.step = grown if is_quiet else min(self.largest_step, grown)
