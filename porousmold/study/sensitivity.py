@@ -23,8 +23,8 @@ from .quantity import Quantity, quantity_of
 from .running import run_study
 
 PARAMETERS = (
-    "geometry.length", "geometry.cavity_height", "geometry.diameter", "bed.bead_diameter", "bed.bulk_porosity",
-    "bed.bead_density", "bed.bead_heat_capacity", "wall.thickness", "wall.density", "wall.heat_capacity",
+    "geometry.length", "geometry.cavity_height", "geometry.diameter", "geometry.core_diameter", "bed.bead_diameter",
+    "bed.bulk_porosity", "bed.bead_density", "bed.bead_heat_capacity", "wall.thickness", "wall.density", "wall.heat_capacity",
     "wall.conductivity", "operation.pressure_drop", "operation.inlet_velocity", "operation.mass_flow",
     "operation.outlet_pressure", "operation.inlet_temperature", "operation.heating_margin", "model.exchange_factor",
     "operation.blower_pressure", "operation.blower_flow", "operation.heater_power", "operation.recirculation",
