@@ -135,14 +135,14 @@ def _start(specs: Specs, function: fem.Function, domain: Domain) -> None:
         start.require_place(domain.length)
     else:
         start.require_kind(axisymmetric=domain.axisymmetric)
-        ends = [ranks.extremes(mesh.comm, mesh.geometry.x[:, axis]) for axis in range(mesh.geometry.dim)]
-        start.require_place(*np.transpose(ends))
-        points = fenicsx.lagrange_space(mesh).tabulate_dof_coordinates()
-        numbers = fem.locate_dofs_topological(
-            fenicsx.lagrange_space(mesh), mesh.topology.dim, domain.cells(geometry.BED)
-        )
-        ends = [ranks.extremes(mesh.comm, points[numbers, axis]) for axis in range(mesh.geometry.dim)]
-        start.require_bed(*np.transpose(ends))
+        nodes = fenicsx.lagrange_space(mesh)
+        of_bed = fem.locate_dofs_topological(nodes, mesh.topology.dim, domain.cells(geometry.BED))
+        for require, points in (
+            (start.require_place, mesh.geometry.x),
+            (start.require_bed, nodes.tabulate_dof_coordinates()[of_bed]),
+        ):
+            ends = [ranks.extremes(mesh.comm, points[:, axis]) for axis in range(mesh.geometry.dim)]
+            require(*np.transpose(ends))
     for part, (space, numbers) in enumerate(fenicsx.leaves(function.function_space)):
         function.x.array[numbers] = starting_temperatures(start, space, domain, of_beads=bool(part))
     function.x.scatter_forward()

@@ -32,6 +32,7 @@ FINER_PROFILES = 2.0
 BYTES_AN_UNKNOWN = {2: 10e3, 3: 40e3}
 """Memory that factors, matrices and the rest need for an unknown of the flow, by dimensions of space (docs/growth.md)."""
 QUADRATURE_DEGREE = 2
+"""Of all forms over bed and wall but those of developed flow, which are integrated station by station."""
 ALONG, LEAST_LENGTH = 0.9, 0.5
 """Cosine of the angle between x[0] and the way from inlet to outlet that counts as along x[0]; part of that way that a mesh is
 long at least."""
