@@ -152,10 +152,10 @@ def test_failing_solve_ends_with_status_3_and_keeps_what_was_computed(tmp_path, 
 
     step = TransientHeat.step
 
-    def failing(self, time, length, **choices):
+    def failing(self, time, length, bounds):
         if time > 100.0:
             raise SolveError("energy", time, "made to fail", "nothing")
-        return step(self, time, length, **choices)
+        return step(self, time, length, bounds)
 
     monkeypatch.setattr(TransientHeat, "step", failing)
     out = tmp_path / "out"
