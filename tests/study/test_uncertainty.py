@@ -149,7 +149,7 @@ def test_the_budget_is_written_and_reported(found, folder):
 
 def test_the_command_goes_on_where_it_was(found, folder):
     """On two ranks, in the folder of the finished budget: nothing is run again."""
-    settings = [option for name, value in CHEAP.items() for option in ("--set", f"{name}={value}")]
+    settings = [option for name, value in CHEAP.items() for option in ("--set", f"{name}={json.dumps(value)}")]
     before = {path: path.stat().st_mtime_ns for path in folder.glob("*/result.json")}
     ran = under_mpirun(2, "-m", "porousmold", "uncertainty", str(ALUMINIUM), *settings, "--out", str(folder))
     assert ran.returncode == 0 and f"{found.value:.0f} s, 95 % within" in ran.stdout
