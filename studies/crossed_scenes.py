@@ -178,7 +178,9 @@ def main() -> None:
             if key[1] == "finer":
                 print("   ", _text(errors(results[key[0], "own"], result)), drawn[key[0]], flush=True)
             if options.raw:
-                raw = [{"number": n, "kind": kind, "drawn": drawn[n], **vars(one)} for (n, kind), one in results.items()]
+                raw = [
+                    {"number": n, "kind": kind, "drawn": drawn[n], **vars(one)} for (n, kind), one in results.items()
+                ]
                 options.raw.write_text(json.dumps(raw, indent=1))
     if options.only is None:
         write_page(options.out, drawn, results, sample, options.note)
