@@ -87,7 +87,7 @@ def check(scene: Scene, communicator: Communicator) -> Checked:
 def expected_steps(specs: Specs, estimates: Estimates) -> float:
     """Time steps until heating is over: of the largest length, and more where steps start small again."""
     time, course = specs.time, specs.course
-    largest = time.steps.largest or min(estimates.largest_step, time.end_time)
+    largest = time.largest_step(estimates.largest_step)
     duration = min(
         max(HEATING_TIMES * estimates.heating_duration, *specs.heat.inlet_temperature.breakpoints, 0.0), time.end_time
     )

@@ -71,8 +71,7 @@ class Simulation:
 
     @functools.cached_property
     def _largest_step(self) -> float:
-        time = self.specs.time
-        return time.steps.largest or min(self.problem.medium.estimates.largest_step, time.end_time)
+        return self.specs.time.largest_step(self.problem.medium.estimates.largest_step)
 
     @functools.cached_property
     def _bends(self) -> tuple[float, ...]:

@@ -14,7 +14,6 @@ from ..laws.porosity import Porosity
 from ..laws.turbulence_models import TurbulenceModel
 from ..mesh.gmsh_model import Conventions
 from ..scene.chosen_laws import Laws
-from ..scene.features import KEYS
 from ..scene.features.bed import SMALLEST_RATIO, AveragingVolume
 from ..scene.features.drive import Drive
 from ..scene.features.energy_model import EnergyModel
@@ -28,11 +27,11 @@ from ..scene.features.own_mesh import OwnMesh
 from ..scene.features.phases import reverses
 from ..scene.features.sensors import Sensors
 from ..scene.features.targets import Heated
-from ..scene.features.wall import LAYER, BedWall, Layer
+from ..scene.features.wall import BedWall, Layer
 from ..scene.scene import Scene
 from ..scene.series import TimeSeries
 from ..scene.start import Start
-from ..scene.thinning import scale_of, with_thinned_series
+from ..scene.thinning import scale_of, series_of, with_thinned_series
 from .air_loop_spec import AirLoopSpec, air_loop_of, first_point
 from .course import Course, followed
 from .targets import Target
@@ -162,6 +161,10 @@ class TimeSpec:
     def breakpoints(self) -> tuple[float, ...]:
         """Times (s) at which steps end."""
         return tuple(sorted(self.kinks))
+
+    def largest_step(self, estimated: float) -> float:
+        """The one given (s), else an estimated one, no longer than the run."""
+        return self.steps.largest or min(estimated, self.end_time)
 
     def bends(self, largest_step: float) -> tuple[float, ...]:
         """Those of them after which steps start small again: where a series bends by much within a largest step (s)."""
@@ -311,11 +314,8 @@ def _heat(scene: Scene, laws: Laws, air_loop: AirLoopSpec | None, course: Course
 
 
 def _time(scene: Scene, course: Course | None) -> TimeSpec:
-    series = [(value, KEYS["operation"][name]) for name, value in scene.operation if isinstance(value, TimeSeries)]
-    sources = (layer.heat_source for layer in scene.layers.values())
-    series += [(source, LAYER["heat_source"]) for source in sources if source is not None]
     kinks: dict[float, float] = {}
-    for each, key in series:
+    for each, key in series_of(scene):
         for instant, change in each.kinks(scale_of(each, key, scene)).items():
             if instant > 0.0:
                 kinks[instant] = max(change, kinks.get(instant, 0.0))

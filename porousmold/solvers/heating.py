@@ -200,7 +200,8 @@ class TransientHeat:
             taken = self._take_all(time, ways[way])
             excess, new = self.mark_cells(bounds())
             if excess < least:
-                least, best, ends = excess, taken, self.solution.arrays()
+                least, best = excess, taken
+                ends = self.solution.arrays() if excess else starts  # nothing follows where there is none
             way += not (new and excess < last)
             if not excess or way == len(ways) or not left:
                 break

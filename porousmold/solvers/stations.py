@@ -85,9 +85,8 @@ class Streamfunction:
         for end in (0, 1):
             through[self._place[0] + end, self._place[1], end] = values[:, end] * heights
         from_behind, from_before = np.moveaxis(ranks.total(self._domain.communicator, through), 2, 0)
-        through = np.where(
-            np.abs(from_behind) > np.abs(from_before), from_behind, from_before
-        )  # the ends of the bed have one
+        # the same but at the bed's ends, which have one of them
+        through = np.where(np.abs(from_behind) > np.abs(from_before), from_behind, from_before)
         table = np.hstack([np.zeros((len(along), 1)), np.cumsum(through, axis=1)])
         through = table[:, -1]
         total = through.mean() if total is None else total

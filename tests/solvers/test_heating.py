@@ -34,11 +34,6 @@ def test_of_repeated_steps_that_with_the_least_excess_is_kept(monkeypatch):
     monkeypatch.setattr(heat, "mark_cells", lambda bounds: next(outcomes))
     before = heat.balance.by_fluid
     heat.step(100.0, 10.0)
-    assert attempts == [
-        1,
-        1,
-        1,
-        2,
-        2,
-    ]  # marking that no longer helps gives way to the damped step, and that to backward Euler
+    # marking that no longer helps gives way to the damped step, and that to backward Euler
+    assert attempts == [1, 1, 1, 2, 2]
     assert (heat.unknown.x.array == 302.0).all() and heat.balance.by_fluid - before == 2.0
