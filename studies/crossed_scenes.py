@@ -54,6 +54,7 @@ class Outcome:
     reason: str = ""
     warnings: list[str] = field(default_factory=list)
     strategies: dict[str, int] = field(default_factory=dict)
+    refinements: dict[str, float] = field(default_factory=dict)
 
 
 def answers_of(scene: Scene, result: Result) -> dict[str, tuple[float | None, float]]:
@@ -107,16 +108,25 @@ def outcome(task: tuple[int, dict[str, Any], float]) -> Outcome:
         float(beyond.split(" K")[0].split()[-1]) if beyond else 0.0,
         warnings=summary["warnings"],
         strategies=summary["flow_strategies"],
+        refinements=summary["refinements"],
     )
 
 
-def finer(number: int) -> dict[str, Any]:
-    """Settings for twice the cells in each direction, of a mesh that is given none, and twice the steps."""
-    scene = scene_of(number)
-    cells = 2.0 * scene.solver.mesh_refinement
-    return {"solver.step_refinement": 2.0} | (
-        {} if scene.geometry.kind == "mesh" else {"solver.mesh_refinement": cells}
-    )
+def finer(number: int, own: Outcome) -> dict[str, Any]:
+    """Settings for twice the cells in each direction of those that a run ended with, of a mesh that is given none, and twice the
+    steps."""
+    along, across, steps = own.refinements.values()
+    cells = {"solver.mesh_refinement": 2.0 * across, "solver.axial_refinement": along / across}
+    return {"solver.step_refinement": 2.0 * steps} | ({} if scene_of(number).geometry.kind == "mesh" else cells)
+
+
+def pair(task: tuple[int, bool]) -> dict[str, Outcome]:
+    """Outcomes of a scene: "own", and where asked for and there is an answer "finer"."""
+    number, is_compared = task
+    own = outcome((number, {}, PATIENCE))
+    if not is_compared or own.reason:
+        return {"own": own}
+    return {"own": own, "finer": outcome((number, finer(number, own), 10 * PATIENCE))}
 
 
 def errors(own: Outcome, finer: Outcome) -> dict[str, float]:
@@ -156,9 +166,7 @@ def main() -> None:
         for number in numbers
         if options.only is not None or (number % options.every == 0 and drawn[number]["kind"] != "narrow")
     ]
-    tasks = {(n, "own"): (n, {}, PATIENCE) for n in numbers} | {
-        (n, "finer"): (n, finer(n), 10 * PATIENCE) for n in sample
-    }
+    tasks = [(n, n in sample) for n in numbers]
     results: dict[tuple[int, str], Outcome] = {}
     if options.page_of:
         for entry in json.loads(options.page_of.read_text()):
@@ -167,16 +175,14 @@ def main() -> None:
         write_page(options.out, drawn, results, sample, options.note)
         return
     with ProcessPoolExecutor(options.processes, multiprocessing.get_context("spawn")) as pool:
-        for key, result in zip(tasks, pool.map(outcome, tasks.values()), strict=True):
-            results[key] = result
-            line = f"{key[1]} {key[0]}: {result.seconds:.1f} s, {result.steps} steps ({result.rejected}, {result.repeated})"
-            print(
-                line,
-                result.reason[:200] or {name: round(value, 4) for name, (value, _) in result.answers.items() if value},
-                flush=True,
-            )
-            if key[1] == "finer":
-                print("   ", _text(errors(results[key[0], "own"], result)), drawn[key[0]], flush=True)
+        for (number, _), of_scene in zip(tasks, pool.map(pair, tasks), strict=True):
+            for kind, result in of_scene.items():
+                results[number, kind] = result
+                line = f"{kind} {number}: {result.seconds:.1f} s, {result.steps} steps ({result.rejected}, {result.repeated})"
+                values = {name: round(value, 4) for name, (value, _) in result.answers.items() if value}
+                print(line, result.reason[:200] or values, list(result.refinements.values()), flush=True)
+            if "finer" in of_scene:
+                print("   ", _text(errors(of_scene["own"], of_scene["finer"])), drawn[number], flush=True)
             if options.raw:
                 raw = [
                     {"number": n, "kind": kind, "drawn": drawn[n], **vars(one)} for (n, kind), one in results.items()
@@ -197,7 +203,7 @@ def write_page(
     own = {n: result for (n, kind), result in results.items() if kind == "own"}
     refused = [n for n, result in own.items() if result.reason.startswith("InputError")]
     failed = [n for n, result in own.items() if result.reason and n not in refused]
-    both = [n for n in sample if not own[n].reason and not results[n, "finer"].reason]
+    both = [n for n in sample if (n, "finer") in results and not results[n, "finer"].reason]
     found = {n: errors(own[n], results[n, "finer"]) for n in both}
     worst = {n: max(found[n].values()) for n in both if found[n]}
     both = list(worst)
@@ -226,6 +232,9 @@ def write_page(
         f"{100 * np.median(values):.3f} %, 95 % {100 * np.quantile(values, 0.95):.3f} %, largest {100 * values.max():.3g} %.",
         f"Of {len(times)} heating times and times of targets: median {100 * np.median(times):.3f} %, "
         f"95 % {100 * np.quantile(times, 0.95):.3f} %, largest {100 * max(times):.3g} %.",
+        "",
+        f"{sum(max(result.refinements.values(), default=1.0) > 1.0 for result in own.values())} runs were repeated on finer "
+        "cells, as a coarser run had other answers at a front or an exotherm.",
         "",
         f"Off by more than {FAR_OFF:.0%} are {len(far_off)} scenes, {len(silent)} of them without a warning that says so"
         f"{': ' + ', '.join(map(str, silent)) if silent else ''}; {len(alarms)} scenes are warned of that are off by less "

@@ -121,6 +121,10 @@ RESULT_KEYS: Mapping[str, ResultKey] = {
     "unknowns": ResultKey("object", "of flow and energy"),
     "bead_biot_number": _number("1", "h R/(3 lambda_s), estimated"),
     "bead_reynolds_number": _number("1", "superficial, estimated"),
+    "refinements": ResultKey(
+        "object",
+        "factors on the default number of cells along and across the flow, and of steps, that the result is of",
+    ),
     "given": ResultKey("object", "keys that are set in the scene, as written"),
     "date": ResultKey("string", "date and time of the run, ISO 8601"),
     "model": ResultKey("object", "the table [model] with every default"),

@@ -22,8 +22,10 @@ the first of them by a factor of 1.7 at most. Its error estimate is e_l, e_c and
 its difference from the run before was of what they foresaw, a quarter at least. This is the discretisation error, not the model
 error.
 
-Without an accuracy asked for, a run whose answers may be off compares itself with one such coarser run, where that is cheap
-(`Recorder.doubt`): the difference is an error bound by experience (`studies.crossed_scenes`), not by theory.
+Without an accuracy asked for, a run whose answers may be off (`answers.doubt_of`) compares itself with the coarsest of these
+runs. Where an answer differs by more than `LARGEST_DIFFERENCE`, it is repeated with `IN_DOUBT` times the cells or steps in the
+directions whose part of a difference is that large. The difference from the run before bounds the error by experience
+(`studies.crossed_scenes`), not by theory.
 """
 
 import math
@@ -45,6 +47,8 @@ FINER = 1.5
 """Factor on the cells in each direction where a solve has failed."""
 COARSEST_OF_ALL = 2.0
 """Refinement from which on a failed solve is the scene's own failure."""
+IN_DOUBT = 2.0
+"""Factor on cells and steps in the directions that answers in doubt depend on."""
 MARGIN = 1.1
 """Factor on a refinement beyond what the estimate asks for."""
 
@@ -116,7 +120,7 @@ Answers: TypeAlias = Mapping[str, Answer]
 PEAKS, AT_END = "peaks.", "end."
 """Beginnings of the names of peaks, and of what holds at the end."""
 LARGEST_DIFFERENCE = 5e-3
-"""From a coarser run, relative, above which a run warns: errors were up to twice the difference (docs/theory.md)."""
+"""From a coarser run, relative, above which a run is repeated, or warns: errors were up to twice that (docs/theory.md)."""
 
 
 def run_to_accuracy(scene: Scene, march: Callable[[Scene], Answers]) -> dict[str, float] | None:
@@ -170,24 +174,54 @@ def difference(other: Answer, own: Answer) -> float:
     return abs(other.value - own.value) / own.scale
 
 
-def differences_from_coarser(scene: Scene, own: Answers, march: Callable[[Scene], Answers]) -> dict[str, float]:
-    """Relative differences of a run's answers from those of one with coarser cells and steps, as far as that has them."""
-    coarse = refinements_of(scene).times(*COARSER)
+def differences(other: Answers, own: Answers) -> dict[str, float]:
+    """Relative differences of another run's answers from the own ones, as far as it has them."""
+    return {name: difference(other[name], one) for name, one in own.items() if name in other}
+
+
+def coarser_answers(scene: Scene, fewer: Refinements, march: Callable[[Scene], Answers]) -> Answers:
+    """Answers of a scene with fewer cells and steps and without bounds; none where coarse cells have no steady flow, or are fewer
+    than are allowed."""
     try:
-        coarser = march(coarse.of(scene.changed({"solver.keep_bounds": False})))
-    except (SolveError, InputError):  # coarse cells may have no steady flow, or be fewer than are allowed
+        return march(refinements_of(scene).times(*fewer).of(scene.changed({"solver.keep_bounds": False})))
+    except (SolveError, InputError):
         return {}
-    return {name: difference(coarser[name], one) for name, one in own.items() if name in coarser}
+
+
+def refinements_in_doubt(
+    scene: Scene, own: Answers, coarsest: Answers, march: Callable[[Scene], Answers]
+) -> Refinements:
+    """`IN_DOUBT` in the directions that move an answer by more than `LARGEST_DIFFERENCE`, or else most; in all where that is not
+    known."""
+    across, steps = (
+        coarser_answers(scene, COARSER._replace(**one), march) for one in ({"across": 1.0}, {"steps": 1.0})
+    )
+    parts = [
+        [abs(part) / one.scale for part in by_direction(coarsest[name], across[name], steps[name], one)]
+        for name, one in own.items()
+        if name in coarsest and name in across and name in steps
+    ]
+    worst = [max(column) for column in zip(*parts, strict=True)] or [math.inf] * len(COARSER)
+    least = min(LARGEST_DIFFERENCE, max(worst))
+    return Refinements(*(IN_DOUBT if part >= least else 1.0 for part in worst))
+
+
+def by_direction(
+    coarse: Answer, coarse_but_across: Answer, coarse_but_steps: Answer, now: Answer
+) -> tuple[float, float, float]:
+    """What fewer cells along, fewer across and fewer steps add to an answer, of the values of four runs: the first is that of one
+    with all that is `COARSER`, the next two are with the last one's cells across and with its steps."""
+    across, steps = coarse.value - coarse_but_across.value, coarse.value - coarse_but_steps.value
+    return coarse_but_steps.value - now.value - across, across, steps
 
 
 def estimated_errors(coarse: Answer, coarse_but_across: Answer, coarse_but_steps: Answer, now: Answer) -> Errors:
-    """Errors of the last of four values of an answer: the first is that of a run with all that is `COARSER`, the next two are
-    with the last one's cells across and with its steps."""
-    by_across, by_steps = coarse.value - coarse_but_across.value, coarse.value - coarse_but_steps.value
-    by_along = coarse_but_steps.value - now.value - by_across
-    orders = OBSERVED_ORDERS if by_along > 0.0 else OBSERVED_ORDERS._replace(along=ORDER_OF_SHARP_FRONTS)
-    parts = zip((by_along, by_across, by_steps), COARSER, orders, strict=True)
-    return Errors(*(part_of_error / now.scale / (part**-order - 1.0) for part_of_error, part, order in parts))
+    """Errors of the last of four values of an answer (see `by_direction`)."""
+    parts = by_direction(coarse, coarse_but_across, coarse_but_steps, now)
+    orders = OBSERVED_ORDERS if parts[0] > 0.0 else OBSERVED_ORDERS._replace(along=ORDER_OF_SHARP_FRONTS)
+    return Errors(
+        *(part / now.scale / (fewer**-order - 1.0) for part, fewer, order in zip(parts, COARSER, orders, strict=True))
+    )
 
 
 def needed_factor(error: float, wanted: float) -> float:

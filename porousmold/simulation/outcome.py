@@ -19,7 +19,7 @@ from ..scene.closures import departures
 from ..scene.features.targets import series_of
 from ..scene.features.wall import RESERVED_PLACES
 from ..scene.scene import Scene
-from .accuracy import AT_END, PEAKS
+from .accuracy import AT_END, PEAKS, refinements_of
 from .cycles import SURROUNDINGS, cycles_of
 from .end_warnings import beyond_the_inlet, of_the_corner, why_not_heated
 from .energy_use import energy_use
@@ -182,6 +182,7 @@ def _provenance(scene: Scene, simulation: Simulation) -> dict[str, Any]:
         "bead_biot_number": estimates.bead_biot_number,
         "bead_reynolds_number": estimates.reynolds_number,
         "given": scene.given(),
+        "refinements": refinements_of(scene)._asdict(),
         "date": datetime.now().astimezone().isoformat(timespec="seconds"),
         "model": scene.as_tables()["model"],
         "closures": {"set": scene.model.closures, "departures": departures(scene)},

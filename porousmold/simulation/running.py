@@ -17,10 +17,14 @@ from ..scene.identity import identity_of
 from ..scene.scene import Scene
 from ..solvers.protocols import Observer, silent
 from .accuracy import (
+    COARSER,
     LARGEST_DIFFERENCE,
     Answer,
     Answers,
-    differences_from_coarser,
+    Refinements,
+    coarser_answers,
+    differences,
+    refinements_in_doubt,
     run_to_accuracy,
 )
 from .answers import answers_of, doubt_of
@@ -35,6 +39,12 @@ SOONEST_SAVING, SAVING_PART = 1.0, 0.02
 """Seconds between two checkpoints at least, and the part of the time that they may take: a run that is killed loses little."""
 ROOM, FIELDS_KEPT = 10 * 2**20, 120
 """Bytes on the disk, and copies of all unknowns, that a run's files may need: snapshots, fields, a checkpoint and the next."""
+
+CELLS_AND_STEPS = (
+    *("mesh_refinement", "axial_refinement", "step_refinement"),
+    *("axial_cells", "first_cell", "cell_growth", "wall_cells"),
+)
+"""Keys of [solver] with which a user chooses them."""
 
 Progress = Callable[[float, float, Simulation], None]
 
@@ -89,9 +99,10 @@ def run(
 
 
 class _Run:
-    """The marches of one run: a single one, or those that `solver.accuracy` asks for.
+    """The marches of one run: a single one, a second one where its answers are in doubt, or those for `solver.accuracy`.
 
-    `_outcomes` holds what came of the marches before the present one: their answers, or `FAILED`.
+    `_outcomes` holds what came of the marches before the present one: their answers, or `FAILED`. `_refined` is by how much the
+    second march has more cells and steps than the first, whose answers were in `_doubt`.
     """
 
     def __init__(
@@ -107,9 +118,7 @@ class _Run:
         self._start = clock.perf_counter()
         self._scene, self._folder, self._communicator = scene, folder, communicator
         self._progress, self._stop, self._observe = progress, stop, observe or silent
-        # several marches of one run must be alike
-        self._identity = identity_of(scene, going_on=scene.solver.accuracy is None)
-        if saved is not None and folder is not None and saved.identity != self._identity:
+        if saved is not None and folder is not None and saved.identity != self._identity(saved.outcomes):
             allowed = "holds a checkpoint of another scene, or of other program code; start without --resume"
             raise InputError("--resume", str(folder.path), allowed)
         self._saved = saved
@@ -118,7 +127,12 @@ class _Run:
         self._last: list[Any] = []
         self._simulation: Simulation
         self._marched = scene
-        self._doubt = ""
+        self._doubt, self._refined = "", Refinements()
+
+    def _identity(self, outcomes: list[Any]) -> str:
+        """Of the checkpoints after such marches: several marches of one run, whose answers are compared, must be alike."""
+        is_alone = self._scene.solver.accuracy is None and all(outcome == FAILED for outcome in outcomes)
+        return identity_of(self._scene, going_on=is_alone)
 
     def result(self) -> Result:
         """March to the end, write everything, and give the `Result`."""
@@ -148,14 +162,30 @@ class _Run:
 
     def _compared(self) -> dict[str, float] | None:
         """Differences of the answers from those of a coarser run, where they are in doubt; None where they are not, or where the
-        mesh is a file (collective)."""
-        recorder = self._simulation.recorder
-        own = answers_of(recorder)
-        self._doubt = doubt_of(recorder, own)
-        if not self._doubt or self._marched.geometry.kind == "mesh":
-            return None
+        mesh is a file (collective). If they are large, the march is repeated on finer cells, and compared with the first."""
+        scene, own = self._marched, _as_answers(self._last[0])
+        if hasattr(self, "_simulation"):  # else the checkpoint is that of the second march
+            self._doubt = doubt_of(self._simulation.recorder, own)
+            if not self._doubt or scene.geometry.kind == "mesh":
+                return None
         self._observe("comparing with coarser cells and steps")
-        return differences_from_coarser(self._marched, own, self._march_aside)
+        coarsest = coarser_answers(scene, COARSER, self._march_aside)
+        found = differences(coarsest, own)
+        if not found or max(found.values()) <= LARGEST_DIFFERENCE or not self._may_be_repeated():
+            return found
+        self._refined = refinements_in_doubt(scene, own, coarsest, self._march_aside)
+        try:
+            return differences(self._march(self._refined.of(scene)), own)
+        except SolveError:  # finer cells may have no steady flow
+            self._refined = Refinements()
+            self._march(scene)
+            return found
+
+    def _may_be_repeated(self) -> bool:
+        """Whether the march may be repeated on finer cells: in two dimensions, where their number is not the user's choice."""
+        scene = self._marched
+        is_chosen = any(scene.differs_from_default(f"solver.{name}") for name in CELLS_AND_STEPS)
+        return scene.solver.refine_in_doubt and scene.geometry.width is None and not is_chosen
 
     def _march_aside(self, scene: Scene) -> Answers:
         """Answers of a scene that leave the present simulation, and its checkpoint, as they are."""
@@ -169,12 +199,13 @@ class _Run:
         """March a scene, for its answers; one that was marched before the checkpoint is only recalled."""
         self._outcomes += self._last
         self._last = []
+        self._marched = scene
         if self._replayed:
             outcome = self._replayed.pop(0)
             self._last = [outcome]
             if outcome == FAILED:
                 raise SolveError("march", 0.0, "failed before the checkpoint", "")
-            return {name: Answer(*pair) for name, pair in outcome.items()}
+            return _as_answers(outcome)
         self._free()
         simulation = Simulation(specs_of(scene), self._communicator, self._observe)
         if self._folder is not None and not self._outcomes:
@@ -182,7 +213,7 @@ class _Run:
         if self._saved is not None:
             self._saved.restore(simulation)
             self._saved = None
-        self._simulation, self._marched = simulation, scene
+        self._simulation = simulation
         self._due = clock.perf_counter() + min(self._scene.output.checkpoint_interval, SOONEST_SAVING)
         try:
             simulation.march(self._after_step, self._stop)
@@ -204,7 +235,7 @@ class _Run:
 
     def _save(self) -> None:
         if self._folder is not None:
-            self._folder.save(self._simulation, self._outcomes, self._identity)
+            self._folder.save(self._simulation, self._outcomes, self._identity(self._outcomes))
 
     def _write(
         self, errors: dict[str, float] | None, failure: SolveError | None, *, interrupted: bool
@@ -216,10 +247,11 @@ class _Run:
         if failure is None and not interrupted:
             answers = answers_of(simulation.recorder)
             summary["warnings"] += (
-                _of_comparison(errors, self._doubt) if wanted is None else _of_accuracy(errors, answers, wanted)
+                _of_comparison(errors, self._doubt, self._refined)
+                if wanted is None
+                else _of_accuracy(errors, answers, wanted)
             )
-        refined = self._marched.solver.mesh_refinement > self._scene.solver.mesh_refinement
-        if wanted is None and failure is None and refined:
+        if wanted is None and failure is None and self._outcomes[:1] == [FAILED]:
             summary["warnings"].append(
                 "a solve failed on the mesh of the scene; this result is for mesh_refinement "
                 f"{self._marched.solver.mesh_refinement:g}"
@@ -246,6 +278,11 @@ class _Run:
             )
 
 
+def _as_answers(outcome: Mapping[str, Any]) -> dict[str, Answer]:
+    """Answers of a march, which in a checkpoint are pairs of numbers."""
+    return {name: Answer(*pair) for name, pair in outcome.items()}
+
+
 def _profiles_along(simulation: Simulation) -> Columns | None:
     """Columns of the temperatures along the bed at the times asked for, and at the ends of phases; None where there are none."""
     profiles = simulation.recorder.snapshots.profiles
@@ -259,13 +296,22 @@ def _profiles_along(simulation: Simulation) -> Columns | None:
     return table
 
 
-def _of_comparison(errors: Mapping[str, float] | None, doubt: str) -> list[str]:
-    """What is to be said of answers in doubt: that a coarser run does not confirm them, or that there is none."""
+def _of_comparison(errors: Mapping[str, float] | None, doubt: str, refined: Refinements) -> list[str]:
+    """What is to be said of answers in doubt: that they are of finer cells, that a coarser run does not confirm them, or that
+    there is none."""
+    worst = max(errors, key=errors.__getitem__) if errors else ""
+    if refined != Refinements() and errors:
+        more = {"cells along the flow": refined.along, "cells across it": refined.across, "steps": refined.steps}
+        finer = ", ".join(f"{factor:.2g} times the {name}" for name, factor in more.items() if factor > 1.0)
+        moved = f"coarser cells and steps moved the {_in_words(worst)} by {100.0 * errors[worst]:.2g}%"
+        return [
+            f"{moved}: this result is of {finer}, and may still be off by some part of that (see solver.accuracy, "
+            "solver.refine_in_doubt)"
+        ]
     if not doubt:
         return []
     if not errors:
         return [f"{doubt}: temperatures near there may be off by some per cent of them; a finer mesh shows it"]
-    worst = max(errors, key=errors.__getitem__)
     if errors[worst] <= LARGEST_DIFFERENCE:
         return []
     return [

@@ -154,11 +154,14 @@ class NonlinearFlow(ABC):
 
     def _fail(self, time: float) -> None:
         symbols = ", ".join(["u", "p", *(unknown.symbol for unknown in self.equations.turbulent_unknowns)])
+        residual, update = self.solver.system.residual_norm, self.solver.update
+        detail = f"the false transient does not converge, residual {residual:.3e}, last update {update:.3e}"
+        if not np.isfinite(residual):
+            detail = "its residual is not a number: a porosity, a material or a law has no value somewhere in the bed"
         raise SolveError(
             f"flow ({symbols})",
             time,
-            f"the false transient does not converge, residual {self.solver.system.residual_norm:.3e}, "
-            f"last update {self.solver.update:.3e}",
+            detail,
             "a finer mesh (porousmold check says what the wall needs), model.turbulence = 'none', or a smaller pressure drop",
         )
 

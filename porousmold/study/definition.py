@@ -53,6 +53,8 @@ def kind_of_record(name: str) -> str:
 
 
 QUIET = {"output.pictures": False, "output.fields": False}
+ALIKE = {"solver.refine_in_doubt": False}
+"""Of cases whose small differences count: all have the same cells and steps."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +82,7 @@ class Study:
 
     def case(self, settings: Settings) -> Case:
         """A case of this study with other settings {'table.key': value}."""
-        return _case(settings, self.base, self.common, self.allow_extensions)
+        return _case(settings, self.base, ALIKE | self.common, self.allow_extensions)
 
     def with_cases(self, cases: Sequence[Case]) -> "Study":
         """This study with other cases."""

@@ -187,7 +187,8 @@ class _Search:
                 if away >= MOST_AWAY:
                     break
         nearest = min(self._rows, key=lambda place: abs(self._excess(place)) if self._known(place) else math.inf)
-        (low, high), unit = preferred_unit([self._setting(f(self._rows)) for f in (min, max)], kind_of(KEYS, self._key))
+        searched = [place for place, row in self._rows.items() if row.status == "done"]
+        (low, high), unit = preferred_unit([self._setting(f(searched)) for f in (min, max)], kind_of(KEYS, self._key))
         beyond = f"; beyond: {self._refusal}" if self._refusal else ""
         return self._change(nearest, f"not reached from {low:.4g} to {high:.4g} {unit}".rstrip() + beyond)
 

@@ -11,6 +11,7 @@ from porousmold.scene.scene import Scene
 from porousmold.simulation.accuracy import (
     COARSER,
     FINEST,
+    IN_DOUBT,
     LARGEST_DIFFERENCE,
     LEAST_PART,
     OBSERVED_ORDERS,
@@ -21,8 +22,11 @@ from porousmold.simulation.accuracy import (
     errors_after,
     estimated_errors,
     needed_factor,
+    refinements_in_doubt,
     run_to_accuracy,
 )
+from porousmold.simulation.march import Simulation
+from porousmold.simulation.running import RunInterrupted
 from studies.accuracy import outcome_of, refinements_of
 
 from ..support import ALUMINIUM, STUDIES, coarse_scene, cured_mold
@@ -199,6 +203,82 @@ def test_a_front_that_stands_in_the_bed_at_the_end_is_compared_with_a_coarser_ru
     assert max(errors.values()) > 0.5 * true and bool(warned) == (max(errors.values()) > LARGEST_DIFFERENCE)
     heated = run(coarse_scene({"model.flow": "plug", "model.turbulence": "none"}))
     assert heated.summary["end_errors"] == {} and heated.summary["heating_time_error"] is None
+
+
+@pytest.mark.parametrize("direction", [0, 1, 2])
+def test_what_is_in_doubt_is_refined_in_the_direction_of_its_error(direction):
+    errors = [1e-5] * 3
+    errors[direction] = 0.01
+    march, scene = March(*errors), coarse_scene()
+    refinements = refinements_in_doubt(scene, march(scene), march(COARSER.of(scene)), march)
+    assert refinements == Refinements(*(IN_DOUBT if each == direction else 1.0 for each in range(3)))
+
+
+def test_all_directions_are_refined_where_coarse_runs_say_nothing():
+    def fails(scene):
+        raise SolveError("flow", 0.0, "no steady flow", "")
+
+    own = {"heating_time": Answer.by_itself(1000.0)}
+    assert refinements_in_doubt(coarse_scene(), own, own, fails) == Refinements(IN_DOUBT, IN_DOUBT, IN_DOUBT)
+
+
+WITH_DEFAULT_CELLS = {"solver.axial_cells": None, "solver.cell_growth": None}
+
+
+def test_an_answer_in_doubt_is_that_of_finer_cells():
+    """A front of default cells and of twice as many along the flow: half of the error at most (steps add to both), which the
+    difference bounds. Cells that the user chose are kept."""
+    finest = WITH_DEFAULT_CELLS | {"solver.axial_refinement": 6.0, "solver.step_refinement": 2.0}
+    reference = run(front_in_the_bed(finest))
+    span = max(reference["highest_temperature"]) - min(reference["lowest_temperature"])
+    names = [name for name in reference.history if name.startswith("temperature_")]
+    refined, plain = (
+        run(front_in_the_bed(WITH_DEFAULT_CELLS | {"solver.refine_in_doubt": doubt})) for doubt in (True, False)
+    )
+    error, of_default = (
+        max(abs(result[name][-1] - reference[name][-1]) / span for name in names) for result in (refined, plain)
+    )
+    assert refined.summary["refinements"] == {"along": 2.0, "across": 1.0, "steps": 1.0}
+    assert error < min(0.5 * of_default, max(refined.summary["end_errors"].values()))
+    assert any("2 times the cells along the flow" in warning for warning in refined.summary["warnings"])
+    assert plain.summary["refinements"] == {"along": 1.0, "across": 1.0, "steps": 1.0}
+    assert run(front_in_the_bed()).summary["refinements"] == {"along": 1.0, "across": 1.0, "steps": 1.0}
+
+
+def test_a_run_whose_finer_cells_have_no_flow_keeps_its_answer(monkeypatch):
+    scene, march = front_in_the_bed(WITH_DEFAULT_CELLS), Simulation.march
+    unknowns = run(scene.changed({"solver.refine_in_doubt": False})).summary["unknowns"]["energy"]
+
+    def fails_on_finer_cells(self, *arguments, **keywords):
+        if self.problem.unknowns["energy"] > unknowns:
+            raise SolveError("flow", 0.0, "no steady flow", "another mesh")
+        return march(self, *arguments, **keywords)
+
+    monkeypatch.setattr(Simulation, "march", fails_on_finer_cells)
+    result, plain = run(scene), run(scene.changed({"solver.refine_in_doubt": False}))
+    assert result.summary["status"] == "done" and result.summary["end_errors"] == plain.summary["end_errors"]
+    assert result["outlet_temperature"][-1] == plain["outlet_temperature"][-1]
+    assert result.summary["warnings"] == plain.summary["warnings"]
+
+
+def test_a_second_march_is_resumed_but_not_for_another_end(tmp_path):
+    """What is resumed is the second march, whose answer is compared with that of the first."""
+    scene, marches = front_in_the_bed(WITH_DEFAULT_CELLS), []
+    whole = run(scene)
+
+    def in_the_second(time, deficit, simulation):
+        marches.extend([simulation] if simulation not in marches else [])
+        return None
+
+    with pytest.raises(RunInterrupted):
+        run(scene, tmp_path / "run", progress=in_the_second, stop=lambda: len(marches) > 1)
+    with pytest.raises(InputError, match="--resume"):
+        run(scene.changed({"operation.end_time": 150.0}), tmp_path / "run", resume=True)
+    marches.clear()
+    resumed = run(scene, tmp_path / "run", progress=in_the_second, resume=True)
+    assert len(marches) == 1 and resumed.summary["refinements"]["along"] == 2.0
+    assert resumed["outlet_temperature"][-1] == pytest.approx(whole["outlet_temperature"][-1], abs=1e-6)
+    assert resumed.summary["end_errors"] == pytest.approx(whole.summary["end_errors"], abs=1e-7)
 
 
 def test_a_target_that_is_not_met_leaves_the_temperatures_at_the_end_to_be_estimated():

@@ -1,6 +1,7 @@
 """The value of a key that reaches a target: found, impossible, refused; the same under MPI."""
 
 import json
+import re
 
 import pytest
 from mpi4py import MPI
@@ -129,3 +130,20 @@ def test_what_was_tried_is_told(tmp_path):
     scene = coarse_scene({"model.flow": "plug", "model.turbulence": "none"})
     (change,) = solve_for(scene, ["wall.conductivity"], aim_of("heating_time = 10 min"), tmp_path)
     assert change.needed is None and change.reason.startswith("not reached from ")
+
+
+def test_only_values_with_a_run_are_told_as_searched(tmp_path):
+    """Beads too large for the bed are refused: their diameter is not among those searched."""
+    scene = coarse_scene({"model.flow": "plug", "model.turbulence": "none"})
+    (change,) = solve_for(scene, ["bed.bead_diameter"], aim_of("heating_time = 10 s"), tmp_path)
+    cases = [json.loads(path.read_text()) for path in tmp_path.glob("*/case.json")]
+    refused, done = (
+        [
+            case["settings"].get("bed.bead_diameter", scene.bed.bead_diameter)
+            for case in cases
+            if case["status"] == status
+        ]
+        for status in ("refused", "done")
+    )
+    low, high = (1e-3 * float(text) for text in re.findall(r"[0-9.]+", change.reason)[:2])
+    assert refused and (low, high) == pytest.approx((min(done), max(done)), rel=1e-3)

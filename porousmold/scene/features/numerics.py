@@ -66,6 +66,14 @@ class Accuracy(Feature):
         closed=True,
     )
 
+    in_doubt: bool = key(
+        "solver.refine_in_doubt",
+        "flag",
+        "repeat a run on finer cells where a coarser one has other temperatures at a front or an exotherm; without "
+        "solver.accuracy, in two dimensions, with default cells",
+        True,
+    )
+
     def check(self, scene: "Scene") -> None:
         """It chooses the refinements itself."""
         if self.wanted is None:
