@@ -1,12 +1,14 @@
 """Work against precision over forty scenes that cross the features, not over one: writes docs/work-precision.md and .png.
 
 Every scene is run with fewer cells, fewer steps, fewer of both, and to an accuracy on request; its error is that of its worst
-answer (`studies.crossed_scenes`) against twice the cells in each direction and twice the steps. Run: make work-precision (about
-50 minutes of one core).
+answer (`studies.crossed_scenes`) against twice the cells in each direction and twice the steps of the run on default cells (of
+its repeat where its answers are in doubt). Run: make work-precision (about 50 minutes of one core).
 """
 
 import argparse
 import json
+import multiprocessing
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -55,7 +57,10 @@ def settings_of(number: int, given: dict[str, float]) -> dict[str, float]:
 
 def points_of(number: int) -> list[Point]:
     """All runs of a scene; none where it has no answer, or nothing happens in it."""
-    reference = outcome((number, finer(number), 10.0 * PATIENCE))
+    default = outcome((number, {}, PATIENCE))
+    if default.reason:
+        return []
+    reference = outcome((number, finer(number, default), 10.0 * PATIENCE))
     if reference.reason:
         return []
     unit, found = yardstick(of_cpu=True), []
@@ -83,7 +88,8 @@ def write_page(path: Path, points: list[Point], tried: int) -> None:
         f"{PATIENCE:g} s of CPU along every path, or none to compare) that cross the program's features: straight beds of",
         "[crossed-scenes.md](crossed-scenes.md). The error of a run is that of its worst answer (heating time, targets, peaks of",
         "cure; without those every temperature and the heat stored at the end), against twice the cells in each direction and",
-        "twice the steps. Time is the CPU time of the whole run in a process that has compiled its forms, in Y: CPU time of a",
+        "twice the steps of the run on default cells, of its repeat where its answers are in doubt. Time is the CPU time of",
+        "the whole run in a process that has compiled its forms, in Y: CPU time of a",
         "sparse LU factorisation (5-point Laplacian, 300 x 300 nodes) in the same minute.",
         "",
         "![error against time](work-precision.png)",
@@ -117,6 +123,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=DOCS / "work-precision.md")
     parser.add_argument("--scenes", type=int, default=SCENES, help="how many scenes")
+    parser.add_argument("--processes", type=int, default=1)
     parser.add_argument("--raw", type=Path, help="file for all points as JSON; scenes that it has are not run again")
     options = parser.parse_args()
     numbers = [number for number, (drawn, _) in enumerate(scenes()) if drawn["kind"] in KINDS]
@@ -124,14 +131,13 @@ def main() -> None:
     done: dict[str, list[dict[str, Any]]] = {}
     if options.raw and options.raw.is_file():
         done = json.loads(options.raw.read_text())
-    for number in numbers:
-        if str(number) not in done:
-            done[str(number)] = [asdict(point) for point in points_of(number)]
-        print(
-            number, " ".join(f"{p['error']:.1e}/{p['time']:.2f}" for p in done[str(number)]) or "no answer", flush=True
-        )
-        if options.raw:
-            options.raw.write_text(json.dumps(done, indent=1))
+    missing = [number for number in numbers if str(number) not in done]
+    with ProcessPoolExecutor(options.processes, multiprocessing.get_context("spawn")) as pool:
+        for number, found in zip(missing, pool.map(points_of, missing), strict=True):
+            done[str(number)] = [asdict(point) for point in found]
+            print(number, " ".join(f"{p.error:.1e}/{p.time:.2f}" for p in found) or "no answer", flush=True)
+            if options.raw:
+                options.raw.write_text(json.dumps(done, indent=1))
     points = [Point(**one) for number in numbers for one in done[str(number)]]
     write_page(options.out, points, len(numbers))
 
