@@ -65,7 +65,7 @@ def check(scene: Scene, communicator: Communicator) -> Checked:
     unit = "m2" if dimension == 3 or domain.axisymmetric else "m2 per metre of width"
     facts = [
         f"mesh: length {domain.length:.4g} m, inlet area {size.area:.4g} {unit}, {nodes['all']} nodes, {nodes['bed']} in the bed",
-        f"height of the first cell at the wall: {1e3 * first:.3g} mm; recommended: about {1e3 * estimates.first_cell:.3g} mm",
+        f"height of the first cell at the wall: {1e3 * first:.3g} mm; {_recommended(specs, estimates)}",
         f"unknowns: about {flow} of the flow and {energy} of the temperatures; {memory / 2**30:.2g} GiB",
         f"expected computing time: {seconds:.0f} s, within a factor of two in three of four scenes, for {steps:.0f} time steps",
         _flow_text(estimates, mass_flow),
@@ -103,6 +103,13 @@ def expected_steps(specs: Specs, estimates: Estimates) -> float:
         ends = sum(instant < duration for instant in time.kinks if instant not in bends)
         begins = STEPS_AT_A_BREAKPOINT * sum(instant < duration for instant in bends) + STEPS_AT_A_WEAK_ONE * ends
     return float(STEPS_AT_THE_START + begins + duration / largest)
+
+
+def _recommended(specs: Specs, estimates: Estimates) -> str:
+    """What the first cell at the wall should be like."""
+    if estimates.uniform_across and specs.mesh.size is not None:
+        return "any is right: nothing changes across the bed"
+    return f"recommended: about {1e3 * estimates.first_cell:.3g} mm"
 
 
 def _flow_text(estimates: Estimates, mass_flow: float) -> str:

@@ -52,6 +52,9 @@ LEAST_SPREADING = 0.5
 mixing out has sharper ones, of no meaning."""
 COMMON_EMISSIVITY = 0.8
 """Of oxidised metal, ceramic and stone."""
+WALL_REGION = 20.0
+"""Bead diameters from the wall, over which its laws may change."""
+ROUNDING = 1e-9
 LEAST_END_LENGTH = 1e-3
 """Of the bed's length: shorter ends of the wall move the heating time by less than 0.05 %."""
 
@@ -78,7 +81,7 @@ class Estimates:
     the wall follows the bed, `end_length` that over which the wall's insulated end at the outlet is felt along it,
     `inlet_time` (s) that in which the inlet temperature changes, `bead_residence_time` (s) that in which moving beads cross
     the bed; `wall_cells` are those through each layer of the wall, `thick_layers` tells through which no
-    heat comes while the bed is heated.
+    heat comes while the bed is heated. In a bed that is `uniform_across` nothing changes across the flow.
     """
 
     flows: bool
@@ -104,6 +107,7 @@ class Estimates:
     inlet_time: float
     bead_residence_time: float
     beads_against: bool
+    uniform_across: bool
     length: float
 
     @property
@@ -201,10 +205,27 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
         inlet_time=_inlet_time(heat.inlet_temperature),
         bead_residence_time=size.length / abs(heat.bead_motion.velocity) if heat.bead_motion.velocity else math.inf,
         beads_against=heat.bead_motion.velocity < 0.0,
+        uniform_across=_is_uniform_across(specs, core),
         length=size.length,
         flow_duration=(bed_heat + wall.heat_capacity) / (advection * size.area),
         conduction_time=math.inf if flows and not _is_heated_from_outside(specs) else _conduction_time(specs, bed),
     )
+
+
+def _is_uniform_across(specs: Specs, core: LocalBed) -> bool:
+    """Whether nothing changes across the bed: of plug flow between adiabatic walls, where porosity and conduction along the flow
+    are the same at any wall distance."""
+    is_plug, is_adiabatic = specs.flow.model.kind == "plug", specs.heat.wall.kind == "insulated"
+    if not (is_plug and is_adiabatic) or specs.heat.opposite_layers:
+        return False
+    distances, diameter = np.linspace(0.0, WALL_REGION, 24) * core.bead_diameter, core.bead_diameter
+    profiles = [specs.porosity.volume(distances, diameter), specs.porosity.area(distances, diameter)]
+    for distance in distances:
+        near = replace(core, wall_distance=float(distance))
+        conduction = added(specs.laws.bead_conduction.beads(near), specs.laws.dispersion.mixed(near))
+        profiles.append(conduction.along if isinstance(conduction, Anisotropic) else conduction)
+    porosities, conductivities = profiles[:2], profiles[2:]
+    return all(np.ptp(values) <= ROUNDING * np.max(values) for values in (*porosities, conductivities))
 
 
 def rayleigh_darcy(specs: Specs, low: float, high: float, height: float) -> float:

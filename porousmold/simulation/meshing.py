@@ -31,6 +31,8 @@ FINER_PROFILES = 2.0
 """Factor on the cells across the bed of a table of profiles, which is cheap."""
 BYTES_AN_UNKNOWN = {2: 10e3, 3: 40e3}
 """Memory that factors, matrices and the rest need for an unknown of the flow, by dimensions of space (docs/growth.md)."""
+LEAST_CELLS = 2
+"""In any direction."""
 QUADRATURE_DEGREE = 2
 """Of all forms over bed and wall but those of developed flow, which are integrated station by station."""
 ALONG, LEAST_LENGTH = 0.9, 0.5
@@ -115,6 +117,8 @@ def straight_domain(
     conducts = estimates.conduction_time < estimates.flow_duration
 
     def from_wall(width: float) -> Floats:
+        if estimates.uniform_across and spec.cells.first is None:
+            return np.linspace(0.0, width, 1 + LEAST_CELLS)
         first_cell = spec.cells.first or estimates.first_cell
         layer, widest = spec.bead_diameter, (WIDEST_OF_CONDUCTION if conducts else WIDEST_CELL) * width
         growth = spec.cells.growth ** (GROWTH_OF_CONDUCTION if conducts else 1.0)
@@ -196,8 +200,8 @@ def symmetric_nodes(length: float, cells: int, last_cell: float) -> Floats:
 
 
 def refined(nodes: Floats, factor: float) -> Floats:
-    """Nodes of `factor` times as many cells, two at least: where it is a whole number every cell is cut evenly."""
-    cells = max(2, round((len(nodes) - 1) * factor))
+    """Nodes of `factor` times as many cells, `LEAST_CELLS` at least: where it is a whole number every cell is cut evenly."""
+    cells = max(LEAST_CELLS, round((len(nodes) - 1) * factor))
     return np.interp(np.linspace(0, len(nodes) - 1, cells + 1), np.arange(len(nodes)), nodes)
 
 

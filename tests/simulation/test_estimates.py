@@ -3,7 +3,7 @@
 import pytest
 from mpi4py import MPI
 
-from porousmold import InputError
+from porousmold import InputError, Scene, run
 from porousmold.simulation.estimates import estimate
 from porousmold.simulation.march import Simulation
 from porousmold.simulation.specs import specs_of
@@ -55,3 +55,42 @@ def test_a_front_wider_than_the_bed_does_not_lengthen_the_steps():
         return simulation.march().recorder.heating_time
 
     assert heating_time(1.0) == pytest.approx(heating_time(4.0), rel=2e-3)
+
+
+UNIFORM = {
+    "model.flow": "plug",
+    "model.turbulence": "none",
+    "model.wall": "insulated",
+    "bed.porosity_model": "constant",
+}
+
+
+@pytest.mark.parametrize(
+    ("setting", "value"),
+    [
+        ("model.flow", "developed"),
+        ("model.wall", "conjugate"),
+        ("bed.porosity_model", "hunt-tien"),
+    ],
+)
+def test_a_bed_is_uniform_across_where_nothing_in_it_depends_on_the_wall(setting, value):
+    scene = Scene.load(STUDIES / "mold" / "aluminium.toml", UNIFORM)
+    assert estimates_of(scene).uniform_across and not estimates_of(scene.changed({setting: value})).uniform_across
+
+
+def test_conduction_that_depends_on_the_wall_makes_a_bed_not_uniform(tmp_path):
+    profile = tmp_path / "conductivity.csv"
+    profile.write_text("wall_distance [mm],conductivity [W/(m*K)]\n0,0.2\n3,0.8\n")
+    scene = Scene.load(STUDIES / "mold" / "aluminium.toml", UNIFORM)
+    assert not estimates_of(scene.changed({"bed.conductivity_profile": str(profile)})).uniform_across
+
+
+def test_a_uniform_bed_has_the_answer_of_one_with_cells_at_its_wall():
+    """The exact problem has one dimension: with two cells across a fifth of the unknowns, and the same temperatures."""
+    scene = Scene.load(
+        STUDIES / "mold" / "aluminium.toml", UNIFORM | {"operation.end_time": "5 min", "solver.refine_in_doubt": False}
+    )
+    few, many = (run(scene.changed({"solver.first_cell": first})) for first in (None, 5e-5))
+    assert few.summary["unknowns"]["energy"] < 0.25 * many.summary["unknowns"]["energy"]
+    for name in ("outlet_temperature", "temperature_centre_L/2", "temperature_bed_side_L/4"):
+        assert few[name][-1] == pytest.approx(many[name][-1], abs=0.02)
