@@ -86,11 +86,11 @@ def test_conduction_that_depends_on_the_wall_makes_a_bed_not_uniform(tmp_path):
 
 
 def test_a_uniform_bed_has_the_answer_of_one_with_cells_at_its_wall():
-    """The exact problem has one dimension: with two cells across a fifth of the unknowns, and the same temperatures."""
-    scene = Scene.load(
-        STUDIES / "mold" / "aluminium.toml", UNIFORM | {"operation.end_time": "5 min", "solver.refine_in_doubt": False}
-    )
+    """The exact problem has one dimension: a fifth of the unknowns, and the same temperatures, as cells along the flow let see (at a
+    cell's Peclet number streamline diffusion differs a little between thin cells and thick ones)."""
+    fine = {"operation.end_time": "5 min", "solver.axial_refinement": 4.0, "solver.keep_bounds": False}
+    scene = Scene.load(STUDIES / "mold" / "aluminium.toml", UNIFORM | fine)
     few, many = (run(scene.changed({"solver.first_cell": first})) for first in (None, 5e-5))
     assert few.summary["unknowns"]["energy"] < 0.25 * many.summary["unknowns"]["energy"]
     for name in ("outlet_temperature", "temperature_centre_L/2", "temperature_bed_side_L/4"):
-        assert few[name][-1] == pytest.approx(many[name][-1], abs=0.02)
+        assert few[name][-1] == pytest.approx(many[name][-1], abs=0.005)
