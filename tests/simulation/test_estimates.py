@@ -86,8 +86,8 @@ def test_conduction_that_depends_on_the_wall_makes_a_bed_not_uniform(tmp_path):
 
 
 def test_a_uniform_bed_has_the_answer_of_one_with_cells_at_its_wall():
-    """The exact problem has one dimension: a fifth of the unknowns, and the same temperatures, as cells along the flow let see (at a
-    cell's Peclet number streamline diffusion differs a little between thin cells and thick ones)."""
+    """The exact problem has one dimension: a fifth of the unknowns, and the same temperatures (on coarse cells along the flow its
+    streamline diffusion differs a little between thin cells and thick ones)."""
     fine = {"operation.end_time": "5 min", "solver.axial_refinement": 4.0, "solver.keep_bounds": False}
     scene = Scene.load(STUDIES / "mold" / "aluminium.toml", UNIFORM | fine)
     few, many = (run(scene.changed({"solver.first_cell": first})) for first in (None, 5e-5))
