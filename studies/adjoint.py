@@ -38,6 +38,7 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from porousmold import Scene
+from porousmold.equations.flow import BedMeasures
 from porousmold.mesh import fenicsx
 from porousmold.mesh.domain import BED
 from porousmold.scene.chosen_laws import Laws
@@ -78,9 +79,9 @@ class Forms:
         given = *ufl.split(heat.unknown), *ufl.TestFunctions(heat.space), transport
         self._stored, self._leaving = equations.stored_heat(*given), equations.outflow_of_heat(*given)
         previous, steady = fem.Function(flow.space), fem.Constant(domain.mesh, 0.0)
-        measures = domain.cell_measure(QUADRATURE_DEGREE)(BED), domain.nodal_measure()(BED)
+        measures = BedMeasures(domain.cell_measure(QUADRATURE_DEGREE)(BED), domain.nodal_measure()(BED))
         state = flow.unknown, previous, steady, medium.flow_temperature, flow.openings
-        self._flow = flow.equations.residual(*state, *measures)
+        self._flow = flow.equations.residual(*state, measures)
         forms = (self._stored, self._leaving, self._flow)
         self._compiled = [fenicsx.compiled_form(form) for form in forms]
         self._matrices: dict[str, Any] = {}

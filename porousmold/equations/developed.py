@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import ufl
 
 from ..laws.functions import Value
-from .flow import FlowEquations, FlowState
+from .flow import BedMeasures, FlowEquations, FlowState
 from .stabilisation import metric
 
 
@@ -39,10 +39,9 @@ def developed_residual(
     pressure: Value,
     gradient: Value,
     temperature: Value,
-    dx: ufl.Measure,
-    nodes: ufl.Measure,
+    measures: BedMeasures,
 ) -> Value:
-    """Form of the scaled residual at all stations; `dx` has its quadrature at the nodes along the flow, `nodes` at all nodes.
+    """Form of the scaled residual at all stations; `measures.dx` has its quadrature at the nodes along the flow.
 
     `equations` are `FlowEquations`, `gradient` is dp/dx (Pa/m), `inverse_step` (1/s) that of a pseudo-time step.
     """
@@ -75,7 +74,7 @@ def developed_residual(
             gained = storage * (field - before) - term.production
             form += size * (gained * test + term.diffusivity * field.dx(1) * test.dx(1))
             local += size * term.reaction * test
-    return coordinates.weight * form * dx + coordinates.nodal_weight * local * nodes
+    return coordinates.weight * form * measures.dx + coordinates.nodal_weight * local * measures.nodes
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ Equal-order linear elements with SUPG and PSPG: the fine-scale velocity is -tau 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import ufl
 
@@ -30,6 +31,13 @@ from .medium import Bed, FluidState
 from .openings import Opening
 from .stabilisation import metric, time_scale
 from .turbulence import transport_residual
+
+
+class BedMeasures(NamedTuple):
+    """Integrals over the bed: `dx`, and `nodes` with quadrature at the nodes, of what lumping keeps from oscillating."""
+
+    dx: ufl.Measure
+    nodes: ufl.Measure
 
 
 @dataclass(frozen=True)
@@ -201,20 +209,19 @@ class FlowEquations:
         inverse_step: Value,
         temperature: Value,
         openings: Sequence[Opening],
-        dx: ufl.Measure,
-        nodes: ufl.Measure,
+        measures: BedMeasures,
         sources: Sequence[Value] | None = None,
     ) -> Value:
         """Form of the scaled unknown's residual.
 
         `previous` is the scaled unknown one pseudo-time step ago and `inverse_step` (1/s) the step's inverse, 0 for
-        the steady equations; `temperature` (K) is given; `dx` is over the bed, `nodes` too with quadrature at the nodes;
+        the steady equations; `temperature` (K) is given;
         `sources` (momentum in N/m3, mass in kg/m3/s, and those of the turbulence's unknowns) are for manufactured
         solutions.
         """
         state, old = (self.state_of(ufl.split(f)) for f in (scaled, previous))
         tests = ufl.TestFunctions(scaled.function_space)
-        return self.residual_of(state, old, tests, inverse_step, temperature, openings, dx, nodes, sources)
+        return self.residual_of(state, old, tests, inverse_step, temperature, openings, measures, sources)
 
     def residual_of(
         self,
@@ -224,12 +231,11 @@ class FlowEquations:
         inverse_step: Value,
         temperature: Value,
         openings: Sequence[Opening],
-        dx: ufl.Measure,
-        nodes: ufl.Measure,
+        measures: BedMeasures,
         sources: Sequence[Value] | None = None,
     ) -> Value:
         """`residual` of two `FlowState`s and the test functions of the flow's unknowns."""
-        coordinates, scales = self.coordinates, self.scales
+        coordinates, scales, dx = self.coordinates, self.scales, measures.dx
         weight, phi = coordinates.weight, self.bed.porosity
         u, v, q = state.velocity, tests[0], tests[1]
         m = self.momentum(state, temperature, old.velocity, inverse_step, sources[0] if sources else None)
@@ -250,7 +256,7 @@ class FlowEquations:
         for opening in openings:
             form += openings_of.residual(self, opening, state, tests, m)
         if self.turbulent_unknowns:
-            form += self._turbulence(state, old, tests, m, inverse_step, dx, nodes)
+            form += self._turbulence(state, old, tests, m, inverse_step, measures)
             for opening in openings:
                 form += openings_of.turbulence_inflow(self, opening, state, tests, m)
             if sources:
@@ -287,8 +293,7 @@ class FlowEquations:
         tests: Sequence[Value],
         m: Momentum,
         inverse_step: Value,
-        dx: ufl.Measure,
-        nodes: ufl.Measure,
+        measures: BedMeasures,
     ) -> Value:
         model, coordinates = self.model, self.coordinates
         assert model is not None
@@ -298,9 +303,9 @@ class FlowEquations:
         local = self.local_flow(m.density, m.viscosity, m.speed)
         terms = model.terms(state.turbulence, local, m.turbulence, shear)
         advection = self.bed.porosity * m.density * state.velocity
-        form = transport_residual(state.turbulence, tests, terms, advection, coordinates, dx, nodes)
+        form = transport_residual(state.turbulence, tests, terms, advection, coordinates, *measures)
         for now, before, test in zip(state.turbulence, old.turbulence, tests, strict=True):
-            form += storage * (now - before) * test * dx
+            form += storage * (now - before) * test * measures.dx
         return form
 
 

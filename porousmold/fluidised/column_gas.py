@@ -11,7 +11,7 @@ from dolfinx import fem
 
 from ..arrays import Floats
 from ..equations.coordinates import Coordinates
-from ..equations.flow import FlowEquations, FlowScales, FlowState
+from ..equations.flow import BedMeasures, FlowEquations, FlowScales, FlowState
 from ..equations.medium import Bed, FluidState
 from ..equations.openings import Opening
 from ..equations.suspended_beads import GasAmongBeads, GivenDrag, SuspendedBeads
@@ -80,7 +80,7 @@ class ColumnGas:
         )
         equations = FlowEquations(bed, FluidState(cast(Fluid, gas), number(0.0)), Coordinates(mesh, False), scales)
         dx, ds = self._domain.cell_measure(QUADRATURE)(geometry.BED), self._domain.facet_measure(QUADRATURE)
-        nodes = self._domain.nodal_measure()(geometry.BED)
+        measures = BedMeasures(dx, self._domain.nodal_measure()(geometry.BED))
         tests = ufl.TestFunctions(mixed)
         state = equations.state_of(ufl.split(self._unknown))
         openings = [
@@ -91,7 +91,7 @@ class ColumnGas:
         old = equations.state_of(ufl.split(self._previous))
         beads = SuspendedBeads(self._bead_velocity, self._share, self._theta, self._yielding)
         force = beads.force(state, self._drag) - number(given.depth_drag) * state.velocity
-        form = equations.residual_of(state, old, tests, self._inverse_step, zero, openings, dx, nodes, (force, zero))
+        form = equations.residual_of(state, old, tests, self._inverse_step, zero, openings, measures, (force, zero))
         form += beads.residual(equations, state, tests[1], gas.density_of, dx)
         across_space, _ = mixed.sub(0).sub(1).collapse()
         sides = [
@@ -99,15 +99,14 @@ class ColumnGas:
             for at in (0.0, given.width)
         ]
         self._flow = NewtonSystem("gas", form, self._unknown, np.unique(np.concatenate(sides)))
-        self._make_heat(equations, state, force, dx, nodes, ds)
+        self._make_heat(equations, state, force, measures, ds)
 
     def _make_heat(
         self,
         equations: FlowEquations,
         state: FlowState,
         force: Value,
-        dx: ufl.Measure,
-        nodes: ufl.Measure,
+        measures: BedMeasures,
         ds: ufl.Measure,
     ) -> None:
         given, number, scalar = self.given, self._domain.constant, self._porosity.function_space
@@ -118,7 +117,7 @@ class ColumnGas:
         capacity, inflow = number(given.density * given.heat_capacity), self._inflow
         flux = gas_flux + ufl.grad(self._potential)
         heat = GasAmongBeads(equations.coordinates, flux, self._porosity, self._old_porosity, capacity,
-                             number(given.conductivity), self._exchange, self._heating, dx, nodes, inlet, outlet)  # fmt: skip
+                             number(given.conductivity), self._exchange, self._heating, *measures, inlet, outlet)  # fmt: skip
         # what the discrete mass balance lets out has no fine scales
         leaving = self._porosity * ufl.dot(state.velocity, ufl.FacetNormal(self._domain.mesh))
         test = ufl.TestFunction(scalar)
@@ -130,7 +129,7 @@ class ColumnGas:
         self._heat = NewtonSystem("gas_energy", form, self._temperature, np.empty(0, np.int32))
         self._carried_off = fenicsx.compiled_form(capacity * leaving * self._temperature * outlet)
         self._nodal_mass = fem.Function(scalar)
-        _assembled(self._nodal_mass, fenicsx.compiled_form(test * nodes))
+        _assembled(self._nodal_mass, fenicsx.compiled_form(test * measures.nodes))
 
     @property
     def porosity(self) -> Floats:

@@ -43,7 +43,7 @@ from ..solvers.heating import TransientHeat
 from ..solvers.locally_developed import LocallyDevelopedFlow
 from ..solvers.newton import free_systems
 from ..solvers.plug import PlugFlow
-from ..solvers.protocols import Flow, Heat, Observer, silent
+from ..solvers.protocols import Flow, Heat, Inflow, Observer, silent
 from .air_loop import AirLoop
 from .boundary_values import BoundaryValues
 from .estimates import Estimates, volumetric_capacity
@@ -196,8 +196,8 @@ def _openings(medium: Medium) -> list[Opening]:
 
 def developed_flow(specs: Specs, medium: Medium) -> DevelopedFlow:
     """Developed flow in a straight bed."""
-    given = medium.domain, medium.equations, medium.flow_temperature, medium.boundary.present_drive, medium.size.area
-    return DevelopedFlow(*given, specs.laws.fluid)
+    inflow = Inflow(medium.boundary.present_drive, medium.size.area, specs.laws.fluid)
+    return DevelopedFlow(medium.domain, medium.equations, medium.flow_temperature, inflow)
 
 
 def locally_developed_flow(specs: Specs, medium: Medium) -> LocallyDevelopedFlow:
@@ -207,9 +207,7 @@ def locally_developed_flow(specs: Specs, medium: Medium) -> LocallyDevelopedFlow
         medium.domain,
         medium.equations,
         medium.flow_temperature,
-        medium.boundary.present_drive,
-        medium.inlet_area,
-        specs.laws.fluid,
+        Inflow(medium.boundary.present_drive, medium.inlet_area, specs.laws.fluid),
         lambda: profile_table(specs, estimates, medium.size.half_height),
         estimates.mass_flux,
         QUADRATURE_DEGREE,
@@ -227,9 +225,8 @@ def profile_table(specs: Specs, estimates: Estimates, half_height: float) -> Pro
     flat = replace(specs, mesh=mesh, flow=flow, heat=heat)
     domain = plane_of_stations(mesh, estimates, MPI.COMM_SELF, STATIONS)
     medium = build_medium(flat, domain, estimates, size)
-    profiles = ProfilesOfGradient(
-        domain, medium.equations, medium.flow_temperature, medium.boundary.present_drive, half_height, specs.laws.fluid
-    )
+    inflow = Inflow(medium.boundary.present_drive, half_height, specs.laws.fluid)
+    profiles = ProfilesOfGradient(domain, medium.equations, medium.flow_temperature, inflow)
     temperature, fluid = heat.initial_temperature, specs.laws.fluid
     density = float(fluid.density(flow.outlet_pressure, temperature))
     return ProfileTable(profiles, half_height, specs.mesh.bead_diameter, density, float(fluid.viscosity(temperature)))

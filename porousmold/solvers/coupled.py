@@ -16,7 +16,7 @@ from dolfinx import fem
 
 from ..arrays import Floats
 from ..equations.energy import EnergyEquations
-from ..equations.flow import FlowState
+from ..equations.flow import BedMeasures, FlowState
 from ..errors import SolveError
 from ..laws.functions import Value
 from ..mesh import fenicsx, ranks
@@ -71,9 +71,9 @@ class CoupledTransient:
         state, old = (equations.state_of(parts[:count]) for parts in (now, before))
         temperature, beads, test, bead_test = now[count], now[-1], tests[count], tests[-1]
         dx = flow.dx
-        measures = dx(BED), domain.nodal_measure()(BED)
+        measures = BedMeasures(dx(BED), domain.nodal_measure()(BED))
         residual = equations.residual_of(
-            state, old, tests[:count], self._inverse_step, temperature, flow.openings, *measures
+            state, old, tests[:count], self._inverse_step, temperature, flow.openings, measures
         )
         residual += equations.mass_storage(
             state, old, temperature, before[count], tests[1], self._inverse_step, dx(BED)

@@ -13,7 +13,7 @@ an inlet with 2.9 times the outlet's pressure.
 
 import contextlib
 import functools
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -23,8 +23,7 @@ from petsc4py import PETSc
 
 from ..arrays import Floats, Integers
 from ..equations.developed import developed_residual, developed_state
-from ..equations.flow import FlowEquations
-from ..laws.materials import Fluid
+from ..equations.flow import BedMeasures, FlowEquations
 from ..laws.turbulence_models import TurbulentUnknown
 from ..mesh import fenicsx
 from ..mesh.aliases import Space
@@ -33,7 +32,7 @@ from .equilibrium import local_equilibrium
 from .flow import NonlinearFlow, unknowns_outside
 from .linear_solution import LinearSolution
 from .newton import Beside, NewtonSystem
-from .protocols import Drive
+from .protocols import Inflow
 from .state import State
 from .stations import GAUSS_DEGREE, Columns, Streamfunction
 from .steady import LEAST_VALUE, SteadySolver, Unknowns
@@ -51,8 +50,7 @@ LARGEST_CHANGE = 0.3
 class DevelopedFlow(NonlinearFlow):
     """Developed flow over the bed of a straight domain. `equations` are `FlowEquations`.
 
-    `drive()` gives the `Drive` of the present; `area` (m2) is the section, `fluid` the scene's `Fluid` in plain numbers.
-    `streamfunction` carries the mass flow.
+    `inflow.area` is the section; `streamfunction` carries the mass flow.
     """
 
     kept_iterations = 0  # the stations' matrix takes less to factorise than an iteration with a reused Jacobian saves
@@ -62,12 +60,10 @@ class DevelopedFlow(NonlinearFlow):
         domain: Domain,
         equations: FlowEquations,
         temperature: fem.Function,
-        drive: Callable[[], Drive],
-        area: float,
-        fluid: Fluid,
+        inflow: Inflow,
     ) -> None:
         self.domain, self.temperature = domain, temperature
-        self._drive, self._area, self._fluid = drive, area, fluid
+        self._inflow = inflow
         self._update = np.inf
         turbulence = equations.turbulent_unknowns
         scalars = fenicsx.lagrange_space(domain.mesh)
@@ -83,7 +79,7 @@ class DevelopedFlow(NonlinearFlow):
         self.pressure, self.gradient = fem.Function(scalars), fem.Function(scalars)
         dx = domain.column_measure(GAUSS_DEGREE)
         arguments = (self.unknown, previous, inverse_step, self.pressure, self.gradient, temperature)
-        residual = developed_residual(equations, *arguments, dx(BED), domain.nodal_measure()(BED))
+        residual = developed_residual(equations, *arguments, BedMeasures(dx(BED), domain.nodal_measure()(BED)))
         push = ufl.derivative(residual, self.gradient, fem.Constant(domain.mesh, 1.0) * unit(scalars))
         self._push_form = fenicsx.DeferredForm(push)
         nothing = fem.Constant(domain.mesh, 0.0)
@@ -143,7 +139,7 @@ class DevelopedFlow(NonlinearFlow):
         The pressure gradient is that of the scales, or as the pressure drop imposes it at present.
         """
         equations, scales = self.equations, self.equations.scales
-        drive = self._drive()
+        drive = self._inflow.drive()
         pressure_drop = drive.value if drive.kind == "pressure_drop" else float(scales.pressure.value)
         gradient = pressure_drop / self.columns.along[-1]
         self._set_gradients(np.full(len(self.columns.along), -gradient))
@@ -157,7 +153,7 @@ class DevelopedFlow(NonlinearFlow):
         """Local equilibrium of drag and beads at a pressure gradient (Pa/m), a number or one for each node."""
         space = self.pressure.function_space
         temperature, pressure = self.temperature.x.array, self.pressure.x.array
-        fields = local_equilibrium(self.equations, self._fluid, space, gradient, temperature, pressure)
+        fields = local_equilibrium(self.equations, self._inflow.fluid, space, gradient, temperature, pressure)
         sizes = [float(self.equations.scales.speed.value), *self.turbulent_factors().values()]
         given = fem.Function(space)
         for values, size, (part, numbers) in zip(fields, sizes, self._parts, strict=True):
@@ -208,7 +204,9 @@ class DevelopedFlow(NonlinearFlow):
         system, before = self.solver.system, self.unknown.x.array.copy()
         gradients, scale = self._gradients, float(self.equations.scales.pressure.value) / self.columns.along[-1]
         along_the_bed = abs(self.columns.pressure(gradients)[0])
-        expands = self._fluid.density.compressible and along_the_bed > NOTICEABLE_CHANGE * self._reference_pressure
+        expands = (
+            self._inflow.fluid.density.compressible and along_the_bed > NOTICEABLE_CHANGE * self._reference_pressure
+        )
         if expands:
             with self._denser() as difference:
                 system.assemble_residual_into(self._push_of_pressure)
@@ -274,7 +272,7 @@ class DevelopedFlow(NonlinearFlow):
 
     def _given_mass_flow(self, inlet_pressure: float) -> float | None:
         """Mass flow (kg/s) that the drive gives at a gauge pressure (Pa) at the inlet; None where it gives the pressure drop."""
-        return self._drive().mass_flow(inlet_pressure + self._reference_pressure, self._area, self._fluid)
+        return self._inflow.mass_flow(inlet_pressure + self._reference_pressure)
 
     def _changes(
         self,
@@ -289,7 +287,7 @@ class DevelopedFlow(NonlinearFlow):
         they are.
         """
         pressure, inlet = self.columns.pressure_matrix, float(self.columns.pressure(gradients)[0])
-        drop, given = self._drive().value - inlet, self._given_mass_flow(inlet)
+        drop, given = self._inflow.drive().value - inlet, self._given_mass_flow(inlet)
         if slope_in_pressure is None:  # each station by itself; P g at the inlet is the pressure drop
             if given is None:
                 given = (drop + pressure[0] @ (flow / slope)) / (pressure[0] @ (1.0 / slope))

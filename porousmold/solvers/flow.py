@@ -2,6 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ import ufl
 from dolfinx import fem
 
 from ..arrays import Floats, Integers
-from ..equations.flow import FlowEquations, FlowState
+from ..equations.flow import BedMeasures, FlowEquations, FlowState
 from ..equations.openings import Opening, entering
 from ..errors import SolveError
 from ..laws.functions import Value
@@ -195,13 +196,20 @@ class NonlinearFlow(ABC):
         return {unknown.name: size for unknown, size in zip(model.unknowns, sizes, strict=True)}
 
 
+@dataclass(frozen=True)
+class Manufactured:
+    """Of a manufactured solution: the `sources` of the equations that it has, and the local unknowns that are `fixed`."""
+
+    sources: Sequence[Value] | None = None
+    fixed: Sequence[Floats] = ()
+
+
 class FullFlow(NonlinearFlow):
     """The flow over the bed of a domain for a given temperature field.
 
     `equations` are `FlowEquations`; `openings` the inlet and outlet; `temperature` the function (K) that density and
-    viscosity are taken at; `sources` and the local unknowns `fixed` are for manufactured solutions. The scaled unknown is
-    `unknown`. `guesses(flow)` gives better initial guesses than the uniform flow, and tells of each whether it is near;
-    `simpler` is a cheaper flow over the same bed, in which a laminar flow is sought.
+    viscosity are taken at. The scaled unknown is `unknown`. `guesses(flow)` gives better initial guesses than the uniform flow,
+    and tells of each whether it is near; `simpler` is a cheaper flow over the same bed, in which a laminar flow is sought.
     """
 
     def __init__(
@@ -211,8 +219,7 @@ class FullFlow(NonlinearFlow):
         openings: Sequence[Opening],
         temperature: fem.Function,
         dx: ufl.Measure,
-        sources: Sequence[Value] | None = None,
-        fixed: Sequence[Floats] = (),
+        manufactured: Manufactured | None = None,
         guesses: "Callable[[FullFlow], Iterator[bool]] | None" = None,
         simpler: NonlinearFlow | None = None,
     ) -> None:
@@ -225,12 +232,13 @@ class FullFlow(NonlinearFlow):
         self.space = fenicsx.mixed_space(domain.mesh, elements)
         self.unknown, previous = fem.Function(self.space), fem.Function(self.space)
         inverse_step = fem.Constant(domain.mesh, 0.0)
-        measures = dx(BED), domain.nodal_measure()(BED)
-        residual = equations.residual(self.unknown, previous, inverse_step, temperature, openings, *measures, sources)
+        measures, made = BedMeasures(dx(BED), domain.nodal_measure()(BED)), manufactured or Manufactured()
+        given = temperature, openings, measures, made.sources
+        residual = equations.residual(self.unknown, previous, inverse_step, *given)
         # the matrix needs entries for the unknowns that are held at 0 inside the wall
         nothing = fem.Constant(domain.mesh, 0.0)
         residual += nothing * ufl.inner(self.unknown, ufl.TestFunction(self.space)) * domain.wall_measure(1)
-        constrained = np.unique(np.concatenate([constrained_unknowns(domain, self.space, turbulence), *fixed]))
+        constrained = np.unique(np.concatenate([constrained_unknowns(domain, self.space, turbulence), *made.fixed]))
         parts = [fenicsx.collapse(self.space, part)[1] for part in range(len(elements))]
         blocks = (parts[:2], *([part] for part in parts[2:])) if turbulence else ()
         beside, linear = Beside(renew=self.renew_inlet), LinearSolution(blocks=blocks)

@@ -18,7 +18,6 @@ from ..equations.flow import FlowEquations
 from ..equations.locally_developed import CarriedByPressure, LocallyDeveloped, NodalProfile, NodalProfiles
 from ..errors import SolveError
 from ..laws.functions import Value
-from ..laws.materials import Fluid
 from ..mesh import fenicsx, ranks
 from ..mesh.aliases import Form, Space
 from ..mesh.domain import BED, INLET, OUTLET, Domain
@@ -27,7 +26,7 @@ from .linear_solution import LinearSolution
 from .multigrid import LEAST_UNKNOWNS, Preconditioner
 from .newton import Beside, NewtonSystem
 from .newton_iterations import Iterations
-from .protocols import Drive, FlowCounts, Observer, silent
+from .protocols import FlowCounts, Inflow, Observer, silent
 from .state import ArrayOf, Arrays, Saved, State
 from .steady import TRACE_OF_TURBULENCE
 
@@ -46,8 +45,8 @@ LARGEST_CHANGE = 0.5
 
 
 class LocallyDevelopedFlow:
-    """`equations` are `FlowEquations`; `drive()` gives the `Drive` of the present, `area` (m2) is that of the inlet, `fluid` the
-    scene's `Fluid`, `table()` the profiles; `reference_flux` (kg/m2/s) is that of the reference pressure."""
+    """`equations` are `FlowEquations`; `table()` gives the profiles, `reference_flux` (kg/m2/s) is that of the reference
+    pressure."""
 
     streamfunction = inlet = None
     factored_at: Any = None
@@ -57,15 +56,13 @@ class LocallyDevelopedFlow:
         domain: Domain,
         equations: FlowEquations,
         temperature: fem.Function,
-        drive: Callable[[], Drive],
-        area: float,
-        fluid: Fluid,
+        inflow: Inflow,
         table: Callable[[], ProfileTable],
         reference_flux: float,
         quadrature_degree: int,
     ) -> None:
-        self.domain, self._equations, self._drive = domain, equations, drive
-        self._area, self._fluid, self._make_table = area, fluid, table
+        self.domain, self._equations = domain, equations
+        self._inflow, self._make_table = inflow, table
         space = fenicsx.lagrange_space(domain.mesh)
         count = 1 + len(equations.turbulent_unknowns)
         self.pressure, self._at_boundary, logarithm = (fem.Function(space) for _ in range(3))
@@ -160,7 +157,7 @@ class LocallyDevelopedFlow:
 
     def start(self, time: float = 0.0) -> None:
         """Find the flow, from the pressure of a uniform permeability; raises `SolveError`."""
-        drive, scale = self._drive(), float(self._equations.scales.pressure.value)
+        drive, scale = self._inflow.drive(), float(self._equations.scales.pressure.value)
         self._set_inlet(drive.value if drive.kind == "pressure_drop" else scale)
         places, domain = self.pressure.function_space.tabulate_dof_coordinates(), self.domain
         along = (places[:, 0] - domain.begin) / domain.length
@@ -173,7 +170,7 @@ class LocallyDevelopedFlow:
 
     def renew(self, time: float, tolerance: float) -> None:
         """Follow a changed temperature or drive until the pressure's update is below `tolerance`; raises `SolveError`."""
-        drive = self._drive()
+        drive = self._inflow.drive()
         if drive.kind == "pressure_drop":
             self._set_inlet(drive.value)
         self._solve(time, FOLLOWED * tolerance)
@@ -234,7 +231,7 @@ class LocallyDevelopedFlow:
     def _given(self, inlet_pressure: float) -> float | None:
         """Mass flow (kg/s) that the drive gives at a gauge pressure (Pa) at the inlet; None where it gives the pressure drop."""
         absolute = inlet_pressure + float(self._equations.fluid.reference_pressure.value)
-        return self._drive().mass_flow(absolute, self._area, self._fluid)
+        return self._inflow.mass_flow(absolute)
 
     @property
     def _inlet_pressure(self) -> float:

@@ -47,6 +47,19 @@ class Drive(NamedTuple):
         return None
 
 
+class Inflow(NamedTuple):
+    """What drives a flow at any time: `drive()` gives the `Drive` of the present, `area` (m2) is that of the inlet, `fluid` the
+    scene's `Fluid` in plain numbers."""
+
+    drive: Callable[[], Drive]
+    area: float
+    fluid: Fluid
+
+    def mass_flow(self, pressure: float) -> float | None:
+        """Mass flow (kg/s) given at present at an absolute pressure (Pa) at the inlet; None where the pressure drop is."""
+        return self.drive().mass_flow(pressure, self.area, self.fluid)
+
+
 class StageUpdate(Protocol):
     """A quantity that is updated with the temperature in each stage of a time step, without being an unknown."""
 

@@ -11,7 +11,7 @@ from porousmold.equations.flow import FlowState
 from porousmold.laws.functions import exp
 from porousmold.mesh import domain as geometry
 from porousmold.mesh import fenicsx
-from porousmold.solvers.flow import FullFlow
+from porousmold.solvers.flow import FullFlow, Manufactured
 
 from ..support import (
     box,
@@ -39,7 +39,7 @@ def solve(domain, equations, openings, *, sources=None, exact=None, fixed_tags=(
     temperature = nodal(domain, 300.0 + ufl.SpatialCoordinate(domain.mesh)[0] * 0.0 + 1e-30 * domain.wall_distance)
     elements = [fenicsx.lagrange_element(domain.mesh, 1, 2), fenicsx.lagrange_element(domain.mesh, 1)]
     fixed = held_velocity(domain, fenicsx.mixed_space(domain.mesh, elements), fixed_tags)
-    flow = FullFlow(domain, equations, openings, temperature, domain.cell_measure(DEGREE), sources, fixed)
+    flow = FullFlow(domain, equations, openings, temperature, domain.cell_measure(DEGREE), Manufactured(sources, fixed))
     flow.guess_uniform(0.0)
     if exact is not None:
         for part, field in enumerate((exact.velocity, exact.pressure)):

@@ -13,7 +13,7 @@ from porousmold.mesh import domain as geometry
 from porousmold.mesh import fenicsx
 from porousmold.mesh.probe import PointProbe
 from porousmold.scene.scene import Scene
-from porousmold.solvers.flow import FullFlow
+from porousmold.solvers.flow import FullFlow, Manufactured
 
 from ..support import (
     ALUMINIUM,
@@ -112,7 +112,7 @@ def manufactured_errors(cells, axisymmetric):
     fixed = [fem.locate_dofs_topological(space.sub(part), 1, domain.facets(tag)) for part in (0, 2, 3) for tag in tags]
     fixed.append(fenicsx.collapse(space, 1)[1][:1])  # the pressure is else known but for a constant
     temperature = nodal(domain, 300.0 + z)
-    flow = FullFlow(domain, equations, openings, temperature, domain.cell_measure(4), sources, fixed)
+    flow = FullFlow(domain, equations, openings, temperature, domain.cell_measure(4), Manufactured(sources, fixed))
     for part, field in enumerate((u, exact.pressure, k, epsilon)):
         size = (1.0, 1.0, 1.0, 1.0 / 0.5)[part]  # epsilon is solved for in units of speed^3/bead_diameter
         fill_part(flow.unknown, part, field / size)
