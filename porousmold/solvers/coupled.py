@@ -168,7 +168,7 @@ class CoupledTransient:
             self.heat.repetitions += 1
             self._solved.put_back(start)
         difference = step * GAMMA * (rates[0] - 2.0 * rates[1] + rates[2])
-        return StepError(self.heat.norm(self._of_heat(difference)), 0.0, 3)
+        return StepError(self.heat.error.norm(self._of_heat(difference)), 0.0, 3)
 
     @functools.cached_property
     def _solved(self) -> State:
@@ -210,7 +210,7 @@ class CoupledTransient:
         start = self._coupled.x.array.copy()
         self._inverse_step.value = 1.0 / (GAMMA * step)
         rates: list[Floats] = []
-        crossed = np.zeros(len(self.heat.scalars))
+        crossed = np.zeros(1)
         for stage, row in enumerate(STAGES):
             self._set_time(time + sum(row) * step)
             reference = start + step * sum(weight * rate for weight, rate in zip(row, rates, strict=False))
@@ -218,7 +218,7 @@ class CoupledTransient:
             self._solve(time, step)
             rates.append((self._coupled.x.array - reference) / (GAMMA * step))
             self._scatter()
-            crossed += step * STAGES[-1][stage] * self.heat.rates_here()
+            crossed = crossed + step * STAGES[-1][stage] * self.heat.flows.here()
         # heat that comes in is counted from the inlet's temperature: so is that of the fluid that the bed no longer holds
         inlet = float(self.heat.equations.inlet_temperature.value)
         left = ranks.integral(self.domain.communicator, self._fluid_capacity.form)

@@ -8,7 +8,7 @@ import functools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from dolfinx import fem
@@ -17,10 +17,12 @@ from petsc4py import PETSc
 from ..arrays import Floats
 from ..equations.energy import EnergyEquations, Transport
 from ..equations.energy_blocks import Temperatures, energy_blocks
-from ..mesh import fenicsx, ranks
+from ..mesh import fenicsx
 from ..mesh.domain import BED, Domain
 from .bead_modes import BeadModes
 from .curing import Curing
+from .heat_error import HeatError
+from .heat_flows import HeatFlows
 from .heat_unknowns import HeatUnknowns
 from .linear_solution import LinearSolution
 from .multigrid import LEAST_UNKNOWNS, Preconditioner
@@ -36,20 +38,12 @@ from .protocols import (
 from .sdirk import BACKWARD_EULER, STAGES, Sdirk, Stages
 from .stages import ITERATED_STAGE_ERROR, STAGE_ERROR, StageSolver
 from .state import ArrayOf, Saved, State
-from .step_error import RegionNorm, StepError
+from .step_error import StepError
 from .transport import FrozenTransport, MonotoneCells
 
 DAMPING_PART = 0.05
 """Part of a repeated step that the backward Euler method takes first where marking cells alone did not help."""
 MOST_REPETITIONS = 12
-
-
-class Supply(StageUpdate, Protocol):
-    """What gives the inlet its temperature."""
-
-    @property
-    def rates(self) -> dict[str, float]:
-        """What entries of the `HeatBalance` gain, W."""
 
 
 class TransientHeat:
@@ -58,8 +52,7 @@ class TransientHeat:
     `unknown` holds T (fluid and wall) and T_s (beads, held where there are none), or with one temperature T alone;
     `memory` tells for how many more steps a cell is monotone; a stage is solved to the relative `stage_error`;
     `set_time(t)` is called before each stage to update the boundary values; `stores` tells of each layer of the wall whether its
-    temperature counts in a step's error; `supply` gives the inlet's temperature where that
-    follows the outlet's.
+    temperature counts in a step's error; `flows` are what brings heat.
     """
 
     def __init__(
@@ -86,7 +79,6 @@ class TransientHeat:
             for tag, layer in zip(domain.wall_tags, equations.wall.layers, strict=False)
             if layer.solid.cure is not None and layer.degree is not None
         ]
-        self.supply: Supply | None = None
         self._inverse_stage = fem.Constant(domain.mesh, 1.0)
         self._transport = FrozenTransport(domain, equations, property_temperature, quadrature_degree)
         frozen, nothing = self._transport.frozen, fem.Constant(domain.mesh, 0.0)
@@ -108,22 +100,7 @@ class TransientHeat:
             beside=Beside(renew=lambda: self._stages.renew_beside()),
         )
         self._stored_forms = [fenicsx.DeferredForm(form) for form in stored]
-        self._error = self._system.new_vector()
-        volumes = (
-            equations.coordinates.weight
-            * sum(dict.fromkeys(temperatures.tests))
-            * domain.cell_measure(quadrature_degree)
-        )
-        self._volumes, self._regions = fenicsx.DeferredForm(volumes), temperatures.regions
-        self.scalars = {
-            "by_fluid": equations.heat_input(parts[0]),
-            "through_outer_wall": equations.wall.heat_through_outer_wall(parts[0]),
-            "by_sources": equations.wall.heat_by_sources(),
-            "by_rev_terms": None if equations.rev is None else equations.rev.heat(*parts),
-            "by_beads": None if equations.moving_beads is None else equations.moving_beads.heat_brought(parts[1]),
-        }
-        self.scalars = {name: fenicsx.DeferredForm(form) for name, form in self.scalars.items() if form is not None}
-        self.balance = HeatBalance()
+        self.flows = HeatFlows(domain.communicator, equations, *parts)
         self.observe: Observer = silent
         error = max(stage_error, ITERATED_STAGE_ERROR) if self._system.is_iterated else stage_error
         self._stages = StageSolver(self._system, lambda: self._stage_updates, error)
@@ -141,6 +118,13 @@ class TransientHeat:
             self._renew_coefficients,
             lambda: self._stage_updates,
         )
+        volumes = fenicsx.DeferredForm(
+            equations.coordinates.weight
+            * sum(dict.fromkeys(temperatures.tests))
+            * domain.cell_measure(quadrature_degree)
+        )
+        of_error = self._system, self._steps, self._store, self.curing, volumes, temperatures.regions
+        self.error = HeatError(*of_error, domain.communicator)
         self.repetitions = 0
         self._cells = MonotoneCells(self._transport.monotone, temperatures.of_cells, domain.cells(BED))
 
@@ -210,11 +194,16 @@ class TransientHeat:
             self.solution.set(starts)
         if excess > least:  # more marked cells may make it worse
             self.solution.set(ends)
-            if self.supply:
-                self.supply.update()
+            if self.flows.supply:
+                self.flows.supply.update()
         flows, stored, error = best
         self.balance.add(flows, stored)
         return error
+
+    @property
+    def balance(self) -> HeatBalance:
+        """Of all steps so far."""
+        return self.flows.balance
 
     @functools.cached_property
     def memory(self) -> State:
@@ -250,52 +239,41 @@ class TransientHeat:
         self._steps.note_start()
 
     def finish(self, crossed: Floats, displaced: float = 0.0) -> None:
-        """Bring the balance forward by the heat (J) that `crossed` during such a step, the sum of `rates_here` times their
+        """Bring the balance forward by the heat (J) that `crossed` during such a step, the sum of `flows.here()` times their
         weights, and by what the fluid counts for that its change of density has `displaced`."""
-        self.balance.add(self._of_all_ranks(crossed), self._steps.gained() + displaced)
+        self.balance.add(self.flows.of_all_ranks(crossed), self._steps.gained() + displaced)
 
     def _renew_coefficients(self) -> None:
         """Take those of the present flow and temperature, with the cells that are monotone at present."""
         self._transport.renew()
         self._system.uses_simpler = not self._cells.are_there
 
-    def rates_here(self) -> Floats:
-        """What this rank's cells make of each of `scalars`, W."""
-        return np.array([fem.assemble_scalar(form.form) for form in self.scalars.values()])
-
-    def _of_all_ranks(self, crossed: Floats) -> dict[str, float]:
-        """Heat (J) of each of `scalars`, from what crossed on every rank."""
-        return dict(zip(self.scalars, ranks.total(self.domain.communicator, crossed), strict=True))
-
     def _take_all(self, time: float, parts: Sequence[Any]) -> tuple[dict[str, float], float, StepError]:
         """Successive (step, stages) from `time`; gives the heat (J) of each flow, the heat stored, and the estimated error."""
-        flows, stored, errors = self._no_flows(), 0.0, []
+        flows, stored, errors = self.flows.none, 0.0, []
         for step, stages in parts:
             more, gained = self._take(time, step, stages)
             flows = {name: heat + more[name] for name, heat in flows.items()}
             stored, time = stored + gained, time + step
-            errors.append(self._estimated_error(stages))
+            errors.append(self.error.of_step(stages, self._inverse_stage.value))
         return flows, stored, functools.reduce(StepError.plus, errors)
 
     def _take(self, time: float, step: float, stages: Stages) -> tuple[dict[str, float], float]:
         """All stages of a step; gives the heat (J) of each flow and the heat stored."""
-        flows, crossed = self._no_flows(), np.zeros(len(self.scalars))
+        flows, crossed = self.flows.none, np.zeros(1)
 
         def passed(weight: float) -> None:
             nonlocal crossed
-            crossed = crossed + weight * self.rates_here()
-            for name, rate in (self.supply.rates if self.supply else {}).items():
+            crossed = crossed + weight * self.flows.here()
+            for name, rate in self.flows.of_supply.items():
                 flows[name] += weight * rate
 
         gained = self._steps.take(time, step, stages, passed)
-        return flows | self._of_all_ranks(crossed), gained
+        return flows | self.flows.of_all_ranks(crossed), gained
 
     @property
     def _stage_updates(self) -> list[StageUpdate]:
-        return [part for part in (self.bead_modes, *self.curing, self.supply) if part is not None]
-
-    def _no_flows(self) -> dict[str, float]:
-        return dict.fromkeys([*self.scalars, *(self.supply.rates if self.supply else ())], 0.0)
+        return [part for part in (self.bead_modes, *self.curing, self.flows.supply) if part is not None]
 
     def release_cells(self) -> None:
         """Begin a step: cells that have been monotone for a while are so no longer."""
@@ -311,27 +289,3 @@ class TransientHeat:
         values = self.unknown.x.array.copy()
         values[self._system.constrained] = np.nan
         return values
-
-    def _estimated_error(self, stages: Stages) -> StepError:
-        """Of the step that was taken last (`solvers.step_error`)."""
-        difference, weights = self._steps.difference(stages)
-        inverse_step, cure = self._inverse_stage.value, 0.0
-        if self.curing:  # what they release between the two solutions heats the difference
-            errors = [part.change([weights.of_start, *weights.of_stages]) for part in self.curing]
-            cure = max(part.largest(error) for part, error in zip(self.curing, errors, strict=True))
-            difference.axpy(-inverse_step, self._steps.stored_now)
-            for part, error in zip(self.curing, errors, strict=True):
-                part.add(-error)
-            self._store(self._error)
-            difference.axpy(inverse_step, self._error)
-            for part, error in zip(self.curing, errors, strict=True):
-                part.add(error)
-        self._system.apply_inverse(difference, self._error)
-        return StepError(self.norm(self._error.array), cure, weights.order)
-
-    @functools.cached_property
-    def norm(self) -> RegionNorm:
-        """Root mean square over the regions that store heat (collective)."""
-        volumes = self._system.new_vector()
-        fenicsx.assemble_vector(volumes, self._volumes.form)
-        return RegionNorm(self.domain.communicator, volumes.array.copy(), self._regions)

@@ -26,7 +26,7 @@ def test_the_estimate_is_of_its_order_and_no_smaller_than_the_error(monkeypatch,
         heat.unknown.x.array[:] = start
         for number in range(16):
             heat.step(1000.0 + number * step / 16.0, step / 16.0)
-        errors.append(heat.norm(end - heat.unknown.x.array))
+        errors.append(heat.error.norm(end - heat.unknown.x.array))
     assert all(estimate.order == order and estimate.cure == 0.0 for estimate in estimates)
     found = np.array([estimate.temperature for estimate in estimates])
     assert np.log2(found[:-1] / found[1:])[-1] == pytest.approx(order, abs=0.25)

@@ -1,0 +1,57 @@
+"""The estimated error of a step of the temperatures (`solvers.step_error`), and of what cures with them."""
+
+import functools
+from collections.abc import Callable, Sequence
+
+from petsc4py import PETSc
+
+from ..arrays import Integers
+from ..mesh import fenicsx
+from ..mesh.aliases import Communicator
+from .curing import Curing
+from .newton import NewtonSystem
+from .sdirk import Sdirk, Stages
+from .step_error import RegionNorm, StepError
+
+
+class HeatError:
+    """`steps` take the temperatures of a `system`, `store(vector)` assembles the heat that is stored at present; `volumes` is the
+    form of the unknowns' volumes, `regions` are the numbers of those that store heat together."""
+
+    def __init__(
+        self,
+        system: NewtonSystem,
+        steps: Sdirk,
+        store: Callable[[PETSc.Vec], None],
+        curing: Sequence[Curing],
+        volumes: fenicsx.DeferredForm,
+        regions: Sequence[Integers],
+        communicator: Communicator,
+    ) -> None:
+        self._system, self._steps, self._store, self._curing = system, steps, store, curing
+        self._volumes, self._regions, self._communicator = volumes, regions, communicator
+        self._error = system.new_vector()
+
+    @functools.cached_property
+    def norm(self) -> RegionNorm:
+        """Root mean square over the regions that store heat (collective)."""
+        volumes = self._system.new_vector()
+        fenicsx.assemble_vector(volumes, self._volumes.form)
+        return RegionNorm(self._communicator, volumes.array.copy(), self._regions)
+
+    def of_step(self, stages: Stages, inverse_stage: float) -> StepError:
+        """Of the step that was taken last, with `inverse_stage` (1/s) as its stages have it (collective)."""
+        difference, weights = self._steps.difference(stages)
+        cure = 0.0
+        if self._curing:  # what they release between the two solutions heats the difference
+            errors = [part.change([weights.of_start, *weights.of_stages]) for part in self._curing]
+            cure = max(part.largest(error) for part, error in zip(self._curing, errors, strict=True))
+            difference.axpy(-inverse_stage, self._steps.stored_now)
+            for part, error in zip(self._curing, errors, strict=True):
+                part.add(-error)
+            self._store(self._error)
+            difference.axpy(inverse_stage, self._error)
+            for part, error in zip(self._curing, errors, strict=True):
+                part.add(error)
+        self._system.apply_inverse(difference, self._error)
+        return StepError(self.norm(self._error.array), cure, weights.order)
