@@ -113,11 +113,10 @@ def outcome(task: tuple[int, dict[str, Any], float]) -> Outcome:
 
 
 def finer(number: int, own: Outcome) -> dict[str, Any]:
-    """Settings for twice the cells in each direction of those that a run ended with, of a mesh that is given none, and twice the
-    steps."""
+    """Settings for twice the cells in each direction of those that a run ended with, and twice the steps."""
     along, across, steps = own.refinements.values()
-    cells = {"solver.mesh_refinement": 2.0 * across, "solver.axial_refinement": along / across}
-    return {"solver.step_refinement": 2.0 * steps} | ({} if scene_of(number).geometry.kind == "mesh" else cells)
+    cells = {"solver.mesh_refinement": 2.0 * across, "solver.step_refinement": 2.0 * steps}
+    return cells | ({"solver.axial_refinement": along / across} if along != across else {})
 
 
 def pair(task: tuple[int, bool]) -> dict[str, Outcome]:

@@ -17,6 +17,7 @@ from ..files.units import FARTHEST
 from . import fenicsx, gmsh_model
 from .aliases import Communicator
 from .domain import BED, INLET, INTERFACE, OUTER, OUTLET, SIDE, SYMMETRY, WALL, Domain, Stations
+from .halving import halved
 from .near_wall_cells import gaps, with_cells_at_wall
 
 BOUNDARY_NAMES = {
@@ -39,6 +40,7 @@ def from_file(
     dimension: int = 2,
     axisymmetric: bool = False,
     cells_at_wall: Callable[[float], Floats] | None = None,
+    halvings: int = 0,
     trusted: bool = False,
     conventions: gmsh_model.Conventions | None = None,
 ) -> Domain:
@@ -48,7 +50,8 @@ def from_file(
     Bed and layers are physical surfaces, in three dimensions volumes; the boundary's parts are curves, or surfaces. Symmetry,
     if any, lies along x[1] = constant, side along x[2] = constant, and in two dimensions the interface is a curve over x[0]. The
     distance to the wall is that to the nearest facet of the interface, at the nodes. `cells_at_wall` gives the depths (m, from 0
-    on) of the nodes of cells that fill a gap of given width between wall and bed. The commands of a .geo file that start
+    on) of the nodes of cells that fill a gap of given width between wall and bed; after that the cells of a plane mesh are halved
+    in both directions as often as `halvings` says. The commands of a .geo file that start
     processes or open files are run only if it is `trusted`. Raises `InputError` where the file cannot be read, holds such a
     command, lacks a group, or has no place for such cells.
     """
@@ -72,7 +75,11 @@ def from_file(
     if communicator.rank == 0:
         try:
             model = gmsh_model.open_model(path, dimension, required, boundaries, trusted=trusted)
-            facets = _prepared(model, dimension, regions, cells_at_wall, conventions, axisymmetric=axisymmetric)
+            plain = _prepared(model, dimension, regions, cells_at_wall, conventions, axisymmetric=axisymmetric)
+            for _ in range(halvings):
+                plain = halved(plain)
+            gmsh_model.replace_model(model, dimension, plain)
+            facets = {tag: plain.points[nodes][:, :, :dimension] for tag, nodes in plain.facets.items()}
         except Exception as error:  # gmsh raises plain Exception for everything
             problem = str(error)
     problem, facets = communicator.bcast((problem, facets))
@@ -98,9 +105,8 @@ def _prepared(
     conventions: gmsh_model.Conventions,
     *,
     axisymmetric: bool,
-) -> Facets:
-    """Leave the model with nothing but the groups, their tags, and the cells at the wall if they are asked for; the facets of
-    its boundary."""
+) -> gmsh_model.PlainMesh:
+    """What a model has of the groups, in m, with the cells at the wall if they are asked for."""
     plain = gmsh_model.read_model(model, dimension, regions, conventions.named(BOUNDARY_NAMES))
     plain.points *= conventions.scale
     if conventions.join_nodes:
@@ -112,8 +118,7 @@ def _prepared(
         depths = cells_at_wall(float(np.median(widths)))
         if len(depths) > 2:  # else the first cells are as low as they have to be
             plain = with_cells_at_wall(plain, BED, INTERFACE, widths, depths / depths[-1])
-    gmsh_model.replace_model(model, dimension, plain)
-    return {tag: plain.points[nodes][:, :, :dimension] for tag, nodes in plain.facets.items()}
+    return plain
 
 
 SIDES = {  # corners of the sides of a cell, in gmsh's order, by dimension and number of its corners

@@ -82,7 +82,7 @@ class Refinements(NamedTuple):
             {
                 "solver.accuracy": None,
                 "solver.mesh_refinement": self.across,
-                "solver.axial_refinement": self.along / self.across,
+                "solver.axial_refinement": None if self.along == self.across else self.along / self.across,
                 "solver.step_refinement": self.steps,
             }
         )
@@ -193,6 +193,8 @@ def refinements_in_doubt(
 ) -> Refinements:
     """`IN_DOUBT` in the directions that move an answer by more than `LARGEST_DIFFERENCE`, or else most; in all where that is not
     known."""
+    if not coarsest:
+        return Refinements(IN_DOUBT, IN_DOUBT, IN_DOUBT)
     across, steps = (
         coarser_answers(scene, COARSER._replace(**one), march) for one in ({"across": 1.0}, {"steps": 1.0})
     )

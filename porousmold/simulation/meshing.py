@@ -16,7 +16,7 @@ from ..mesh import fenicsx, ranks
 from ..mesh.aliases import Communicator, Form
 from ..mesh.domain import Domain
 from ..mesh.from_gmsh import from_file
-from ..scene.features.geometries import BedSize
+from ..scene.features.geometries import HALVINGS, BedSize
 from ..scene.series import ProfileSeries
 from ..scene.start import Profile
 from ..solvers.protocols import Observer, silent
@@ -54,7 +54,14 @@ def build_domain(
     names = [layer.name for layer in specs.heat.layers] or ["wall"]
     shape = {"dimension": mesh.dimension, "axisymmetric": mesh.axisymmetric}
     read = partial(
-        from_file, communicator, mesh.own.mesh, names, **shape, trusted=mesh.trusted, conventions=mesh.conventions
+        from_file,
+        communicator,
+        mesh.own.mesh,
+        names,
+        **shape,
+        halvings=HALVINGS[mesh.cells.refinement],
+        trusted=mesh.trusted,
+        conventions=mesh.conventions,
     )
     domain = read()
     _require_direction(specs, domain)

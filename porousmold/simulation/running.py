@@ -13,6 +13,7 @@ from ..output.checkpoint import Checkpoint
 from ..output.console import Bar, MarchProgress
 from ..output.folder import RunFolder
 from ..output.quantities import Columns
+from ..scene.features.geometries import dimension_of
 from ..scene.identity import identity_of
 from ..scene.scene import Scene
 from ..solvers.protocols import Observer, silent
@@ -40,6 +41,8 @@ SOONEST_SAVING, SAVING_PART = 1.0, 0.02
 ROOM, FIELDS_KEPT = 10 * 2**20, 120
 """Bytes on the disk, and copies of all unknowns, that a run's files may need: snapshots, fields, a checkpoint and the next."""
 
+MOST_UNKNOWNS = 40_000
+"""Of flow and energy, beyond which no run is repeated: some seconds of the first march make a minute of the second."""
 CELLS_AND_STEPS = (
     *("mesh_refinement", "axial_refinement", "step_refinement"),
     *("axial_cells", "first_cell", "cell_growth", "wall_cells"),
@@ -161,17 +164,21 @@ class _Run:
             self._simulation.free()
 
     def _compared(self) -> dict[str, float] | None:
-        """Differences of the answers from those of a coarser run, where they are in doubt; None where they are not, or where the
-        mesh is a file (collective). If they are large, the march is repeated on finer cells, and compared with the first."""
-        scene, own = self._marched, _as_answers(self._last[0])
+        """Differences of the answers from those of a coarser run, where they are in doubt, else None (collective). If they are
+        large, the march is repeated on finer cells, and compared with the first; on a mesh that is a file it is at once."""
+        scene, own, found = self._marched, _as_answers(self._last[0]), None
         if hasattr(self, "_simulation"):  # else the checkpoint is that of the second march
             self._doubt = doubt_of(self._simulation.recorder, own)
-            if not self._doubt or scene.geometry.kind == "mesh":
+            if not self._doubt:
                 return None
-        self._observe("comparing with coarser cells and steps")
-        coarsest = coarser_answers(scene, COARSER, self._march_aside)
-        found = differences(coarsest, own)
-        if not found or max(found.values()) <= LARGEST_DIFFERENCE or not self._may_be_repeated():
+        coarsest: Answers = {}
+        if scene.geometry.kind != "mesh":
+            self._observe("comparing with coarser cells and steps")
+            coarsest = coarser_answers(scene, COARSER, self._march_aside)
+            found = differences(coarsest, own)
+            if not found or max(found.values()) <= LARGEST_DIFFERENCE:
+                return found
+        if not self._may_be_repeated():
             return found
         self._refined = refinements_in_doubt(scene, own, coarsest, self._march_aside)
         try:
@@ -182,10 +189,13 @@ class _Run:
             return found
 
     def _may_be_repeated(self) -> bool:
-        """Whether the march may be repeated on finer cells: in two dimensions, where their number is not the user's choice."""
+        """Whether the march may be repeated on finer cells: where it is not large, and their number not the user's choice."""
         scene = self._marched
         is_chosen = any(scene.differs_from_default(f"solver.{name}") for name in CELLS_AND_STEPS)
-        return scene.solver.refine_in_doubt and scene.geometry.width is None and not is_chosen
+        if is_chosen or not scene.solver.refine_in_doubt or dimension_of(scene.geometry) == 3:
+            return False
+        first = self._simulation.problem.unknowns.values() if hasattr(self, "_simulation") else ()
+        return sum(first) <= MOST_UNKNOWNS
 
     def _march_aside(self, scene: Scene) -> Answers:
         """Answers of a scene that leave the present simulation, and its checkpoint, as they are."""

@@ -32,6 +32,7 @@ from ..files.tables import text_cells
 from ..laws.porosity import POROSITY_MODELS
 from ..scene.chosen_laws import Laws
 from ..scene.features.drive import DRIVES
+from ..scene.features.geometries import dimension_of
 from ..scene.features.tolerances import TOLERANCES, Tolerance, tolerance_of
 from ..scene.keys import LISTED
 from ..scene.scene import Scene
@@ -53,8 +54,8 @@ ALTERNATIVES: Mapping[str, Mapping[str, str]] = {
 """Laws with the other one between which and it the experiments do not decide."""
 CELLS = "discretisation"
 """Name of the contribution of cells and steps."""
-FINER = 1.5
-"""Factor on cells and steps of the case that tells the discretisation's part."""
+FINER, HALVED = 1.5, 2.0
+"""Factor on cells and steps of the case that tells the discretisation's part; on a mesh of one's own."""
 INSIDE_95 = 1.96
 """Standard deviations on each side that hold 95 % of a normal distribution."""
 LARGEST_POROSITY = 0.95
@@ -207,6 +208,11 @@ def alternatives_of(scene: Scene) -> dict[str, str]:
     return others
 
 
+def _finer(scene: Scene) -> float:
+    """Factor on cells and steps of the case "finer"."""
+    return HALVED if scene.geometry.kind == "mesh" else FINER
+
+
 def cases_of(scene: Scene) -> list[Case]:
     """The scene itself, both sides of every input, the other laws, and a finer mesh with smaller steps."""
     cases = [case_around(scene, "as given", {})]
@@ -217,9 +223,10 @@ def cases_of(scene: Scene) -> list[Case]:
         ]
     cases += [case_around(scene, f"{name},{law}", {name: law}) for name, law in alternatives_of(scene).items()]
     if scene.solver.accuracy is None:
-        finer = {"solver.step_refinement": FINER * scene.solver.step_refinement}
-        if scene.geometry.kind != "mesh":
-            finer["solver.mesh_refinement"] = FINER * scene.solver.mesh_refinement
+        factor = _finer(scene)
+        finer = {"solver.step_refinement": factor * scene.solver.step_refinement}
+        if not (scene.geometry.kind == "mesh" and dimension_of(scene.geometry) == 3):
+            finer["solver.mesh_refinement"] = factor * scene.solver.mesh_refinement
         cases.append(case_around(scene, "finer", finer))
     return cases
 
@@ -268,7 +275,7 @@ def budget(
         found.append(Contribution(name, f"or {law}", half, "" if half is not None else reasons[f"{name},{law}"]))
     if "finer" in times:
         finer = times["finer"]
-        cells = None if finer is None else abs(math.log(finer / here)) / (1.0 - FINER**-ORDER)
+        cells = None if finer is None else abs(math.log(finer / here)) / (1.0 - _finer(scene) ** -ORDER)
         found.append(
             Contribution(CELLS, "finer cells, smaller steps", cells, "" if cells is not None else reasons["finer"])
         )

@@ -303,14 +303,28 @@ def test_a_run_as_coarse_as_is_allowed_has_no_coarser_one():
     assert any("within one cell of the bed" in warning for warning in result.summary["warnings"])
 
 
-def test_on_a_mesh_of_ones_own_a_front_at_the_end_is_warned_of():
-    settings = {
-        "model.flow": "developed",
-        "model.turbulence": "none",
-        "operation.end_time": 60.0,
-    }
-    result = run(Scene.load(STUDIES / "mold" / "curved.toml", settings))
-    assert any("within one cell of the bed" in warning for warning in result.summary["warnings"])
+def test_on_a_mesh_of_ones_own_a_front_at_the_end_is_that_of_halved_cells():
+    """What halving moves bounds what another halving does; without it the front is warned of."""
+    settings = {"model.flow": "developed", "model.turbulence": "none", "operation.end_time": 60.0}
+    scene = Scene.load(STUDIES / "mold" / "curved.toml", settings)
+    result, plain = run(scene), run(scene.changed({"solver.refine_in_doubt": False}))
+    finer = run(scene.changed({"solver.mesh_refinement": 4.0, "solver.step_refinement": 4.0}))
+    span = max(finer["highest_temperature"]) - min(finer["lowest_temperature"])
+    error, of_plain = (
+        max(abs(each[name][-1] - finer[name][-1]) / span for name in each.history if name.startswith("temperature_"))
+        for each in (result, plain)
+    )
+    assert result.summary["refinements"] == {"along": 2.0, "across": 2.0, "steps": 2.0}
+    assert error < min(0.25 * of_plain, max(result.summary["end_errors"].values()))
+    assert any("within one cell of the bed" in warning for warning in plain.summary["warnings"])
+
+
+@pytest.mark.parametrize("factor", [0.5, 3.0])
+def test_cells_of_a_mesh_of_ones_own_are_halved_or_left(factor):
+    with pytest.raises(InputError, match=r"solver\.mesh_refinement.*must be 1, 2, 4 or 8"):
+        Scene.load(STUDIES / "mold" / "curved.toml", {"solver.mesh_refinement": factor})
+    with pytest.raises(InputError, match=r"solver\.mesh_refinement.*no place in a mesh in three dimensions"):
+        Scene.load(STUDIES / "mold" / "shell.toml", {"solver.mesh_refinement": 2.0})
 
 
 def test_an_accuracy_that_has_nothing_to_act_on_says_so():

@@ -224,11 +224,20 @@ class Mesh(Geometry):
         "geometry.diameter",
         "geometry.core_diameter",
         *("solver.axial_cells", "solver.first_cell", "solver.cell_growth", "solver.wall_cells"),
-        *("solver.mesh_refinement", "solver.axial_refinement", "solver.accuracy"),
+        *("solver.axial_refinement", "solver.accuracy"),
     )
 
     def size(self, table: Table) -> None:
         return None
+
+    def check(self, scene: "Scene") -> None:
+        super().check(scene)
+        factor = scene.solver.mesh_refinement
+        if factor != 1.0 and dimension_of(scene.geometry) == 3:
+            scene.refuse("solver.mesh_refinement", "has no place in a mesh in three dimensions")
+        if factor not in HALVINGS:
+            allowed = "must be 1, 2, 4 or 8 for a mesh of your own, whose cells are halved in both directions"
+            scene.refuse("solver.mesh_refinement", allowed)
 
     def modelled_part(self, geometry: Values) -> str:
         return "the part in the mesh" + (", per metre of width" if self.is_per_width(geometry) else "")
@@ -240,6 +249,10 @@ class Mesh(Geometry):
 
     def is_per_width(self, geometry: Values) -> bool:
         return geometry.get("symmetry") in (None, "planar")
+
+
+HALVINGS = {1.0: 0, 2.0: 1, 4.0: 2, 8.0: 3}
+"""Of the cells of a mesh of one's own, by the factor on their number in each direction."""
 
 
 def dimension_of(table: Table) -> int:

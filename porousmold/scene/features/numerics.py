@@ -35,7 +35,7 @@ class Cells(Feature):
     refinement: float = key(
         "solver.mesh_refinement",
         "",
-        "factor on the number of cells in each direction, given or by default",
+        "factor on the number of cells in each direction, given or by default; of a plane mesh of your own 1, 2, 4 or 8",
         1.0,
         low=0.1,
         high=20.0,
