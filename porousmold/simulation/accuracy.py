@@ -33,6 +33,7 @@ from collections.abc import Callable, Mapping
 from typing import NamedTuple, TypeAlias
 
 from ..errors import InputError, SolveError
+from ..scene.features.geometries import dimension_of
 from ..scene.scene import Scene
 
 ORDER = 2.0
@@ -49,6 +50,13 @@ COARSEST_OF_ALL = 2.0
 """Refinement from which on a failed solve is the scene's own failure."""
 IN_DOUBT = 2.0
 """Factor on cells and steps in the directions that answers in doubt depend on."""
+MOST_UNKNOWNS = 40_000
+"""Of flow and energy, beyond which no run is repeated: some seconds of the first march make a minute of the second."""
+CELLS_AND_STEPS = (
+    *("mesh_refinement", "axial_refinement", "step_refinement"),
+    *("axial_cells", "first_cell", "cell_growth", "wall_cells"),
+)
+"""Keys of [solver] with which a user chooses them."""
 MARGIN = 1.1
 """Factor on a refinement beyond what the estimate asks for."""
 
@@ -186,6 +194,14 @@ def coarser_answers(scene: Scene, fewer: Refinements, march: Callable[[Scene], A
         return march(refinements_of(scene).times(*fewer).of(scene.changed({"solver.keep_bounds": False})))
     except (SolveError, InputError):
         return {}
+
+
+def may_be_repeated(scene: Scene, unknowns: int) -> bool:
+    """Whether a run whose answers are in doubt is repeated on finer cells: in two dimensions, with few enough `unknowns`, and where
+    the number of cells and steps is not the user's choice."""
+    is_chosen = any(scene.differs_from_default(f"solver.{name}") for name in CELLS_AND_STEPS)
+    is_asked_for = scene.solver.refine_in_doubt and scene.solver.accuracy is None and not is_chosen
+    return is_asked_for and dimension_of(scene.geometry) == 2 and unknowns <= MOST_UNKNOWNS
 
 
 def refinements_in_doubt(

@@ -16,6 +16,7 @@ from ..mesh.aliases import Communicator
 from ..mesh.domain import Domain
 from ..output.console import outer_wall_text
 from ..scene.scene import Scene
+from .accuracy import may_be_repeated
 from .course import Course
 from .estimates import Estimates
 from .expected_flow import expected_mass_flow
@@ -67,7 +68,8 @@ def check(scene: Scene, communicator: Communicator) -> Checked:
         f"mesh: length {domain.length:.4g} m, inlet area {size.area:.4g} {unit}, {nodes['all']} nodes, {nodes['bed']} in the bed",
         f"height of the first cell at the wall: {1e3 * first:.3g} mm; {_recommended(specs, estimates)}",
         f"unknowns: about {flow} of the flow and {energy} of the temperatures; {memory / 2**30:.2g} GiB",
-        f"expected computing time: {seconds:.0f} s, within a factor of two in three of four scenes, for {steps:.0f} time steps",
+        f"expected computing time: {seconds:.0f} s, within a factor of two in three of four scenes, for {steps:.0f} time steps"
+        f"{_repeat_text(scene, specs, estimates, flow + energy)}",
         _flow_text(estimates, mass_flow),
         f"time steps of up to {specs.time.steps.largest or estimates.largest_step:.3g} s: {_limit_text(specs, estimates)}",
         f"bead Biot number: {estimates.bead_biot_number:.2g}",
@@ -103,6 +105,14 @@ def expected_steps(specs: Specs, estimates: Estimates) -> float:
         ends = sum(instant < duration for instant in time.kinks if instant not in bends)
         begins = STEPS_AT_A_BREAKPOINT * sum(instant < duration for instant in bends) + STEPS_AT_A_WEAK_ONE * ends
     return float(STEPS_AT_THE_START + begins + duration / largest)
+
+
+def _repeat_text(scene: Scene, specs: Specs, estimates: Estimates, unknowns: int) -> str:
+    """That a run may be repeated, where it ends before all is heated."""
+    is_short = specs.course is None and specs.time.end_time < HEATING_TIMES * estimates.heating_duration
+    if not (is_short and may_be_repeated(scene, unknowns)):
+        return ""
+    return "; two to four times that if a front stands in the bed at the end (solver.refine_in_doubt)"
 
 
 def _recommended(specs: Specs, estimates: Estimates) -> str:

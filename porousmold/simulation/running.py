@@ -13,7 +13,6 @@ from ..output.checkpoint import Checkpoint
 from ..output.console import Bar, MarchProgress
 from ..output.folder import RunFolder
 from ..output.quantities import Columns
-from ..scene.features.geometries import dimension_of
 from ..scene.identity import identity_of
 from ..scene.scene import Scene
 from ..solvers.protocols import Observer, silent
@@ -25,6 +24,7 @@ from .accuracy import (
     Refinements,
     coarser_answers,
     differences,
+    may_be_repeated,
     refinements_in_doubt,
     run_to_accuracy,
 )
@@ -41,13 +41,6 @@ SOONEST_SAVING, SAVING_PART = 1.0, 0.02
 ROOM, FIELDS_KEPT = 10 * 2**20, 120
 """Bytes on the disk, and copies of all unknowns, that a run's files may need: snapshots, fields, a checkpoint and the next."""
 
-MOST_UNKNOWNS = 40_000
-"""Of flow and energy, beyond which no run is repeated: some seconds of the first march make a minute of the second."""
-CELLS_AND_STEPS = (
-    *("mesh_refinement", "axial_refinement", "step_refinement"),
-    *("axial_cells", "first_cell", "cell_growth", "wall_cells"),
-)
-"""Keys of [solver] with which a user chooses them."""
 
 Progress = Callable[[float, float, Simulation], None]
 
@@ -178,7 +171,8 @@ class _Run:
             found = differences(coarsest, own)
             if not found or max(found.values()) <= LARGEST_DIFFERENCE:
                 return found
-        if not self._may_be_repeated():
+        first = self._simulation.problem.unknowns if hasattr(self, "_simulation") else {}
+        if not may_be_repeated(scene, sum(first.values())):
             return found
         self._refined = refinements_in_doubt(scene, own, coarsest, self._march_aside)
         try:
@@ -187,15 +181,6 @@ class _Run:
             self._refined = Refinements()
             self._march(scene)
             return found
-
-    def _may_be_repeated(self) -> bool:
-        """Whether the march may be repeated on finer cells: where it is not large, and their number not the user's choice."""
-        scene = self._marched
-        is_chosen = any(scene.differs_from_default(f"solver.{name}") for name in CELLS_AND_STEPS)
-        if is_chosen or not scene.solver.refine_in_doubt or dimension_of(scene.geometry) == 3:
-            return False
-        first = self._simulation.problem.unknowns.values() if hasattr(self, "_simulation") else ()
-        return sum(first) <= MOST_UNKNOWNS
 
     def _march_aside(self, scene: Scene) -> Answers:
         """Answers of a scene that leave the present simulation, and its checkpoint, as they are."""
