@@ -197,8 +197,8 @@ def coarser_answers(scene: Scene, fewer: Refinements, march: Callable[[Scene], A
 
 
 def may_be_repeated(scene: Scene, unknowns: int) -> bool:
-    """Whether a run whose answers are in doubt is repeated on finer cells: in two dimensions, with few enough `unknowns`, and where
-    the number of cells and steps is not the user's choice."""
+    """Whether a run whose answers are in doubt is repeated on finer cells: in two dimensions, with few enough `unknowns`, and
+    where the number of cells and steps is not the user's choice."""
     is_chosen = any(scene.differs_from_default(f"solver.{name}") for name in CELLS_AND_STEPS)
     is_asked_for = scene.solver.refine_in_doubt and scene.solver.accuracy is None and not is_chosen
     return is_asked_for and dimension_of(scene.geometry) == 2 and unknowns <= MOST_UNKNOWNS
