@@ -21,6 +21,9 @@ from .specs import Specs
 
 FIRST_CELL_IN_WALL_UNITS = 1.0
 FEWEST_AXIAL_CELLS = 18
+FINER_IF_UNIFORM = 2
+"""Factor on the cells along a bed with few across: those as thick as long spread a front more than thin ones do (by 4.5 % of a
+tracer's spread for 1.7 %, on default cells), and as many more make it 0.6 %."""
 STEADY_BEADS = 0.1
 """Part of the slowest time in which beads that move cross the bed fast enough to count as steady."""
 LARGEST_CELL, LARGEST_STEP = 0.42, 0.25
@@ -112,9 +115,11 @@ class Estimates:
 
     @property
     def axial_cells(self) -> int:
-        """Default number of cells along the flow: those at the outlet are shorter than the front is wide."""
+        """Default number of cells along the flow: those at the outlet are shorter than the front is wide; more where they are all
+        that there is."""
+        more = FINER_IF_UNIFORM if self.uniform_across else 1
         shortest = LARGEST_CELL * self.front_width * (STANDING_FRONT if self.beads_against else 1.0)
-        return max(FEWEST_AXIAL_CELLS, math.ceil(AXIAL_GRADING * self.length / shortest))
+        return more * max(FEWEST_AXIAL_CELLS, math.ceil(AXIAL_GRADING * self.length / shortest))
 
     @property
     def heating_duration(self) -> float:
