@@ -88,7 +88,9 @@ def read_toml(key: str, path: Path) -> dict[str, Any]:
     except FileNotFoundError as error:
         raise InputError(key, str(path), f"no such file{_nearest(path)}") from error
     except tomllib.TOMLDecodeError as error:
-        raise InputError(key, str(path), f'is not valid TOML: {error}; texts need quotes, like "4 mm"') from error
+        raise InputError(
+            key, str(path), f'is not valid TOML: {error}; texts need quotes, like "4 mm", and so do keys with brackets'
+        ) from error
     except InputError:
         raise
     except (OSError, ValueError) as error:  # no text, or a path with a null byte

@@ -127,7 +127,7 @@ Answers: TypeAlias = Mapping[str, Answer]
 """Answers of a run by their names."""
 PEAKS, AT_END = "peaks.", "end."
 """Beginnings of the names of peaks, and of what holds at the end."""
-LARGEST_DIFFERENCE = 5e-3
+LARGEST_DIFFERENCE = 3e-3
 """From a coarser run, relative, above which a run is repeated, or warns: errors were up to twice that (docs/theory.md)."""
 
 

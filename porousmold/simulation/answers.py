@@ -51,8 +51,8 @@ def doubt_of(recorder: Recorder, answers: Answers) -> str:
         return ""
     if any(name.startswith(AT_END) for name in answers):
         part = problem.largest_difference_in_a_cell() / span
-        doubt = f"the temperature changes within one cell of the bed by {part:.0%} of all differences"
-        return doubt if part > SHARP_FRONT else ""
+        if part > SHARP_FRONT:
+            return f"the temperature changes within one cell of the bed by {part:.0%} of all differences"
     elsewhere = [series.range[1] for series in problem.specs.heat.given_elsewhere]
     given = max(history["highest_temperature"][0], *history["inlet_temperature"], *elsewhere)
     peaks = [answer.value for name, answer in answers.items() if name.startswith(PEAKS)]

@@ -20,6 +20,7 @@ from .accuracy import may_be_repeated
 from .course import Course
 from .estimates import Estimates
 from .expected_flow import expected_mass_flow
+from .mesh_quality import few_cells
 from .meshing import BYTES_AN_UNKNOWN, build_domain
 from .outcome import outside_ranges
 from .problem import sensors_of
@@ -83,6 +84,8 @@ def check(scene: Scene, communicator: Communicator) -> Checked:
     warnings = warnings_of_the_scene(scene, specs, estimates, size) + outside_ranges(
         specs, bool(specs.heat.all_layers), {}
     )
+    few = few_cells(specs, domain, size)
+    warnings += [f"{few}: every answer may be off by some per cent (see solver.mesh_refinement)"] if few else []
     return Checked(facts, warnings + _warnings_of_the_mesh(specs, domain, estimates, first, least))
 
 
@@ -112,7 +115,7 @@ def _repeat_text(scene: Scene, specs: Specs, estimates: Estimates, unknowns: int
     is_short = specs.course is None and specs.time.end_time < HEATING_TIMES * estimates.heating_duration
     if not (is_short and may_be_repeated(scene, unknowns)):
         return ""
-    return "; two to four times that if a front stands in the bed at the end (solver.refine_in_doubt)"
+    return "; two to seven times that if a front stands in the bed at the end (solver.refine_in_doubt)"
 
 
 def _recommended(specs: Specs, estimates: Estimates) -> str:

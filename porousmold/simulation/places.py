@@ -27,22 +27,28 @@ class Places:
 
     def _places_along_the_flow(self) -> Floats:
         """x[0] (m) of every temperature of the heat's unknowns, without what rounding leaves at 0."""
-        space, numbers = self._heat.space, np.arange(len(self._heat.unknown.x.array))
+        space, along = self._heat.space, np.zeros(len(self._heat.unknown.x.array))
+        parts = [(space, np.arange(len(along)))]
         if self._specs.model.two_temperatures:
-            space, numbers = fenicsx.collapse(space, 0)
-        along, places = np.zeros(len(self._heat.unknown.x.array)), space.tabulate_dof_coordinates()[:, 0]
-        along[numbers] = np.where(np.abs(places) < ROUNDING * self._domain.length, 0.0, places)
+            parts = [fenicsx.collapse(space, part) for part in range(2)]
+        for part, numbers in parts:
+            places = part.tabulate_dof_coordinates()[:, 0]
+            along[numbers] = np.where(np.abs(places) < ROUNDING * self._domain.length, 0.0, places)
         return along
 
     def _numbers_of_places(self) -> Mapping[str, Integers]:
-        space = self._heat.space.sub(0) if self._specs.model.two_temperatures else self._heat.space
+        """Of the fluid and the wall, which have one temperature; of the bed also those of its beads."""
+        phases = [self._heat.space.sub(part) for part in range(2)] if self._specs.model.two_temperatures else []
+        space, *beads = phases or [self._heat.space]
         dimension, domain = self._domain.mesh.topology.dim, self._domain
         interface = fem.locate_dofs_topological(space, dimension - 1, domain.facets(geometry.INTERFACE))
         wall = fem.locate_dofs_topological(space, dimension, domain.wall_cells)
         places = {
             "wall": wall if domain.has_wall else interface,
             "bed_side": interface,
-            "bed": fem.locate_dofs_topological(space, dimension, domain.cells(geometry.BED)),
+            "bed": np.concatenate(
+                [fem.locate_dofs_topological(one, dimension, domain.cells(geometry.BED)) for one in (space, *beads)]
+            ),
         }
         for tag, layer in self._layers:
             places[layer.name] = fem.locate_dofs_topological(space, dimension, domain.cells(tag))

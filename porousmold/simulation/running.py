@@ -30,6 +30,7 @@ from .accuracy import (
 )
 from .answers import answers_of, doubt_of
 from .march import Simulation
+from .mesh_quality import few_cells
 from .observation import field_snapshots, profile_near_wall
 from .outcome import summarise
 from .result import Result
@@ -161,7 +162,7 @@ class _Run:
         large, the march is repeated on finer cells, and compared with the first; on a mesh that is a file it is at once."""
         scene, own, found = self._marched, _as_answers(self._last[0]), None
         if hasattr(self, "_simulation"):  # else the checkpoint is that of the second march
-            self._doubt = doubt_of(self._simulation.recorder, own)
+            self._doubt = self._doubt_of(own)
             if not self._doubt:
                 return None
         coarsest: Answers = {}
@@ -179,8 +180,14 @@ class _Run:
             return differences(self._march(self._refined.of(scene)), own)
         except SolveError:  # finer cells may have no steady flow
             self._refined = Refinements()
-            self._march(scene)
+            self._doubt = self._doubt_of(self._march(scene))
             return found
+
+    def _doubt_of(self, answers: Answers) -> str:
+        """Why the answers of the present simulation may be off, '' where they should not be (collective)."""
+        problem = self._simulation.problem
+        doubt = doubt_of(self._simulation.recorder, answers)
+        return doubt or (few_cells(problem.specs, problem.domain, problem.medium.size) if answers else "")
 
     def _march_aside(self, scene: Scene) -> Answers:
         """Answers of a scene that leave the present simulation, and its checkpoint, as they are."""
@@ -300,13 +307,13 @@ def _of_comparison(errors: Mapping[str, float] | None, doubt: str, refined: Refi
         finer = ", ".join(f"{factor:.2g} times the {name}" for name, factor in more.items() if factor > 1.0)
         moved = f"coarser cells and steps moved the {_in_words(worst)} by {100.0 * errors[worst]:.2g}%"
         return [
-            f"{moved}: this result is of {finer}, and may still be off by some part of that (see solver.accuracy, "
-            "solver.refine_in_doubt)"
+            f"{doubt}{'; ' if doubt else ''}{moved}: this result is of {finer}, and may still be off by some part of that "
+            "(see solver.accuracy, solver.refine_in_doubt)"
         ]
     if not doubt:
         return []
     if not errors:
-        return [f"{doubt}: temperatures near there may be off by some per cent of them; a finer mesh shows it"]
+        return [f"{doubt}: what depends on it may be off by some per cent; a finer mesh shows it"]
     if errors[worst] <= LARGEST_DIFFERENCE:
         return []
     return [

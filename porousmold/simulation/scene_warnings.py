@@ -68,6 +68,11 @@ def warnings_of_the_scene(scene: Scene, specs: Specs, estimates: Estimates, size
             f"bead Reynolds number {estimates.reynolds_number:.3g} is outside {low:g} to {high:g}, "
             f"the range of model.nusselt {scene.model.nusselt!r}"
         )
+    if size.length < SMALLEST_RATIO * specs.mesh.bead_diameter:
+        found.append(
+            f"the bed is {size.length / specs.mesh.bead_diameter:.2g} bead diameters long: averages over beads need "
+            f"{SMALLEST_RATIO:g} or more"
+        )
     knudsen = _knudsen_number(specs)
     if knudsen > HIGHEST_KNUDSEN_NUMBER:
         found.append(

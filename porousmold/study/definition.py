@@ -82,7 +82,7 @@ class Study:
 
     def case(self, settings: Settings) -> Case:
         """A case of this study with other settings {'table.key': value}."""
-        return _case(settings, self.base, ALIKE | self.common, self.allow_extensions)
+        return _case(settings, self.base, self.common, self.allow_extensions)
 
     def with_cases(self, cases: Sequence[Case]) -> "Study":
         """This study with other cases."""
@@ -112,7 +112,7 @@ class Study:
                 allowed = f"must be of {', '.join(RECORDS)}, or targets.NAME"
                 raise InputError("study.record", str(name), allowed, where)
         base = path.parent / scene_path
-        common = QUIET | _settings(table_of(tables, "set", where), "set", where)
+        common = QUIET | ALIKE | _settings(table_of(tables, "set", where), "set", where)
         Scene.load(base, common, allow_extensions=allow_extensions)  # a base that is no scene is refused here
         combinations = _combinations(design, tables, where)
         cases = [_case(settings, base, common, allow_extensions) for settings in combinations]

@@ -40,7 +40,7 @@ SECONDS_BETWEEN_LOOKS = 0.5
 GO_ON = "with room there, the same command goes on"
 
 
-NOT_REACHED = re.compile("not heated|target .* not met ")
+WORTH_A_ROW = re.compile("not heated|target .* not met |.*coarser cells and steps move")
 """Warnings of a run that does not reach what it waits for."""
 
 
@@ -283,7 +283,7 @@ def row_of(case: Case, out: Path, record: Sequence[str]) -> Row:
             if summary["checksum"] != checksum_of(summary, out / case.name):
                 return missing
             values = {name: _entry(summary, name) for name in record}
-            reasons = [text for text in summary["warnings"] if NOT_REACHED.match(text)]
+            reasons = [text for text in summary["warnings"] if WORTH_A_ROW.match(text)]
             return Row(case, "done", "; ".join(reasons), values)
         return Row(case, recorded["status"], recorded["reason"], values)
     except (OSError, ValueError, KeyError, TypeError):

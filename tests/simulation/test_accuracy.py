@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from types import SimpleNamespace
 
 import pytest
 
@@ -25,6 +26,7 @@ from porousmold.simulation.accuracy import (
     refinements_in_doubt,
     run_to_accuracy,
 )
+from porousmold.simulation.answers import doubt_of
 from porousmold.simulation.march import Simulation
 from porousmold.simulation.running import RunInterrupted
 from studies.accuracy import outcome_of, refinements_of
@@ -238,7 +240,7 @@ def test_an_answer_in_doubt_is_that_of_finer_cells():
     error, of_default = (
         max(abs(result[name][-1] - reference[name][-1]) / span for name in names) for result in (refined, plain)
     )
-    assert refined.summary["refinements"] == {"along": 2.0, "across": 1.0, "steps": 1.0}
+    assert refined.summary["refinements"] == {"along": 2.0, "across": 1.0, "steps": 2.0}
     assert error < min(0.5 * of_default, max(refined.summary["end_errors"].values()))
     assert any("2 times the cells along the flow" in warning for warning in refined.summary["warnings"])
     assert plain.summary["refinements"] == {"along": 1.0, "across": 1.0, "steps": 1.0}
@@ -339,3 +341,19 @@ def test_an_accuracy_that_has_nothing_to_act_on_says_so():
 def test_accuracy_chooses_the_refinement_itself():
     with pytest.raises(InputError, match="accuracy"):
         Scene.load(ALUMINIUM, {"solver.accuracy": 0.01, "solver.mesh_refinement": 2.0})
+
+
+@pytest.mark.parametrize(("part", "peak", "word"), [(0.2, 410.0, "one cell"), (0.01, 430.0, "cure"), (0.01, 401.0, "")])
+def test_an_exotherm_is_in_doubt_whether_or_not_the_run_also_has_temperatures_at_its_end(part, peak, word):
+    """A run without target that ends at operation.end_time has both: a quiet bed says nothing of the part that cures."""
+    history = {
+        "highest_temperature": [350.0, peak],
+        "lowest_temperature": [350.0, 340.0],
+        "inlet_temperature": [400.0, 400.0],
+    }
+    specs = SimpleNamespace(heat=SimpleNamespace(given_elsewhere=[]))
+    span = peak - 340.0
+    problem = SimpleNamespace(specs=specs, largest_difference_in_a_cell=lambda: part * span)
+    answers = {"peaks.part": Answer(peak, span), "end.heat_stored": Answer.by_itself(1e3)}
+    doubt = doubt_of(SimpleNamespace(history=history, problem=problem), answers)
+    assert word in doubt and bool(doubt) == bool(word)

@@ -88,7 +88,7 @@ def test_full_and_developed_flow_agree():
     [
         ({"geometry.core_diameter": 0.2}, "must be less than geometry.diameter, 0.14 m"),
         ({"geometry.core_diameter": 0.006, "geometry.diameter": 0.1}, "layers of 0.003 m at most"),
-        ({"geometry.core_diameter": 0.06}, "must make the bed at least 10 bead diameters"),
+        ({"geometry.core_diameter": 0.06}, "at least 10 bead diameters"),
         ({"geometry.cavity_height": 0.05}, "has no place in an annulus"),
         ({"model.wall": "insulated"}, "must be 'conjugate'"),
     ],

@@ -83,3 +83,21 @@ def test_what_developed_flow_leaves_out_of_a_flow_that_changes_is_warned_of(caps
     for settings, flow, is_told in ((hot, "developed", True), (hot, "full", False), (warm, "developed", False)):
         assert main(["check", str(ALUMINIUM), *settings, "--set", f"model.flow={flow}"]) == 0
         assert ("developed flow leaves out what crosses the bed" in capsys.readouterr().out) == is_told
+
+
+def test_a_bed_of_a_few_beads_along_the_flow_is_warned_of():
+    short, long = (Scene.load(ALUMINIUM, {"geometry.length": length}) for length in (0.02, 0.06))
+    told = [" ".join(check(scene, MPI.COMM_SELF).warnings) for scene in (short, long)]
+    assert "4 bead diameters long" in told[0] and "diameters long" not in told[1]
+
+
+def test_a_run_that_may_be_repeated_is_told_of():
+    """One that ends before it is heated, where cells and steps are the program's own choice."""
+    short = Scene.load(ALUMINIUM, {"operation.end_time": 200.0})
+    for settings, is_told in (
+        ({}, True),
+        ({"solver.mesh_refinement": 0.5}, False),
+        ({"operation.end_time": 1e5}, False),
+    ):
+        facts = " ".join(check(short.changed(settings), MPI.COMM_SELF).facts)
+        assert ("a front stands in the bed" in facts) == is_told

@@ -60,7 +60,8 @@ class Beads(Feature):
         geometry, least = scene.geometry, SMALLEST_RATIO * self.diameter
         for name, width in GEOMETRIES[geometry.kind].widths(geometry).items():
             if width < least * (1 - 1e-9) and not self.allow_small_ratio:
-                allowed = f"must make the bed at least {SMALLEST_RATIO:g} bead diameters ({least:g} m) wide"
+                limit = f"at least {SMALLEST_RATIO:g} bead diameters ({least:g} m)"
+                allowed = f"makes the bed {width:.4g} m wide, and must make it {limit}"
                 scene.refuse(f"geometry.{name}", f"{allowed}, or set bed.allow_small_ratio = true")
             if self.diameter >= width:
                 scene.refuse("bed.bead_diameter", f"must be smaller than the bed, {width:g} m (geometry.{name})")

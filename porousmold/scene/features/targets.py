@@ -44,7 +44,8 @@ class Heated(Feature):
     place: str = key(
         "operation.heated_place",
         "text",
-        "what the heating time is of: wall (all of it), bed_side, bed, or the name of a layer",
+        "what the heating time is of: wall (all of it; of an insulated bed the fluid beside it), bed_side, bed (fluid and "
+        "beads), or the name of a layer",
         "wall",
     )
     margin: float = key(
