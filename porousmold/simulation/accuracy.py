@@ -50,8 +50,9 @@ COARSEST_OF_ALL = 2.0
 """Refinement from which on a failed solve is the scene's own failure."""
 IN_DOUBT = 2.0
 """Factor on cells and steps in the directions that answers in doubt depend on."""
-MOST_UNKNOWNS = 40_000
-"""Of flow and energy, beyond which no run is repeated: some seconds of the first march make a minute of the second."""
+MOST_WORK = 2e6
+"""Unknowns of flow and energy times time steps, beyond which no run is repeated: some 20 s of the first march (docs/growth.md),
+two minutes of the second."""
 CELLS_AND_STEPS = (
     *("mesh_refinement", "axial_refinement", "step_refinement"),
     *("axial_cells", "first_cell", "cell_growth", "wall_cells"),
@@ -196,12 +197,12 @@ def coarser_answers(scene: Scene, fewer: Refinements, march: Callable[[Scene], A
         return {}
 
 
-def may_be_repeated(scene: Scene, unknowns: int) -> bool:
-    """Whether a run whose answers are in doubt is repeated on finer cells: in two dimensions, with few enough `unknowns`, and
-    where the number of cells and steps is not the user's choice."""
+def may_be_repeated(scene: Scene, work: float) -> bool:
+    """Whether a run whose answers are in doubt is repeated on finer cells: in two dimensions, where its `work`, unknowns times
+    steps, is no more than `MOST_WORK`, and the number of cells and steps not the user's choice."""
     is_chosen = any(scene.differs_from_default(f"solver.{name}") for name in CELLS_AND_STEPS)
     is_asked_for = scene.solver.refine_in_doubt and scene.solver.accuracy is None and not is_chosen
-    return is_asked_for and dimension_of(scene.geometry) == 2 and unknowns <= MOST_UNKNOWNS
+    return is_asked_for and dimension_of(scene.geometry) == 2 and work <= MOST_WORK
 
 
 def refinements_in_doubt(

@@ -70,7 +70,7 @@ def check(scene: Scene, communicator: Communicator) -> Checked:
         f"height of the first cell at the wall: {1e3 * first:.3g} mm; {_recommended(specs, estimates)}",
         f"unknowns: about {flow} of the flow and {energy} of the temperatures; {memory / 2**30:.2g} GiB",
         f"expected computing time: {seconds:.0f} s, within a factor of two in three of four scenes, for {steps:.0f} time steps"
-        f"{_repeat_text(scene, specs, estimates, flow + energy)}",
+        f"{_repeat_text(scene, specs, estimates, (flow + energy) * steps)}",
         _flow_text(estimates, mass_flow),
         f"time steps of up to {specs.time.steps.largest or estimates.largest_step:.3g} s: {_limit_text(specs, estimates)}",
         f"bead Biot number: {estimates.bead_biot_number:.2g}",
@@ -110,10 +110,10 @@ def expected_steps(specs: Specs, estimates: Estimates) -> float:
     return float(STEPS_AT_THE_START + begins + duration / largest)
 
 
-def _repeat_text(scene: Scene, specs: Specs, estimates: Estimates, unknowns: int) -> str:
+def _repeat_text(scene: Scene, specs: Specs, estimates: Estimates, work: float) -> str:
     """That a run may be repeated, where it ends before all is heated."""
     is_short = specs.course is None and specs.time.end_time < HEATING_TIMES * estimates.heating_duration
-    if not (is_short and may_be_repeated(scene, unknowns)):
+    if not (is_short and may_be_repeated(scene, work)):
         return ""
     return "; two to seven times that if a front stands in the bed at the end (solver.refine_in_doubt)"
 

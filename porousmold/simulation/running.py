@@ -172,8 +172,7 @@ class _Run:
             found = differences(coarsest, own)
             if not found or max(found.values()) <= LARGEST_DIFFERENCE:
                 return found
-        first = self._simulation.problem.unknowns if hasattr(self, "_simulation") else {}
-        if not may_be_repeated(scene, sum(first.values())):
+        if not may_be_repeated(scene, self._work()):
             return found
         self._refined = refinements_in_doubt(scene, own, coarsest, self._march_aside)
         try:
@@ -182,6 +181,12 @@ class _Run:
             self._refined = Refinements()
             self._doubt = self._doubt_of(self._march(scene))
             return found
+
+    def _work(self) -> float:
+        """Unknowns times steps of the present simulation; 0 where the checkpoint is that of the second march."""
+        if not hasattr(self, "_simulation"):
+            return 0.0
+        return float(sum(self._simulation.problem.unknowns.values()) * len(self._simulation.recorder.history))
 
     def _doubt_of(self, answers: Answers) -> str:
         """Why the answers of the present simulation may be off, '' where they should not be (collective)."""
