@@ -34,8 +34,8 @@ RESULT_KEYS: Mapping[str, ResultKey] = {
     ),
     "heating_time_error": _number(
         "1",
-        "estimated relative error of the discretisation with solver.accuracy; else, where layers cure or a front stands in "
-        "the bed at the end, the difference from a coarser run",
+        "estimated relative error of the discretisation with solver.accuracy; else, where answers are in doubt (a front "
+        "stands in the bed at the end, a cure gets hot, a mesh has few cells), the difference from a coarser run",
         optional=True,
     ),
     "target_errors": ResultKey("object", "the same of each target's time"),
