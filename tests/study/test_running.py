@@ -12,6 +12,7 @@ import pytest
 from porousmold import InputError
 from porousmold.cli import main
 from porousmold.files.atomic_files import locked
+from porousmold.simulation.accuracy import LARGEST_DIFFERENCE
 from porousmold.study.definition import Study
 from porousmold.study.running import collect, row_of, run_study
 
@@ -51,6 +52,23 @@ def test_rows_stand_in_the_order_of_the_cases_and_failures_have_reasons(study_fi
     entries = json.loads((out / "table.json").read_text())
     assert [entry["heating_time"] for entry in entries] == [row.values["heating_time"] for row in rows]
     assert float(table[0]["heating_time [s]"]) == entries[0]["heating_time"]
+
+
+def test_cases_have_one_mesh_and_rows_tell_where_that_is_coarse(tmp_path):
+    """Runs that end while a front stands in the bed would be repeated on finer cells: as cases they are not, and say so."""
+    path = tmp_path / "front.toml"
+    text = TEXT.replace("solver.axial_cells = 4", "operation.end_time = 120.0").replace(
+        '"4 mm", "5 mm", "8 mm"', '"1.5 mm", "4 mm"'
+    )
+    path.write_text(text.replace('["1 mm", "2 mm"]', '["2 mm"]').replace('operation.heating_margin = "50 K"', ""))
+    out = tmp_path / "out"
+    rows = run_study(Study.load(path), out)
+    for row in rows:
+        summary = json.loads((out / row.case.name / "result.json").read_text())
+        assert summary["refinements"] == {"along": 1.0, "across": 1.0, "steps": 1.0}
+        is_told = max(summary["end_errors"].values()) > LARGEST_DIFFERENCE
+        assert ("coarser cells and steps move" in row.reason) == is_told
+    assert any("coarser cells and steps move" in row.reason for row in rows)
 
 
 def test_starting_again_runs_only_what_is_missing_or_changed(study_file, tmp_path):
