@@ -304,7 +304,8 @@ def _near_wall(folder: Path) -> Path:
         axes.set(xlabel="wall distance in mm", xlim=(distance[1], distance[-1]), ylim=(0, None))
         axes.set_title(label, fontsize=9)
     figure.suptitle("at half length, end of the run", fontsize=10, y=0.99)
-    figure.subplots_adjust(left=0.04, right=0.99, bottom=0.16, top=0.84, wspace=0.2)
+    width = figure.get_figwidth()
+    figure.subplots_adjust(left=0.6 / width, right=1.0 - 0.15 / width, bottom=0.16, top=0.84, wspace=0.28)
     return save(figure, folder / "near_wall.png")
 
 
