@@ -14,8 +14,8 @@ from .specs import Specs
 
 FEW = 0.6
 """Part of the default number of cells below which a mesh has few."""
-SIMPLICES = {"triangle": 2.0, "tetrahedron": 6.0}
-"""That fill one quadrilateral or hexahedron."""
+SIMPLICES = {"triangle": (2.0, 1.0), "tetrahedron": (6.0, 2.0)}
+"""How many of them fill a quadrilateral or hexahedron, and how many of their sides one of its sides."""
 
 
 def few_cells(specs: Specs, domain: Domain, size: BedSize) -> str:
@@ -33,9 +33,8 @@ def few_cells(specs: Specs, domain: Domain, size: BedSize) -> str:
     area = ranks.integral(communicator, fenicsx.compiled_form(one * domain.interface_measure(QUADRATURE_DEGREE)))
     if not sides or not area:
         return ""
-    in_one = SIMPLICES.get(fenicsx.cell_name(mesh), 1.0)
-    on_a_side = in_one if dimension == 3 and in_one > 1.0 else 1.0
-    squares = sides / (2.0 if on_a_side > 1.0 else 1.0)
+    in_one, on_a_side = SIMPLICES.get(fenicsx.cell_name(mesh), (1.0, 1.0))
+    squares = sides / on_a_side
     found = {"along the flow": domain.length / (area / squares) ** (1.0 / (dimension - 1))}
     layers, tags = list(specs.heat.layers), list(domain.wall_tags)
     for number, tag in enumerate(tags[: len(layers)]):
