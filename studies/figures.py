@@ -19,7 +19,7 @@ from scipy.optimize import curve_fit
 
 from porousmold.laws.material_library import FLUIDS
 from porousmold.output.figures import STYLE, plt, save
-from porousmold.study.definition import QUIET, Study
+from porousmold.study.definition import OF_EVERY_CASE, Study
 from porousmold.study.running import run_study
 
 HERE = Path(__file__).parent
@@ -263,7 +263,7 @@ def main():
     PICTURES.mkdir(parents=True, exist_ok=True)
     command = " COMPARED=--against-full" if compared else ""
     given = Study.load(HERE / f"{names[0]}.toml").common
-    chosen = ", ".join(f"{key} {value}" for key, value in given.items() if key not in QUIET)
+    chosen = ", ".join(f"{key} {value}" for key, value in given.items() if key not in OF_EVERY_CASE)
     cases, ranks = sum(len(rows(name)) for name in names), MPI.COMM_WORLD.size
     lines = ["# The thesis's parametric curves", "", f"Written by `make figures{command}`; do not edit.", ""]
     lines += [f"{cases} runs took {seconds:.0f} s on {ranks} ranks, one case each (those done before are not counted anew).",

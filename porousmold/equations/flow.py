@@ -34,7 +34,7 @@ from .turbulence import transport_residual
 
 
 class BedMeasures(NamedTuple):
-    """Integrals over the bed: `dx`, and `nodes` with quadrature at the nodes, of what lumping keeps from oscillating."""
+    """Measures of integrals over the bed: `dx`, and `nodes` with quadrature at the nodes."""
 
     dx: ufl.Measure
     nodes: ufl.Measure
@@ -215,9 +215,8 @@ class FlowEquations:
         """Form of the scaled unknown's residual.
 
         `previous` is the scaled unknown one pseudo-time step ago and `inverse_step` (1/s) the step's inverse, 0 for
-        the steady equations; `temperature` (K) is given;
-        `sources` (momentum in N/m3, mass in kg/m3/s, and those of the turbulence's unknowns) are for manufactured
-        solutions.
+        the steady equations; `temperature` (K) is given; `sources` (momentum in N/m3, mass in kg/m3/s, and those of the
+        turbulence's unknowns) are for manufactured solutions.
         """
         state, old = (self.state_of(ufl.split(f)) for f in (scaled, previous))
         tests = ufl.TestFunctions(scaled.function_space)

@@ -224,12 +224,12 @@ def _is_uniform_across(specs: Specs, core: LocalBed) -> bool:
     if not (is_plug and is_adiabatic) or specs.heat.opposite_layers:
         return False
     distances, diameter = np.linspace(0.0, WALL_REGION, 24) * core.bead_diameter, core.bead_diameter
-    profiles = [specs.porosity.volume(distances, diameter), specs.porosity.area(distances, diameter)]
+    porosities = specs.porosity.volume(distances, diameter), specs.porosity.area(distances, diameter)
+    conductivities = []
     for distance in distances:
         near = replace(core, wall_distance=float(distance))
         conduction = added(specs.laws.bead_conduction.beads(near), specs.laws.dispersion.mixed(near))
-        profiles.append(conduction.along if isinstance(conduction, Anisotropic) else conduction)
-    porosities, conductivities = profiles[:2], profiles[2:]
+        conductivities.append(conduction.along if isinstance(conduction, Anisotropic) else conduction)
     return all(np.ptp(values) <= ROUNDING * np.max(values) for values in (*porosities, conductivities))
 
 

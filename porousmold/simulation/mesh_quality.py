@@ -9,7 +9,7 @@ from ..mesh import fenicsx, ranks
 from ..mesh.domain import Domain
 from ..scene.features.geometries import BedSize
 from .estimates import estimate
-from .meshing import QUADRATURE_DEGREE
+from .meshing import QUADRATURE_DEGREE, integral_over
 from .specs import Specs
 
 FEW = 0.6
@@ -30,7 +30,7 @@ def few_cells(specs: Specs, domain: Domain, size: BedSize) -> str:
     dimension, one = mesh.topology.dim, domain.constant(1.0)
     owned = mesh.topology.index_map(dimension - 1).size_local
     sides = ranks.total(communicator, np.sum(domain.facets(geometry.INTERFACE) < owned))
-    area = ranks.integral(communicator, fenicsx.compiled_form(one * domain.interface_measure(QUADRATURE_DEGREE)))
+    area = integral_over(domain, one * domain.interface_measure(QUADRATURE_DEGREE))
     if not sides or not area:
         return ""
     in_one, on_a_side = SIMPLICES.get(fenicsx.cell_name(mesh), (1.0, 1.0))
@@ -39,8 +39,7 @@ def few_cells(specs: Specs, domain: Domain, size: BedSize) -> str:
     layers, tags = list(specs.heat.layers), list(domain.wall_tags)
     for number, tag in enumerate(tags[: len(layers)]):
         count = ranks.total(communicator, np.sum(domain.cells(tag) < mesh.topology.index_map(dimension).size_local))
-        dx = domain.cell_measure(QUADRATURE_DEGREE)
-        volume = ranks.integral(communicator, fenicsx.compiled_form(one * dx(tag)))
+        volume = integral_over(domain, one * domain.cell_measure(QUADRATURE_DEGREE)(tag))
         if not count or layers[number].is_contact:
             continue
         layers[number] = replace(layers[number], thickness=volume / area)

@@ -227,13 +227,15 @@ def _size_of(domain: Domain) -> BedSize:
 def area_of_inlet(domain: Domain) -> float:
     """Area of the inlet (m2; m in a plane), about an axis of the whole ring (collective)."""
     weight = Coordinates(domain.mesh, domain.axisymmetric).weight
-    return _integral(domain, weight * domain.constant(1.0) * domain.facet_measure(QUADRATURE_DEGREE)(geometry.INLET))
+    return integral_over(
+        domain, weight * domain.constant(1.0) * domain.facet_measure(QUADRATURE_DEGREE)(geometry.INLET)
+    )
 
 
 def _bed_volume(domain: Domain) -> float:
-    return _integral(domain, domain.constant(1.0) * domain.cell_measure(QUADRATURE_DEGREE)(geometry.BED))
+    return integral_over(domain, domain.constant(1.0) * domain.cell_measure(QUADRATURE_DEGREE)(geometry.BED))
 
 
-def _integral(domain: Domain, form: Form) -> float:
-    """Over all ranks (collective)."""
+def integral_over(domain: Domain, form: Form) -> float:
+    """Of a form over a domain, on all ranks (collective)."""
     return ranks.integral(domain.communicator, fenicsx.compiled_form(form))

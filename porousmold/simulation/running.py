@@ -206,10 +206,9 @@ class _Run:
         """March a scene, for its answers; one that was marched before the checkpoint is only recalled."""
         self._outcomes += self._last
         self._last = []
-        self._marched = scene
         if self._replayed:
             outcome = self._replayed.pop(0)
-            self._last = [outcome]
+            self._last, self._marched = [outcome], scene
             if outcome == FAILED:
                 raise SolveError("march", 0.0, "failed before the checkpoint", "")
             return _as_answers(outcome)
@@ -220,7 +219,7 @@ class _Run:
         if self._saved is not None:
             self._saved.restore(simulation)
             self._saved = None
-        self._simulation = simulation
+        self._simulation, self._marched = simulation, scene
         self._due = clock.perf_counter() + min(self._scene.output.checkpoint_interval, SOONEST_SAVING)
         try:
             simulation.march(self._after_step, self._stop)

@@ -52,9 +52,8 @@ def kind_of_record(name: str) -> str:
     return {"K": "delta_degC", "1": ""}.get(unit, unit)
 
 
-QUIET = {"output.pictures": False, "output.fields": False}
-ALIKE = {"solver.refine_in_doubt": False}
-"""Of cases whose small differences count: all have the same cells and steps."""
+OF_EVERY_CASE = {"output.pictures": False, "output.fields": False, "solver.refine_in_doubt": False}
+"""Settings: nothing that no one looks at, and the same cells and steps for all, as small differences count."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +111,7 @@ class Study:
                 allowed = f"must be of {', '.join(RECORDS)}, or targets.NAME"
                 raise InputError("study.record", str(name), allowed, where)
         base = path.parent / scene_path
-        common = QUIET | ALIKE | _settings(table_of(tables, "set", where), "set", where)
+        common = OF_EVERY_CASE | _settings(table_of(tables, "set", where), "set", where)
         Scene.load(base, common, allow_extensions=allow_extensions)  # a base that is no scene is refused here
         combinations = _combinations(design, tables, where)
         cases = [_case(settings, base, common, allow_extensions) for settings in combinations]

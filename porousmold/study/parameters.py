@@ -7,7 +7,7 @@ from ..errors import InputError
 from ..scene.chosen_laws import Laws
 from ..scene.features.phases import drive_name
 from ..scene.scene import Scene
-from .definition import ALIKE, QUIET, Case
+from .definition import OF_EVERY_CASE, Case
 
 
 def value_of(scene: Scene, laws: Laws, name: str) -> float | None:
@@ -28,7 +28,7 @@ def value_of(scene: Scene, laws: Laws, name: str) -> float | None:
 def case_around(scene: Scene, name: str, settings: Mapping[str, Any]) -> Case:
     """The case of a scene with other settings {"table.key": value}; with the reason where no scene can have them."""
     try:
-        return Case(name, dict(settings), scene.changed({"bed.allow_small_ratio": True, **QUIET, **ALIKE, **settings}))
+        return Case(name, dict(settings), scene.changed({"bed.allow_small_ratio": True, **OF_EVERY_CASE, **settings}))
     except InputError as error:
         return Case(name, dict(settings), None, str(error))
 
