@@ -151,6 +151,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=DOCS / "crossed-scenes.md")
     parser.add_argument("--only", type=int, nargs="*", help="numbers of scenes to run alone, without a page")
+    parser.add_argument("--first", type=int, default=0, help="number of the first scene")
     parser.add_argument("--step", type=int, default=1, help="one scene in so many")
     parser.add_argument("--every", type=int, default=COUNT // SAMPLE, help="one scene in so many against a finer run")
     parser.add_argument("--processes", type=int, default=2)
@@ -158,12 +159,13 @@ def main() -> None:
     parser.add_argument("--note", default="", help="a sentence for the page")
     parser.add_argument("--page-of", type=Path, metavar="RAW", help="run nothing: the page of such a file")
     options = parser.parse_args()
-    numbers = list(range(0, COUNT, options.step)) if options.only is None else options.only
+    numbers = list(range(options.first, COUNT, options.step)) if options.only is None else options.only
     drawn = [choice for choice, _ in scenes()]
     sample = [
         number
         for number in numbers
-        if options.only is not None or (number % options.every == 0 and drawn[number]["kind"] != "narrow")
+        if options.only is not None
+        or ((number - options.first) % options.every == 0 and drawn[number]["kind"] != "narrow")
     ]
     tasks = [(n, n in sample) for n in numbers]
     results: dict[tuple[int, str], Outcome] = {}

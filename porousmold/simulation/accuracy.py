@@ -24,8 +24,9 @@ error.
 
 Without an accuracy asked for, a run whose answers may be off (`answers.doubt_of`) compares itself with the coarsest of these
 runs. Where an answer differs by more than `LARGEST_DIFFERENCE`, it is repeated with `IN_DOUBT` times the cells or steps in the
-directions whose part of a difference is that large. The difference from the run before bounds the error by experience
-(`studies.crossed_scenes`), not by theory.
+directions whose part of a difference is that large. Where that moves an answer by more than `STILL_IN_DOUBT`, it is repeated once
+more with `IN_DOUBT` times all of them: coarse runs may have hidden a direction. The difference from the run before bounds the
+error by experience (`studies.crossed_scenes`), not by theory.
 """
 
 import math
@@ -50,6 +51,11 @@ COARSEST_OF_ALL = 2.0
 """Refinement from which on a failed solve is the scene's own failure."""
 IN_DOUBT = 2.0
 """Factor on cells and steps in the directions that answers in doubt depend on."""
+STILL_IN_DOUBT = 0.006
+"""Of what a repeat moves an answer, relative, above which it is repeated once more, with all cells and steps: some third of it is
+left at order 2."""
+FINEST_IN_DOUBT = IN_DOUBT**2
+"""Refinement from which on no run is repeated."""
 MOST_WORK = 2e6
 """Unknowns of flow and energy times time steps, beyond which no run is repeated: some 20 s of the first march (docs/growth.md),
 two minutes of the second."""
@@ -99,6 +105,8 @@ class Refinements(NamedTuple):
 
 COARSER = Refinements(along=0.5, across=0.7, steps=0.5)
 """What the runs have less that the errors are estimated from."""
+ALL_IN_DOUBT = Refinements(IN_DOUBT, IN_DOUBT, IN_DOUBT)
+"""Where it is not known which of them an answer depends on."""
 OBSERVED_ORDERS = Refinements(along=2.25, across=2.5, steps=3.5)
 """Of convergence from such runs."""
 ORDER_OF_SHARP_FRONTS = 4.0
@@ -211,7 +219,7 @@ def refinements_in_doubt(
     """`IN_DOUBT` in the directions that move an answer by more than `LARGEST_DIFFERENCE`, or else most; in all where that is not
     known."""
     if not coarsest:
-        return Refinements(IN_DOUBT, IN_DOUBT, IN_DOUBT)
+        return ALL_IN_DOUBT
     across, steps = (
         coarser_answers(scene, COARSER._replace(**one), march) for one in ({"across": 1.0}, {"steps": 1.0})
     )
@@ -223,6 +231,11 @@ def refinements_in_doubt(
     worst = [max(column) for column in zip(*parts, strict=True)] or [math.inf] * len(COARSER)
     least = min(LARGEST_DIFFERENCE, max(worst))
     return Refinements(*(IN_DOUBT if part >= least else 1.0 for part in worst))
+
+
+def is_still_in_doubt(moved: Mapping[str, float], refined: Refinements) -> bool:
+    """Whether a repeat moved an answer by so much that there is to be another one."""
+    return bool(moved) and max(moved.values()) > STILL_IN_DOUBT and max(refined) < FINEST_IN_DOUBT
 
 
 def by_direction(

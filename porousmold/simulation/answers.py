@@ -8,10 +8,14 @@ from .targets import highest_until_met
 
 HEATING_TIME = "heating_time"
 """Name of that answer."""
+TARGETS = "targets."
+"""Beginning of the names of the times at which targets were met."""
 LEAST_SPAN, LEAST_HEAT = 0.01, 1e-3
 """Between all temperatures of a run (K), and of heat stored (J), below which nothing happens in it."""
-SHARP_FRONT = 0.06
+SHARP_FRONT = 0.045
 """Part of all temperature differences within one cell of the bed, from which on what holds at the end is in doubt."""
+BEYOND_THE_MARGIN = 1.5
+"""Times operation.heating_margin by which a heated place may be beyond the inlet's temperature without a word."""
 EXOTHERM = 0.02
 """Part of all temperature differences by which a layer that cures is hotter than all that is given, that counts."""
 
@@ -22,7 +26,7 @@ def answers_of(recorder: Recorder) -> dict[str, Answer]:
     places (K) and the heat stored (J) at the end."""
     history, problem, course = recorder.history, recorder.problem, recorder.problem.specs.course
     times = {HEATING_TIME: recorder.heating_time}
-    times |= {f"targets.{name}": time for name, time in recorder.targets.items()}
+    times |= {f"{TARGETS}{name}": time for name, time in recorder.targets.items()}
     found = {name: Answer.by_itself(time) for name, time in times.items() if time is not None}
     is_answered = recorder.reached or (course is not None and course.repeats)  # cycles answer by themselves
     lowest = min(history["lowest_temperature"])
@@ -44,7 +48,8 @@ def answers_of(recorder: Recorder) -> dict[str, Answer]:
 
 def doubt_of(recorder: Recorder, answers: Answers) -> str:
     """Why answers may be off by more than the default cells and steps are made for, '' where they should not (collective): a
-    front that stands in the bed at the end, or heat of cure that makes a layer hotter than all that is given."""
+    front that stands in the bed at the end, heat from elsewhere that brings the heated place beyond the inlet, so that what comes
+    last comes slowly, or heat of cure that makes a layer hotter than all that is given."""
     history, problem = recorder.history, recorder.problem
     span = max(history["highest_temperature"]) - min(history["lowest_temperature"])
     if span < LEAST_SPAN:
@@ -53,8 +58,23 @@ def doubt_of(recorder: Recorder, answers: Answers) -> str:
         part = problem.largest_difference_in_a_cell() / span
         if part > SHARP_FRONT:
             return f"the temperature changes within one cell of the bed by {part:.0%} of all differences"
+    times = [answer.value for name, answer in answers.items() if name == HEATING_TIME or name.startswith(TARGETS)]
+    if times and beyond_the_inlet(recorder, min(times)):
+        return "heat from elsewhere brings the heated place beyond the inlet's temperature"
     elsewhere = [series.range[1] for series in problem.specs.heat.given_elsewhere]
     given = max(history["highest_temperature"][0], *history["inlet_temperature"], *elsewhere)
     peaks = [answer.value for name, answer in answers.items() if name.startswith(PEAKS)]
     is_exotherm = bool(peaks) and max(peaks) > given + EXOTHERM * span
     return "a layer's cure makes it hotter than all that is given" if is_exotherm else ""
+
+
+def beyond_the_inlet(recorder: Recorder, time: float) -> tuple[float, str] | None:
+    """By how much (K) the heated place is beyond the inlet's temperature at a time (s) or later, by heat from elsewhere, and what
+    it is then, "hotter" or "colder"; None where it is not, or by no more than `BEYOND_THE_MARGIN`."""
+    heated, history = recorder.problem.specs.time.heated, recorder.history
+    after, inlet = int(np.searchsorted(history["time"], time)), history["inlet_temperature"]
+    rows = slice(min(after, len(history) - 1), len(history))
+    above = max(history[f"highest_{heated.place}"][rows]) - max(inlet)
+    below = min(inlet) - min(history[f"lowest_{heated.place}"][rows])
+    beyond, side = (above, "hotter") if above >= below else (below, "colder")
+    return (beyond, side) if beyond > BEYOND_THE_MARGIN * heated.margin else None

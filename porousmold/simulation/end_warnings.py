@@ -2,10 +2,9 @@
 
 import numpy as np
 
+from .answers import beyond_the_inlet
 from .march import Simulation
 
-BEYOND_THE_MARGIN = 1.5
-"""Times operation.heating_margin by which a heated place may be beyond the inlet's temperature without a word."""
 EDGE_STEP = 0.01
 """Part of a spread asked for that the first nodes at the inlet may differ by."""
 STEADY = 0.02
@@ -83,19 +82,15 @@ def _what_balances(simulation: Simulation, before: int) -> str:
     return ": heat losses of the outer wall balance the heat from the bed"
 
 
-def beyond_the_inlet(simulation: Simulation) -> list[str]:
+def of_heat_from_elsewhere(simulation: Simulation) -> list[str]:
     """Of a place that counts as heated though heat from elsewhere has brought it beyond the inlet's temperature."""
     recorder, specs = simulation.recorder, simulation.specs
-    place, margin, history = specs.time.heated.place, specs.time.heated.margin, recorder.history
     if recorder.heating_time is None or not specs.waits_for_heat:
         return []
-    after = int(np.searchsorted(history["time"], recorder.heating_time))
-    rows, inlet = slice(min(after, len(history) - 1), len(history)), history["inlet_temperature"]
-    above = max(history[f"highest_{place}"][rows]) - max(inlet)
-    below = min(inlet) - min(history[f"lowest_{place}"][rows])
-    beyond, side = (above, "hotter") if above >= below else (below, "colder")
-    if beyond <= BEYOND_THE_MARGIN * margin:
+    found, place = beyond_the_inlet(recorder, recorder.heating_time), specs.time.heated.place
+    if found is None:
         return []
+    beyond, side = found
     return [
         f"the time of {place.replace('_', ' ')} is that of its side that comes last: by then or later it is up to {beyond:.1f} K "
         f"{side} than the inlet, by heat from elsewhere"

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..laws.conductivity import Anisotropic, LocalBed, added, core_dispersion, stagnant_conductivity
-from ..laws.materials import Solid
+from ..laws.materials import PiecewiseLinear, Solid
 from ..laws.natural_convection import rayleigh_darcy_number
 from ..laws.nusselt import bead_reynolds_number, prandtl_number, specific_surface
 from ..scene.features.geometries import BedSize
@@ -48,6 +48,9 @@ CELLS_OF_THICK = 32
 """Through such a layer, small at its surfaces."""
 CELLS_OF_CURE = 6
 """Through a layer that cures, at least: it is hottest in its middle."""
+CELLS_OF_TABLE = 4
+"""Through a layer whose conductivity is a table, at least: a cell's quadrature points miss its kinks (a skin at 500 °C behind
+20 mm of mineral wool: heat stored 0.7 % off on one cell, 0.04 % on four)."""
 SOURCE_ERROR = 0.1
 """K that is cut off the parabola of temperature, q t^2/(4 k) high in a solid core, that a heat source q makes in a layer."""
 LEAST_SPREADING = 0.5
@@ -439,6 +442,8 @@ def _one_wall(
         if behind:  # what comes through another layer is no sharp front
             fewest = min(fewest, math.ceil(CELLS_A_DEPTH * thickness / math.sqrt(conductivity / storage * duration)))
         fewest = max(fewest, 1 if layer.solid.cure is None else CELLS_OF_CURE)
+        if isinstance(layer.solid.conductivity, PiecewiseLinear):
+            fewest = max(fewest, CELLS_OF_TABLE)
         if layer.heat_source is not None:
             strongest = max(abs(value) for value in layer.heat_source.range)
             rise = strongest * thickness**2 / (4.0 * conductivity)

@@ -21,7 +21,7 @@ from ..scene.features.wall import RESERVED_PLACES
 from ..scene.scene import Scene
 from .accuracy import AT_END, PEAKS, refinements_of
 from .cycles import SURROUNDINGS, cycles_of
-from .end_warnings import beyond_the_inlet, of_the_corner, why_not_heated
+from .end_warnings import of_heat_from_elsewhere, of_the_corner, why_not_heated
 from .energy_use import energy_use
 from .estimates import rayleigh_darcy
 from .march import Simulation
@@ -361,7 +361,7 @@ def _of_the_outcome(simulation: Simulation) -> list[str]:
             "there is no heating time: the wall is held at operation.wall_temperature; operation.heated_place = 'bed' or a "
             "[[target]] asks for one of the bed"
         )
-    found += beyond_the_inlet(simulation) + of_the_corner(simulation)
+    found += of_heat_from_elsewhere(simulation) + of_the_corner(simulation)
     kept = kept_targets(simulation)
     is_unmet = None in simulation.recorder.targets.values() and (at_end or steady)
     energy = _energy_of_the_tool(simulation) if is_unmet and simulation.problem.air_loop is not None else None

@@ -17,6 +17,7 @@ from ..scene.identity import identity_of
 from ..scene.scene import Scene
 from ..solvers.protocols import Observer, silent
 from .accuracy import (
+    ALL_IN_DOUBT,
     COARSER,
     LARGEST_DIFFERENCE,
     Answer,
@@ -24,6 +25,7 @@ from .accuracy import (
     Refinements,
     coarser_answers,
     differences,
+    is_still_in_doubt,
     may_be_repeated,
     refinements_in_doubt,
     run_to_accuracy,
@@ -96,10 +98,10 @@ def run(
 
 
 class _Run:
-    """The marches of one run: a single one, a second one where its answers are in doubt, or those for `solver.accuracy`.
+    """The marches of one run: a single one, finer ones where its answers are in doubt, or those for `solver.accuracy`.
 
     `_outcomes` holds what came of the marches before the present one: their answers, or `FAILED`. `_refined` is by how much the
-    second march has more cells and steps than the first, whose answers were in `_doubt`.
+    last march has more cells and steps than the first, whose answers were in `_doubt`.
     """
 
     def __init__(
@@ -159,7 +161,7 @@ class _Run:
 
     def _compared(self) -> dict[str, float] | None:
         """Differences of the answers from those of a coarser run, where they are in doubt, else None (collective). If they are
-        large, the march is repeated on finer cells, and compared with the first; on a mesh that is a file it is at once."""
+        large, the march is repeated on finer cells, and compared with the one before; on a mesh that is a file it is at once."""
         scene, own, found = self._marched, _as_answers(self._last[0]), None
         if hasattr(self, "_simulation"):  # else the checkpoint is that of the second march
             self._doubt = self._doubt_of(own)
@@ -174,13 +176,18 @@ class _Run:
                 return found
         if not may_be_repeated(scene, self._work()):
             return found
-        self._refined = refinements_in_doubt(scene, own, coarsest, self._march_aside)
-        try:
-            return differences(self._march(self._refined.of(scene)), own)
-        except SolveError:  # finer cells may have no steady flow
-            self._refined = Refinements()
-            self._doubt = self._doubt_of(self._march(scene))
-            return found
+        factors = refinements_in_doubt(scene, own, coarsest, self._march_aside)
+        while True:
+            finer = self._refined.times(*factors)
+            try:
+                answers = self._march(finer.of(scene))
+            except SolveError:  # finer cells may have no steady flow
+                answers = self._march(self._refined.of(scene))
+                self._doubt = self._doubt or self._doubt_of(answers)
+                return found
+            found, own, self._refined, factors = differences(answers, own), answers, finer, ALL_IN_DOUBT
+            if not is_still_in_doubt(found, finer) or not may_be_repeated(scene, self._work()):
+                return found
 
     def _work(self) -> float:
         """Unknowns times steps of the present simulation; 0 where the checkpoint is that of the second march."""

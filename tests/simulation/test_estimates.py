@@ -35,6 +35,30 @@ def test_a_property_without_a_value_is_refused_by_its_name():
         )
 
 
+def test_insulation_with_a_table_of_its_conductivity_has_cells_for_it():
+    """Mineral wool behind a heated skin, whose conductivity doubles through it: heat stored as on 12 cells; one is 0.3 % off."""
+    hot = {
+        "operation.pressure_drop": 0.0,
+        "operation.outer_coefficient": 30.0,
+        "operation.ambient_temperature": 293.15,
+        "operation.initial_temperature": 293.15,
+        "operation.inlet_temperature": 900.0,
+        "operation.end_time": 40000.0,
+        "model.turbulence": "none",
+        "model.flow": "plug",
+    }
+    stored = {}
+    for cells in (None, 1, 12):
+        tables = coarse_scene(hot).as_tables()
+        tables["solver"].pop("wall_cells", None)
+        wool = {"name": "wool", "material": "mineral_wool", "thickness": 0.02} | ({"cells": cells} if cells else {})
+        skin = {"name": "skin", "material": "carbon_steel", "thickness": 5e-3, "heat_source": 4e5}
+        result = run(Scene(tables | {"wall": {"layer": [skin, wool]}}), communicator=MPI.COMM_SELF)
+        stored[cells] = result["heat_stored"][-1]
+    assert stored[None] == pytest.approx(stored[12], rel=1e-3)
+    assert abs(stored[1] / stored[12] - 1.0) > 2e-3
+
+
 def test_fast_beads_do_not_hold_the_steps_back():
     path = STUDIES / "beds" / "moving_bed.toml"
     slow, fast = (estimates_of(coarse_scene(path, {"operation.bead_velocity": v})) for v in (5e-3, 0.5))
