@@ -32,10 +32,11 @@ from .equilibrium import local_equilibrium
 from .flow import NonlinearFlow, unknowns_outside
 from .linear_solution import LinearSolution
 from .newton import Beside, NewtonSystem
+from .parts import LEAST_VALUE, Unknowns
 from .protocols import Inflow
 from .state import State
-from .stations import GAUSS_DEGREE, Columns, Streamfunction
-from .steady import LEAST_VALUE, SteadySolver, Unknowns
+from .stations import GAUSS_DEGREE, Columns, PressureAlong, Streamfunction
+from .steady import SteadySolver
 
 PRESSURE_DIFFERENCE = 1e-4
 """Part of the reference pressure by which residual and mass flow are differentiated: a gas's density is linear in it."""
@@ -76,11 +77,13 @@ class DevelopedFlow(NonlinearFlow):
         )
         self.unknown, previous = fem.Function(self.space), fem.Function(self.space)
         inverse_step = fem.Constant(domain.mesh, 0.0)
-        self.pressure, self.gradient = fem.Function(scalars), fem.Function(scalars)
+        self.columns = Columns(domain)
+        self._along = PressureAlong(self.columns)
+        self.pressure, gradient = self._along.pressure, self._along.gradient
         dx = domain.column_measure(GAUSS_DEGREE)
-        arguments = (self.unknown, previous, inverse_step, self.pressure, self.gradient, temperature)
+        arguments = (self.unknown, previous, inverse_step, self.pressure, gradient, temperature)
         residual = developed_residual(equations, *arguments, BedMeasures(dx(BED), domain.nodal_measure()(BED)))
-        push = ufl.derivative(residual, self.gradient, fem.Constant(domain.mesh, 1.0) * unit(scalars))
+        push = ufl.derivative(residual, gradient, fem.Constant(domain.mesh, 1.0) * unit(scalars))
         self._push_form = fenicsx.DeferredForm(push)
         nothing = fem.Constant(domain.mesh, 0.0)
         residual += nothing * ufl.inner(self.unknown, ufl.TestFunction(self.space)) * domain.wall_measure(1)
@@ -98,29 +101,25 @@ class DevelopedFlow(NonlinearFlow):
         self._weights, self._push_of_pressure = system.new_vector(), system.new_vector()
         self._prepare_columns(equations, dx)
         motion, *others = (numbers for _, numbers in self._parts)
-        along = {"pressure": self.pressure, "gradient": self.gradient, "streamfunction": self._streamfunction.function}
+        along = {"pressure": self.pressure, "gradient": gradient, "streamfunction": self._streamfunction.function}
         solution, transit = State({"unknown": self.unknown} | along), equations.scales.transit_time
         solver = SteadySolver(system, Unknowns([motion], others), solution, previous, inverse_step, transit)
         super().__init__(equations, solver, developed_state(equations, self.unknown, self.pressure))
 
     def _prepare_columns(self, equations: FlowEquations, dx: ufl.Measure) -> None:
         """What sums over the stations, and the stream function."""
-        domain, scalars = self.domain, self.pressure.function_space
-        self.columns = Columns(domain)
+        domain = self.domain
         density = equations.fluid.density(self.pressure, self.temperature)
         weighted = equations.coordinates.weight * equations.bed.porosity * density * equations.scales.speed
         mixed = len(self._parts) > 1
         test, present = (ufl.split(f)[0] if mixed else f for f in (ufl.TestFunction(self.space), self.unknown))
         self._through = fenicsx.DeferredForm(weighted * test * dx(BED))
-        self._owned = scalars.dofmap.index_map.size_local
-        self._column = self.columns.of(scalars.tabulate_dof_coordinates())
         points = np.zeros((len(self.unknown.x.array), 3))
         for space, numbers in self._parts:
             points[numbers] = space.tabulate_dof_coordinates()
         self._column_of_unknown = self.columns.of(points)
         self._streamfunction = Streamfunction(domain, weighted * present)
         self.streamfunction = self._streamfunction.function
-        self._stations = self.columns.total(self._column[: self._owned], np.ones(self._owned))
 
     def _constrained(self, turbulence: Sequence[TurbulentUnknown]) -> Integers:
         domain, facets = self.domain, self.domain.facets(INTERFACE)
@@ -142,7 +141,7 @@ class DevelopedFlow(NonlinearFlow):
         drive = self._inflow.drive()
         pressure_drop = drive.value if drive.kind == "pressure_drop" else float(scales.pressure.value)
         gradient = pressure_drop / self.columns.along[-1]
-        self._set_gradients(np.full(len(self.columns.along), -gradient))
+        self._along.set_gradients(np.full(len(self.columns.along), -gradient))
         if not drive.value and equations.gravity is None:
             self.unknown.x.array[:] = 0.0
             return True
@@ -163,16 +162,6 @@ class DevelopedFlow(NonlinearFlow):
             self.unknown.x.array[numbers] = there.x.array
         self.unknown.x.array[self.solver.system.constrained] = 0.0
         self.unknown.x.scatter_forward()
-
-    @property
-    def _gradients(self) -> Floats:
-        """dp/dx (Pa/m) at the stations."""
-        sums = self.columns.total(self._column[: self._owned], self.gradient.x.array[: self._owned])
-        return sums / self._stations
-
-    def _set_gradients(self, gradients: Floats) -> None:
-        self.gradient.x.array[:] = gradients[self._column]
-        self.pressure.x.array[:] = self.columns.pressure(gradients)[self._column]
 
     @functools.cached_property
     def _push(self) -> PETSc.Vec:
@@ -202,7 +191,7 @@ class DevelopedFlow(NonlinearFlow):
     def _complete(self, update: PETSc.Vec) -> None:
         """Change a Newton update of the profiles so that, with new pressure gradients, the mass flow is as it has to be."""
         system, before = self.solver.system, self.unknown.x.array.copy()
-        gradients, scale = self._gradients, float(self.equations.scales.pressure.value) / self.columns.along[-1]
+        gradients, scale = self._along.gradients, float(self.equations.scales.pressure.value) / self.columns.along[-1]
         along_the_bed = abs(self.columns.pressure(gradients)[0])
         expands = (
             self._inflow.fluid.density.compressible and along_the_bed > NOTICEABLE_CHANGE * self._reference_pressure
@@ -211,7 +200,7 @@ class DevelopedFlow(NonlinearFlow):
             with self._denser() as difference:
                 system.assemble_residual_into(self._push_of_pressure)
         self._take(update)
-        size = self.solver.update_of_all(before)
+        size = self.solver.sizes.updates(before)[0]
         by_gradient, by_pressure = self._gains
         self._solve_for(by_gradient, self._push)
         flow, slope = self._through_stations(self.unknown, by_gradient)
@@ -237,8 +226,8 @@ class DevelopedFlow(NonlinearFlow):
         self.unknown.x.array[:] += more
         gradients += change
         relative = np.max(np.abs(change)) / max(np.max(np.abs(gradients)), LEAST_VALUE * scale)
-        self._set_gradients(gradients)
-        self._update = max(self.solver.update_of_all(before), float(relative))
+        self._along.set_gradients(gradients)
+        self._update = max(self.solver.sizes.updates(before)[0], float(relative))
 
     def _take(self, update: PETSc.Vec) -> None:
         """Take a Newton update."""
@@ -262,11 +251,6 @@ class DevelopedFlow(NonlinearFlow):
         gain.x.scatter_forward()
 
     @property
-    def _inlet_pressure(self) -> float:
-        """Gauge pressure (Pa) at the first station (collective)."""
-        return float(self.columns.pressure(self._gradients)[0])
-
-    @property
     def _reference_pressure(self) -> float:
         return float(self.equations.fluid.reference_pressure.value)
 
@@ -275,40 +259,17 @@ class DevelopedFlow(NonlinearFlow):
         return self._inflow.mass_flow(inlet_pressure + self._reference_pressure)
 
     def _changes(
-        self,
-        gradients: Floats,
-        flow: Floats,
-        slope: Floats,
-        slope_in_pressure: Floats | None = None,
+        self, gradients: Floats, flow: Floats, slope: Floats, slope_in_pressure: Floats | None = None
     ) -> Floats:
-        """Changes of dp/dx (Pa/m) with which the same mass flow passes all stations; NaN where there are none.
-
-        `slope` is that of the mass flows in dp/dx, `slope_in_pressure` that in the pressure; without it all densities stay as
-        they are.
-        """
-        pressure, inlet = self.columns.pressure_matrix, float(self.columns.pressure(gradients)[0])
-        drop, given = self._inflow.drive().value - inlet, self._given_mass_flow(inlet)
-        if slope_in_pressure is None:  # each station by itself; P g at the inlet is the pressure drop
-            if given is None:
-                given = (drop + pressure[0] @ (flow / slope)) / (pressure[0] @ (1.0 / slope))
-            return (given - flow) / slope
-        matrix = np.diag(slope) + slope_in_pressure[:, None] * pressure
-        right = -flow
-        if given is not None:
-            more = self._given_mass_flow(inlet + 1.0)
-            assert more is not None, "the drive is the same"
-            matrix, right = matrix - (more - given) * pressure[0], right + given
-        else:
-            matrix = np.block([[matrix, -np.ones((len(flow), 1))], [pressure[:1], np.zeros((1, 1))]])
-            right = np.append(right, drop)
-        try:
-            return np.linalg.solve(matrix, right)[: len(flow)]
-        except np.linalg.LinAlgError:
-            return np.full_like(flow, np.nan)
+        """`changes_of_gradient` with what the drive gives at present."""
+        inlet = float(self.columns.pressure(gradients)[0])
+        given, more = (self._given_mass_flow(pressure) for pressure in (inlet, inlet + 1.0))
+        drive = (self._inflow.drive().value - inlet, 0.0) if given is None or more is None else (given, more - given)
+        return changes_of_gradient(self.columns, flow, slope, slope_in_pressure, drive, is_pressure_drop=given is None)
 
     def found(self) -> None:
         """Have the stream function carry the mass flow that is imposed."""
-        self._streamfunction.renew(self._given_mass_flow(self._inlet_pressure))
+        self._streamfunction.renew(self._given_mass_flow(self._along.at_inlet))
 
     def fields(self) -> dict[str, fem.Function]:
         (speeds, numbers), *turbulence = self._parts
@@ -331,3 +292,35 @@ def unit(space: Space) -> fem.Function:
     function = fem.Function(space)
     function.x.array[:] = 1.0
     return function
+
+
+def changes_of_gradient(
+    columns: Columns,
+    flow: Floats,
+    slope: Floats,
+    slope_in_pressure: Floats | None,
+    drive: tuple[float, float],
+    *,
+    is_pressure_drop: bool,
+) -> Floats:
+    """Changes of dp/dx (Pa/m) at the stations with which the same mass flow passes all of them; NaN where there are none.
+
+    `flow` is what passes them (kg/s), `slope` that in dp/dx, `slope_in_pressure` that in the pressure; without it all densities
+    stay as they are. `drive` is how much more the pressure drop is to be (Pa), or the mass flow (kg/s) and its slope in the
+    pressure at the inlet.
+    """
+    pressure, (value, slope_at_inlet) = columns.pressure_matrix, drive
+    if slope_in_pressure is None:  # each station by itself; P g at the inlet is the pressure drop
+        wanted = (value + pressure[0] @ (flow / slope)) / (pressure[0] @ (1.0 / slope)) if is_pressure_drop else value
+        return (wanted - flow) / slope
+    matrix = np.diag(slope) + slope_in_pressure[:, None] * pressure
+    right = -flow
+    if is_pressure_drop:
+        matrix = np.block([[matrix, -np.ones((len(flow), 1))], [pressure[:1], np.zeros((1, 1))]])
+        right = np.append(right, value)
+    else:
+        matrix, right = matrix - slope_at_inlet * pressure[0], right + value
+    try:
+        return np.linalg.solve(matrix, right)[: len(flow)]
+    except np.linalg.LinAlgError:
+        return np.full_like(flow, np.nan)

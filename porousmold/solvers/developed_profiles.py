@@ -28,9 +28,9 @@ class ProfilesOfGradient(DevelopedFlow):
     given: Floats = np.ones(STATIONS)
 
     def initial_guess(self) -> bool:
-        self.gradient.x.array[:] = -self.given[self._column]
+        self._along.set_gradients(-self.given)
         self.pressure.x.array[:] = 0.0
-        self._guess(self.given[self._column])
+        self._guess(-self._along.gradient.x.array)
         return self.equations.model is None or self.equations.model.starts_near()
 
     def _beside(self) -> Beside:

@@ -20,9 +20,10 @@ from ..mesh.aliases import Space
 from ..mesh.domain import BED, INTERFACE, Domain
 from .linear_solution import LinearSolution
 from .newton import Beside, NewtonSystem
+from .parts import Unknowns
 from .protocols import FlowCounts, Observer
 from .state import ArrayOf, Arrays, Saved, State
-from .steady import FIRST_PSEUDO_STEP, SteadySolver, Unknowns
+from .steady import FIRST_PSEUDO_STEP, SteadySolver
 
 REST_OF_TURBULENCE = 1e-5
 """Part of k and epsilon from which a laminar flow is sought."""

@@ -26,9 +26,9 @@ from .linear_solution import LinearSolution
 from .multigrid import LEAST_UNKNOWNS, Preconditioner
 from .newton import Beside, NewtonSystem
 from .newton_iterations import Iterations
+from .parts import TRACE_OF_TURBULENCE
 from .protocols import FlowCounts, Inflow, Observer, silent
 from .state import ArrayOf, Arrays, Saved, State
-from .steady import TRACE_OF_TURBULENCE
 
 PRESSURE_LOST = 1e-6
 """Part of the reference pressure that the reference flow loses at inlet and outlet."""

@@ -5,16 +5,16 @@ flow passes a bead, later ones grow as the updates fall, until they are infinite
 """
 
 import logging
-from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from collections.abc import Callable
 
 import numpy as np
 from dolfinx import fem
 
-from ..arrays import Floats, Integers
-from ..mesh import fenicsx, ranks
+from ..arrays import Floats
+from ..mesh import fenicsx
 from .newton import NewtonSystem
 from .newton_iterations import Contraction, Iterations
+from .parts import TRACE_OF_TURBULENCE, PartSizes, Unknowns
 from .protocols import FlowCounts, Observer, silent
 from .state import Arrays, State
 
@@ -63,49 +63,8 @@ FRESH_ITERATIONS = 8
 """Iterations with a new Jacobian each before the flow is solved from its start; where turbulence sets in or dies k may pass
 through negative values on the way."""
 
-TRACE_OF_TURBULENCE = 1e-3
-"""k over the reference speed squared that counts as none: its eddies are no more viscous than the fluid."""
-
 LARGEST_UNDERSHOOT = 0.2
 """Of the largest k: negative k in single cells, behind an inlet say, counts as none in all that follows from it."""
-
-LEAST_VALUE = 1e-6
-"""Scaled velocity or pressure that counts as none."""
-
-
-class Unknowns(NamedTuple):
-    """Local numbers of the unknowns of each part of a system: velocity (and pressure), and the turbulence's one by one.
-
-    All but the pressure evolve in a false transient: it belongs to its velocity, however short the step.
-    """
-
-    motion: Sequence[Integers]
-    turbulence: Sequence[Integers]
-
-    @property
-    def parts(self) -> list[Integers]:
-        """Those of each part."""
-        return [*self.motion, *self.turbulence]
-
-    @property
-    def traces(self) -> Floats:
-        """Scaled size below which each part counts as 0."""
-        return np.array([LEAST_VALUE] * len(self.motion) + [TRACE_OF_TURBULENCE] * len(self.turbulence))
-
-    @property
-    def evolving(self) -> list[int]:
-        """Numbers of the parts that evolve in a false transient."""
-        return [0, *range(len(self.motion), len(self.parts))]
-
-    @property
-    def of_turbulence(self) -> Integers:
-        """All of the turbulence."""
-        return np.concatenate([np.empty(0, int), *self.turbulence])
-
-    @property
-    def kinetic_energy(self) -> Integers:
-        """Those of k, the first of the turbulence."""
-        return self.turbulence[0] if self.turbulence else np.empty(0, int)
 
 
 def _keeps(update: float, last: float) -> bool:
@@ -133,13 +92,8 @@ class SteadySolver:
         self.system, self.unknowns, self.solution = system, unknowns, solution
         self._previous, self._inverse_step, self._transit = previous, inverse_step, transit
         self._unknown = system.unknown
-        self._of_turbulence, self._evolving = unknowns.of_turbulence, unknowns.evolving
-        self._communicator = self._unknown.function_space.mesh.comm
-        # ghosts are left out, as other ranks count them
-        owned = [part[part < system.owned_size] for part in unknowns.parts]
-        self._owned, self._lengths = np.concatenate(owned), [len(part) for part in owned]
-        self._part_of_owned = np.repeat(np.arange(len(owned)), self._lengths)
-        self._least = unknowns.traces**2 * np.maximum(ranks.total(self._communicator, self._lengths), 1.0)
+        self._of_turbulence = unknowns.of_turbulence
+        self.sizes = PartSizes(self._unknown, unknowns, system.owned_size)
         self.counts = FlowCounts()
         self.update = np.inf
         self.observe: Observer = silent
@@ -220,7 +174,7 @@ class SteadySolver:
                     step,
                     self.update,
                     update,
-                    " ".join(f"{r:.1e}" for r in self._residuals()),
+                    " ".join(f"{norm:.1e}" for norm in self._residual_norms()),
                 ),
             )
         self.observe(f"flow: update {self.update:.0e}")
@@ -240,7 +194,7 @@ class SteadySolver:
             update = self.counted_iteration()
             if not np.isfinite(update):
                 break
-            update = max(update, self._updates(before)[1] / LOOSER_PARTS)
+            update = max(update, self.sizes.updates(before)[1] / LOOSER_PARTS)
             is_found = update < tolerance and self.is_physical()
             if is_found or (update < LARGEST_KEPT_UPDATE and self._follow_on_kept_factors(tolerance, kept_iterations)):
                 return self.counts.note("renewed Jacobian", found=True)
@@ -269,7 +223,7 @@ class SteadySolver:
             if not self.unknowns.turbulence or not np.isfinite(update):
                 return update
             motion = range(len(self.unknowns.motion))
-            return max(self._updates(before, motion)[0], update / LOOSER_TURBULENCE)
+            return max(self.sizes.updates(before, motion)[0], update / LOOSER_TURBULENCE)
 
         def converged(error: float) -> bool:
             self._count(self.system.relative_update)
@@ -311,17 +265,13 @@ class SteadySolver:
 
     def _largest_update(self, before: Floats) -> float:
         """Relative update since the array `before` of the part that changes most, infinite where the iteration failed."""
-        return self._updates(before, self._evolving)[1] if np.isfinite(self.update) else np.inf
+        return self.sizes.largest_update(before) if np.isfinite(self.update) else np.inf
 
-    def _residuals(self) -> list[float]:
-        """Residual norms of the parts after the last iteration (collective)."""
+    def _residual_norms(self) -> list[float]:
+        """Of the parts after the last iteration (collective)."""
         residual = fem.Function(self._unknown.function_space)
         self.system.vector.copy(fenicsx.petsc_vector(residual))
-        return np.sqrt(ranks.total(self._communicator, self._squares(residual.x.array[self._owned]))).tolist()
-
-    def _squares(self, values: Floats) -> Floats:
-        """Sum of squares of each part of this rank's values, which are those of `_owned`."""
-        return np.bincount(self._part_of_owned, weights=values * values, minlength=len(self._lengths)).astype(float)
+        return self.sizes.norms(residual.x.array)
 
     def _converged(self, update: float) -> bool:
         """Whether the steady equations are solved, from the last update of all and that of the part that changes most.
@@ -330,28 +280,8 @@ class SteadySolver:
         """
         if self.unknowns.turbulence and not self.is_turbulent():
             motion = range(len(self.unknowns.motion))
-            return self._updates(self._previous.x.array, motion)[0] < CONVERGED_UPDATE and self.is_physical()
+            return self.sizes.updates(self._previous.x.array, motion)[0] < CONVERGED_UPDATE and self.is_physical()
         return self.update < CONVERGED_UPDATE and update < CONVERGED_PARTS and self.is_physical()
-
-    def _updates(self, before: Floats, parts: Sequence[int] = ()) -> tuple[float, float]:
-        """Update since the array `before`, relative to the geometric mean of then and now, so that growth shows like decay.
-
-        Of all unknowns of the parts (numbers; default: all), and the largest of a part, as k and epsilon hardly count in that of
-        all.
-        """
-        now, old = self._unknown.x.array[self._owned], before[self._owned]
-        with np.errstate(
-            over="ignore", invalid="ignore"
-        ):  # of an iterate that runs away: its update is infinite or no number
-            squares = ranks.total(self._communicator, [self._squares(values) for values in (now - old, now, old)])
-            changes, values, old_values, least = np.vstack([squares, self._least])[:, parts or slice(None)]
-            of_all = np.sqrt(max(values.sum(), least.sum())) * np.sqrt(max(old_values.sum(), least.sum()))
-            of_parts = np.sqrt(np.maximum(values, least)) * np.sqrt(np.maximum(old_values, least))
-            return float(np.sqrt(changes.sum() / of_all)), float(np.sqrt(np.max(changes / of_parts)))
-
-    def update_of_all(self, before: Floats) -> float:
-        """Relative update of all unknowns since the array `before` (collective)."""
-        return self._updates(before)[0]
 
     def extrapolate(self, previous: Arrays, factor: float) -> None:
         """Extrapolate the solution `factor` times as far ahead as `previous` (its arrays) lies behind."""
@@ -367,19 +297,16 @@ class SteadySolver:
 
     def is_turbulent(self) -> bool:
         """Whether k is more than negligible anywhere (collective)."""
-        return ranks.extremes(self._communicator, self._kinetic_energy())[1] > TRACE_OF_TURBULENCE
+        return self.sizes.range_of_kinetic_energy[1] > TRACE_OF_TURBULENCE
 
     def is_physical(self) -> bool:
         """No NaN, and k no further below zero than a part of its largest value, or a trace of the speed squared where there is
         no turbulence. `counts.largest_undershoot` notes the largest part that has passed."""
         if not self._of_turbulence.size:
             return True
-        low, high = ranks.extremes(self._communicator, self._kinetic_energy())
+        low, high = self.sizes.range_of_kinetic_energy
         if low < -max(LARGEST_UNDERSHOOT * high, TRACE_OF_TURBULENCE):
             return False
         if high > TRACE_OF_TURBULENCE:
             self.counts.largest_undershoot = max(self.counts.largest_undershoot, -low / high)
         return bool(np.isfinite(low))
-
-    def _kinetic_energy(self) -> Floats:
-        return self._unknown.x.array[self.unknowns.kinetic_energy]
