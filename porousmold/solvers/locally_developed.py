@@ -13,19 +13,18 @@ import numpy as np
 import ufl
 from dolfinx import fem
 
-from ..arrays import Floats
 from ..equations.flow import FlowEquations
 from ..equations.locally_developed import CarriedByPressure, LocallyDeveloped, NodalProfile, NodalProfiles
 from ..errors import SolveError
-from ..laws.functions import Value
 from ..mesh import fenicsx, ranks
-from ..mesh.aliases import Form, Space
+from ..mesh.aliases import Space
 from ..mesh.domain import BED, INLET, OUTLET, Domain
 from .developed_profiles import ProfileTable
 from .linear_solution import LinearSolution
 from .multigrid import LEAST_UNKNOWNS, Preconditioner
 from .newton import Beside, NewtonSystem
 from .newton_iterations import Iterations
+from .nodal_means import NodalMeans
 from .parts import TRACE_OF_TURBULENCE
 from .protocols import FlowCounts, Inflow, Observer, silent
 from .state import ArrayOf, Arrays, Saved, State
@@ -107,10 +106,9 @@ class LocallyDevelopedFlow:
         self._by_pressure = fenicsx.DeferredForm(weight * self.local.conductance * test * ds)
         self._gain, self._push = fem.Function(space), self.system.new_vector()
         self._gained = fenicsx.DeferredForm(weight * self.local.conductance * (1.0 - self._gain) * ds)
-        self._nodal = self._equations.coordinates.nodal_weight * test, domain.nodal_measure()(BED)
-        self._volume_form = fenicsx.DeferredForm(self._at_nodes(fem.Constant(domain.mesh, 1.0)))
-        self._energies = [fenicsx.DeferredForm(self._at_nodes(part)) for part in self.state.turbulence[:1]]
-        self._logarithm_form = fenicsx.DeferredForm(self._at_nodes(self.local.logarithm))
+        self._means = NodalMeans(domain, space, self._equations.coordinates.nodal_weight)
+        self._energies = [fenicsx.DeferredForm(self._means.form(part)) for part in self.state.turbulence[:1]]
+        self._logarithm_form = fenicsx.DeferredForm(self._means.form(self.local.logarithm))
 
     def _preconditioner(self, space: Space) -> Preconditioner | None:
         mesh = self.domain.mesh
@@ -147,7 +145,7 @@ class LocallyDevelopedFlow:
         if not self._energies:  # without a transported one eddies follow from the flow itself
             return self._equations.model is not None
         energy = fem.Function(self.pressure.function_space)
-        self._mean_at_nodes(self._energies[0].form, energy)
+        self._means.take(self._energies[0].form, energy)
         largest = ranks.extremes(self.domain.communicator, energy.x.array)[1]
         return bool(largest > TRACE_OF_TURBULENCE * float(self._equations.scales.speed.value) ** 2)
 
@@ -244,35 +242,16 @@ class LocallyDevelopedFlow:
         self._at_boundary.x.array[self._inlet_nodes] = pressure
         self._at_boundary.x.scatter_forward()
 
-    @functools.cached_property
-    def _volumes(self) -> Floats:
-        """Of the bed at each owned node, m3; tiny where there is none."""
-        vector = self.system.new_vector()
-        fenicsx.assemble_vector(vector, self._volume_form.form)
-        return np.maximum(vector.array.copy(), 1e-300)
-
-    def _at_nodes(self, expression: Value) -> Value:
-        """Form of an expression at the nodes, times their volumes."""
-        factor, nodes = self._nodal
-        return expression * factor * nodes
-
-    def _mean_at_nodes(self, form: Form, result: fem.Function) -> None:
-        """Values at the nodes, the mean of what the cells around have there (collective)."""
-        vector = fenicsx.petsc_vector(result)
-        fenicsx.assemble_vector(vector, form)
-        vector.array[:] /= self._volumes
-        result.x.scatter_forward()
-
     def _renew_profiles(self) -> None:
         """Take the profiles about the present pressure gradient (collective); at first that far from walls everywhere, whatever
         the gradient. Raises `SolveError` where they are not found."""
         uniform, logarithm = self._is_uniform, self._profiles.logarithm
         before = logarithm.x.array.copy()
-        self._mean_at_nodes(self._logarithm_form.form, logarithm)
+        self._means.take(self._logarithm_form.form, logarithm)
         if self._iteration > UNRELAXED:  # at a corner of the boundary it may go to and fro
             logarithm.x.array[:] = before + RELAXED * (logarithm.x.array - before)
-        owned = logarithm.x.array[: len(self._volumes)]
-        sums = ranks.total(self.domain.communicator, [np.sum(self._volumes * owned), np.sum(self._volumes)])
+        owned = logarithm.x.array[: len(self._means.volumes)]
+        sums = ranks.total(self.domain.communicator, [np.sum(self._means.volumes * owned), np.sum(self._means.volumes)])
         mean = float(sums[0] / sums[1])
         self._table.cover(mean)
         if uniform:
@@ -306,7 +285,7 @@ class LocallyDevelopedFlow:
         velocity = fem.Function(fenicsx.lagrange_space(self.domain.mesh, 1, dimension), name="velocity")
         component = fem.Function(space)
         for axis in range(dimension):
-            self._mean_at_nodes(fenicsx.compiled_form(self._at_nodes(self.state.velocity[axis])), component)
+            self._means.take(fenicsx.compiled_form(self._means.form(self.state.velocity[axis])), component)
             velocity.x.array[axis::dimension] = component.x.array
         pressure = fem.Function(space, name="pressure")
         pressure.x.array[:] = self.pressure.x.array
@@ -314,5 +293,5 @@ class LocallyDevelopedFlow:
         names = [unknown.name for unknown in self._equations.turbulent_unknowns]
         for name, expression in zip(names, self.state.turbulence, strict=True):
             fields[name] = fem.Function(space, name=name)
-            self._mean_at_nodes(fenicsx.compiled_form(self._at_nodes(expression)), fields[name])
+            self._means.take(fenicsx.compiled_form(self._means.form(expression)), fields[name])
         return fields
