@@ -40,8 +40,8 @@ SECONDS_BETWEEN_LOOKS = 0.5
 GO_ON = "with room there, the same command goes on"
 
 
-WORTH_A_ROW = re.compile("not heated|target .* not met |.*coarser cells and steps move")
-"""Warnings of a run that does not reach what it waits for."""
+WORTH_A_ROW = re.compile("not heated|target .* not met |.*(coarser cells and steps move|; a finer mesh shows it$)")
+"""Warnings of a run that does not reach what it waits for, or whose cells may be too few."""
 
 
 @dataclass(frozen=True)

@@ -71,6 +71,26 @@ def test_cases_have_one_mesh_and_rows_tell_where_that_is_coarse(tmp_path):
     assert any("coarser cells and steps move" in row.reason for row in rows)
 
 
+def test_rows_tell_of_doubts_that_no_coarser_cells_can_settle(tmp_path):
+    """A front that stands in a mesh of one's own."""
+    path = tmp_path / "plastic.toml"
+    path.write_text(
+        f"""
+[study]
+scene = "{STUDIES / "mold" / "curved.toml"}"
+record = ["heating_time"]
+[set]
+model.turbulence = "none"
+model.flow = "developed"
+operation.end_time = "60 s"
+[vary]
+wall.material = ["acrylic"]
+"""
+    )
+    (row,) = run_study(Study.load(path), tmp_path / "out")
+    assert "within one cell of the bed" in row.reason and row.reason.endswith("a finer mesh shows it")
+
+
 def test_starting_again_runs_only_what_is_missing_or_changed(study_file, tmp_path):
     out, study = tmp_path / "out", Study.load(study_file)
     first = run_study(study, out)
