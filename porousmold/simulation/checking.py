@@ -115,7 +115,7 @@ def _repeat_text(scene: Scene, specs: Specs, estimates: Estimates, work: float) 
     is_short = specs.course is None and specs.time.end_time < HEATING_TIMES * estimates.heating_duration
     if not (is_short and may_be_repeated(scene, work)):
         return ""
-    return "; two to seven times that if a front stands in the bed at the end (solver.refine_in_doubt)"
+    return "; several times that if a front stands in the bed at the end (solver.refine_in_doubt)"
 
 
 def _recommended(specs: Specs, estimates: Estimates) -> str:
