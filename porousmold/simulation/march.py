@@ -1,6 +1,5 @@
 """Time integration: flow and energy in turn, until the wall is heated or the end time is reached."""
 
-import functools
 import logging
 import math
 from collections.abc import Callable, Mapping
@@ -14,18 +13,16 @@ from ..mesh.aliases import Communicator
 from ..solvers.newton import free_systems
 from ..solvers.protocols import Observer, silent
 from ..solvers.state import ArrayOf, Copy, Saved
-from ..solvers.time_control import TimeControl
 from .assembly import assemble
+from .breakpoints import Breakpoints
 from .ending import Ending
 from .recorder import Recorder
+from .regimes import Regimes
 from .specs import Specs
 from .step_rules import StepRules
 from .steppers import STEPPERS, Past
 
 LOG = logging.getLogger(__name__)
-
-FIRST_STEP = 0.05
-"""The first time step at most, as a part of the largest one."""
 
 SHORTEST_PART = 0.05
 """Of the first step: a shorter one is not cut again to meet the end of a phase."""
@@ -44,10 +41,10 @@ class Simulation:
         self.specs, self._observe = specs, observe
         self.problem = assemble(specs, communicator, observe)
         self.recorder = Recorder(self.problem)
-        self.control = self._time_control()
+        self._breakpoints = Breakpoints(specs, self.problem.medium.estimates.largest_step)
+        self.control = self._breakpoints.control()
         self.time = 0.0
-        self.regimes: list[str] = []
-        self.is_also_laminar = False
+        self.regimes = Regimes(self.problem)
         self._past = Past()
         self._stepper = STEPPERS[specs.flow.model.update](self.problem)
         self._rules = StepRules(self.problem, self.recorder)
@@ -56,27 +53,6 @@ class Simulation:
     def free(self) -> None:
         """Free what PETSc holds of it; what was recorded stays (collective)."""
         free_systems(self.problem.domain.mesh)
-
-    def _time_control(self) -> TimeControl:
-        time, largest = self.specs.time, self._largest_step
-        weak = set(time.kinks) - set(self._bends)
-        return TimeControl(
-            min(time.steps.first or math.inf, FIRST_STEP * largest) / time.steps.refinement,
-            time.steps.growth ** (1.0 / time.steps.refinement),
-            largest / time.steps.refinement,
-            time.end_time,
-            self._breakpoints(),
-            (*(self.specs.output.times or ()), *weak),
-        )
-
-    @functools.cached_property
-    def _largest_step(self) -> float:
-        return self.specs.time.largest_step(self.problem.medium.estimates.largest_step)
-
-    @functools.cached_property
-    def _bends(self) -> tuple[float, ...]:
-        """Breakpoints (s) of the series after which steps start small again."""
-        return self.specs.time.bends(self._largest_step)
 
     def march(
         self,
@@ -105,7 +81,7 @@ class Simulation:
             step = self._step()
             if step is not None:
                 self.time += step
-                self._note_regime()
+                self.regimes.note()
                 self.recorder.record(self.time, step, self._stepper.flow_time(self.time, self._past))
                 self._keep_snapshot()
                 progress(self.time, self.recorder.history[f"deficit_{self.specs.time.heated.place}"][-1])
@@ -119,14 +95,14 @@ class Simulation:
             return
         differences = self._rules.differences(self.time, *self._rules.range_now(), problem.inlet_temperature)
         if not course.is_past(self.time, history["outlet_temperature"][-1], differences):
-            self.control.breakpoints = self._breakpoints()
+            self.control.breakpoints = self._breakpoints.present()
             return
         before = course.direction_of(course.number)
         number = course.number
         course.end_phase(self.time, problem.heat.balance.by_fluid)
         self.recorder.end_phase(number, self.time)
         self.control.jump(self.time)
-        self.control.breakpoints = self._breakpoints()
+        self.control.breakpoints = self._breakpoints.present()
         if course.is_over or course.direction_of(course.number) == before:
             return
         with problem.stopwatch("flow"):
@@ -135,33 +111,17 @@ class Simulation:
             problem.medium.boundary.set(np.nextafter(self.time, math.inf))
             problem.find_flow(problem.flow.start, self.time)
 
-    def _breakpoints(self) -> tuple[float, ...]:
-        """At which steps start small again: where the series bend, and at the ends of the present phase."""
-        course, known = self.specs.course, self._bends
-        if course is None:
-            return known
-        end = (course.planned_end,) if math.isfinite(course.planned_end) else ()
-        return tuple(sorted({*known, *course.ends[-1:], *end}))
-
     def _start(self) -> None:
         problem, course = self.problem, self.specs.course
         if course is not None and course.direction_of(0) < 0:  # profiles and states are given from the inlet on
             problem.mirror(*problem.heated.functions.values())
         with problem.stopwatch("flow"):
             problem.find_flow(problem.flow.start, 0.0)
-            self._note_regime()
-            if problem.is_also_laminar():
-                self.is_also_laminar = True
-                self.regimes.append("laminar")
+            self.regimes.note()
+            self.regimes.note_beside()
         self._check_direction()
         self.recorder.record(0.0, 0.0, 0.0)
         self._keep_snapshot()
-
-    def _note_regime(self) -> None:
-        """Note a regime of the flow that has not occurred before (collective)."""
-        regime = "turbulent" if self.problem.flow.is_turbulent() else "laminar"
-        if regime not in self.regimes:
-            self.regimes.append(regime)
 
     def _step(self) -> float | None:
         """Take one step; gives its length (s), None where it is to be repeated with another one."""
@@ -243,8 +203,7 @@ class Simulation:
             "steps": self._past.steps,
             "next_step": self.control.step,
             "rejected": self.control.rejected,
-            "regimes": self.regimes,
-            "is_also_laminar": self.is_also_laminar,
+            "regimes": self.regimes.save(),
             "course": None if self.specs.course is None else self.specs.course.save(),
             "jumps": self.control.jumps,
             "problem": problem.numbers,
@@ -255,11 +214,11 @@ class Simulation:
 
     def restore(self, numbers: Mapping[str, Any], array_of: ArrayOf) -> None:
         """Go on from what `save()` gave; `array_of(name, space)` gives the local array of a name (collective)."""
-        self.time, self.regimes = numbers["time"], numbers["regimes"]
-        self.is_also_laminar = numbers["is_also_laminar"]
+        self.time = numbers["time"]
+        self.regimes.restore(numbers["regimes"])
         if self.specs.course is not None:
             self.specs.course.restore(numbers["course"])
-            self.control.breakpoints = self._breakpoints()
+            self.control.breakpoints = self._breakpoints.present()
         self.control.jumps = list(numbers["jumps"])
         self.control.go_on_with(numbers["next_step"])
         self.control.rejected = numbers["rejected"]

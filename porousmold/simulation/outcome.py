@@ -166,7 +166,7 @@ def _work_done(simulation: Simulation) -> dict[str, Any]:
         "time_steps": max(len(simulation.recorder.history) - 1, 0),
         "rejected_steps": simulation.control.rejected,
         "repeated_steps": heat.repetitions,
-        "flow_regimes": simulation.regimes,
+        "flow_regimes": simulation.regimes.seen,
         "flow_solves": flow.counts.solves,
         "flow_strategies": flow.counts.strategies,
         "continuation_steps": flow.counts.continuation_steps,
@@ -391,7 +391,7 @@ def _of_the_outcome(simulation: Simulation) -> list[str]:
     undershoot = simulation.problem.flow.counts.largest_undershoot
     if undershoot > LARGEST_UNDERSHOOT:
         found.append(f"k undershoots by {undershoot:.0%} of its largest value in single cells, where it counts as 0")
-    if simulation.is_also_laminar:
+    if simulation.regimes.is_also_laminar:
         found.append(
             "with these settings a laminar flow is steady, too; the turbulent solution is used, as for a tripped flow"
         )
