@@ -316,24 +316,6 @@ class Problem:
         cells = fenicsx.dof_table(temperature.function_space)[self.domain.cells(geometry.BED)]
         return ranks.largest_magnitude(self.communicator, np.ptp(temperature.x.array[cells], axis=1))
 
-    def highest_reynolds_number(self) -> float:
-        """Largest local bead Reynolds number (collective)."""
-        equations, temperature = self.medium.equations, self.medium.flow_temperature
-        m = equations.momentum(self.flow.state, temperature)
-        reynolds = equations.bed.reynolds_number(m.density, m.speed, m.viscosity)
-        values = fenicsx.nodal_values(reynolds, temperature.function_space)
-        return ranks.largest_magnitude(self.communicator, np.nan_to_num(values))
-
-    def is_also_laminar(self) -> bool:
-        """Whether beside the present turbulent flow there is a laminar one: sought where no bead source acts (collective).
-
-        Of the developed flow, where the bed is straight.
-        """
-        model = self.specs.laws.turbulence
-        if model is None or not self.flow.is_turbulent() or model.has_bead_sources(self.highest_reynolds_number()):
-            return False
-        return self.flow.is_also_laminar()
-
     def highest_mach_number(self) -> float:
         """Largest nodal |u|/c with the speed of sound of an ideal gas; 0 for a liquid (collective)."""
         fluid = self.specs.laws.fluid

@@ -3,6 +3,9 @@
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
+from ..mesh import fenicsx, ranks
 from .problem import Problem
 
 TURBULENT, LAMINAR = "turbulent", "laminar"
@@ -23,7 +26,7 @@ class Regimes:
 
     def note_beside(self) -> None:
         """Note whether there is a laminar flow beside the present one (collective)."""
-        if self._problem.is_also_laminar():
+        if is_also_laminar(self._problem):
             self.is_also_laminar = True
             self._add(LAMINAR)
 
@@ -38,3 +41,23 @@ class Regimes:
     def restore(self, numbers: Mapping[str, Any]) -> None:
         """Go on from what `save()` gave."""
         self.seen, self.is_also_laminar = list(numbers["seen"]), numbers["is_also_laminar"]
+
+
+def is_also_laminar(problem: Problem) -> bool:
+    """Whether beside the present turbulent flow there is a laminar one: sought where no bead source acts (collective).
+
+    Of the developed flow, where the bed is straight.
+    """
+    model = problem.specs.laws.turbulence
+    if model is None or not problem.flow.is_turbulent() or model.has_bead_sources(highest_reynolds_number(problem)):
+        return False
+    return problem.flow.is_also_laminar()
+
+
+def highest_reynolds_number(problem: Problem) -> float:
+    """Largest local bead Reynolds number (collective)."""
+    equations, temperature = problem.medium.equations, problem.medium.flow_temperature
+    m = equations.momentum(problem.flow.state, temperature)
+    reynolds = equations.bed.reynolds_number(m.density, m.speed, m.viscosity)
+    values = fenicsx.nodal_values(reynolds, temperature.function_space)
+    return ranks.largest_magnitude(problem.communicator, np.nan_to_num(values))
