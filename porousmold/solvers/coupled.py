@@ -22,6 +22,7 @@ from ..laws.functions import Value
 from ..mesh import fenicsx, ranks
 from ..mesh.aliases import Space
 from ..mesh.domain import BED, Domain
+from .coupled_unknowns import CoupledUnknowns
 from .flow import FullFlow, constrained_unknowns, unknowns_outside
 from .heating import MOST_REPETITIONS, TransientHeat
 from .newton import NewtonSystem
@@ -57,17 +58,13 @@ class CoupledTransient:
         self.curing = heat.curing
         self._flow_temperature, self._set_time = flow_temperature, set_time
         equations = flow.equations
-        two = heat.equations.two_temperatures
-        self._flow_parts = 2 + len(equations.turbulent_unknowns)
-        scalars = self._flow_parts - 1 + (2 if two else 1)
-        elements = [fenicsx.lagrange_element(domain.mesh, 1, domain.mesh.geometry.dim)]
-        elements += [fenicsx.lagrange_element(domain.mesh, 1)] * scalars
-        self._space = fenicsx.mixed_space(domain.mesh, elements)
-        self._coupled, self._reference = fem.Function(self._space), fem.Function(self._space)
+        self._unknowns = CoupledUnknowns(domain, flow, heat, flow_temperature)
+        self._coupled, space = self._unknowns.coupled, self._unknowns.space
+        self._reference = fem.Function(space)
         self._inverse_step = fem.Constant(domain.mesh, 1.0)
         now, before = ufl.split(self._coupled), ufl.split(self._reference)
-        tests = ufl.TestFunctions(self._space)
-        count = self._flow_parts
+        tests = ufl.TestFunctions(space)
+        count = self._unknowns.flow_parts
         state, old = (equations.state_of(parts[:count]) for parts in (now, before))
         temperature, beads, test, bead_test = now[count], now[-1], tests[count], tests[-1]
         dx = flow.dx
@@ -87,12 +84,11 @@ class CoupledTransient:
         residual += fem.Constant(domain.mesh, 1.0 / float(heat_scale)) * warming
         nothing = fem.Constant(domain.mesh, 0.0)
         residual += nothing * sum(ufl.inner(a, b) for a, b in zip(now, tests, strict=True)) * domain.wall_measure(1)
-        constrained = [constrained_unknowns(domain, self._space, equations.turbulent_unknowns)]
-        if two:
-            constrained.append(unknowns_outside(domain, self._space, (count + 1,), BED))
+        constrained = [constrained_unknowns(domain, space, equations.turbulent_unknowns)]
+        if heat.equations.two_temperatures:
+            constrained.append(unknowns_outside(domain, space, (count + 1,), BED))
         held = np.unique(np.concatenate(constrained))
         self._system = NewtonSystem("coupled", residual, self._coupled, held, keep_jacobian=True)
-        self._parts = [fenicsx.collapse(self._space, part) for part in range(len(elements))]
         self._fluid_capacity = fenicsx.DeferredForm(heat.equations.fluid_heat_capacity())
         self.newton_iterations = 0
         self.observe: Observer = silent
@@ -128,34 +124,6 @@ class CoupledTransient:
         """Number of unknowns solved for, those of the flow included."""
         return self._system.active_unknowns
 
-    def _gather(self) -> None:
-        """Take the unknowns of flow and heat."""
-        sources = [self.flow.unknown.sub(part) for part in range(self._flow_parts)]
-        heat = self.heat.unknown
-        sources += [heat.sub(0), heat.sub(1)] if self.heat.equations.two_temperatures else [heat]
-        for (space, numbers), source in zip(self._parts, sources, strict=True):
-            values = fem.Function(space)
-            values.interpolate(source)
-            self._coupled.x.array[numbers] = values.x.array
-        self._coupled.x.scatter_forward()
-
-    def _scatter(self) -> None:
-        """Give flow and heat the coupled unknowns."""
-        targets: list[Any] = [(self.flow.unknown, self.flow.space, part) for part in range(self._flow_parts)]
-        two = self.heat.equations.two_temperatures
-        targets += [(self.heat.unknown, self.heat.space, part if two else None) for part in range(2 if two else 1)]
-        for index, (function, space, part) in enumerate(targets):
-            if part is None:
-                function.interpolate(self._coupled.sub(index))
-                continue
-            subspace, numbers = fenicsx.collapse(space, part)
-            values = fem.Function(subspace)
-            values.interpolate(self._coupled.sub(index))
-            function.x.array[numbers] = values.x.array
-        self._flow_temperature.interpolate(self._coupled.sub(self._flow_parts))
-        for function in (self.flow.unknown, self.heat.unknown, self._flow_temperature):
-            function.x.scatter_forward()
-
     def step(self, time: float, step: float, bounds: Callable[[], Bounds] = unbounded) -> StepError:
         """One step of `step` seconds from `time`; gives its estimated error, keeps `bounds` like `TransientHeat.step`."""
         self.heat.release_cells()
@@ -168,7 +136,7 @@ class CoupledTransient:
             self.heat.repetitions += 1
             self._solved.put_back(start)
         difference = step * GAMMA * (rates[0] - 2.0 * rates[1] + rates[2])
-        return StepError(self.heat.error.norm(self._of_heat(difference)), 0.0, 3)
+        return StepError(self.heat.error.norm(self._unknowns.of_heat(difference)), 0.0, 3)
 
     @functools.cached_property
     def _solved(self) -> State:
@@ -180,30 +148,9 @@ class CoupledTransient:
         }
         return State(functions, {"balance": self.balance})
 
-    def _of_heat(self, values: Floats) -> Floats:
-        """Those of the heat's unknowns among the coupled ones."""
-        result = np.zeros(len(self.heat.unknown.x.array))
-        for (space, numbers), target in zip(self._parts[self._flow_parts :], self._heat_parts, strict=True):
-            part = fem.Function(space)
-            part.x.array[:] = values[numbers]
-            if target is None:
-                own = fem.Function(self.heat.space)
-                own.interpolate(part)
-                return np.asarray(own.x.array)
-            subspace, own_numbers = target
-            own = fem.Function(subspace)
-            own.interpolate(part)
-            result[own_numbers] = own.x.array
-        return result
-
-    @functools.cached_property
-    def _heat_parts(self) -> list[Any]:
-        two = self.heat.equations.two_temperatures
-        return [fenicsx.collapse(self.heat.space, part) for part in range(2)] if two else [None]
-
     def _take(self, time: float, step: float) -> list[Floats]:
         """All stages of a step; gives their rates. The balance is brought forward."""
-        self._gather()
+        self._unknowns.gather()
         self.flow.renew_inlet()
         self.heat.begin()
         capacity = ranks.integral(self.domain.communicator, self._fluid_capacity.form)
@@ -217,7 +164,7 @@ class CoupledTransient:
             self._reference.x.array[:] = reference
             self._solve(time, step)
             rates.append((self._coupled.x.array - reference) / (GAMMA * step))
-            self._scatter()
+            self._unknowns.scatter()
             crossed = crossed + step * STAGES[-1][stage] * self.heat.flows.here()
         # heat that comes in is counted from the inlet's temperature: so is that of the fluid that the bed no longer holds
         inlet = float(self.heat.equations.inlet_temperature.value)
