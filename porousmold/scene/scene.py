@@ -84,12 +84,7 @@ class Scene:
         schema = schema_with(KEYS, found["materials"])  # after the extensions, which register materials, too
         values = checked_values(completed(ordinary), schema, base, found["source"])
         found |= {table: Table(table, content) for table, content in values.items()}
-        found["file_digests"] = {
-            f"{table}.{name}": hashlib.sha256(value.read_bytes()).hexdigest()
-            for table, content in values.items()
-            for name, value in content.items()
-            if isinstance(value, Path)
-        }
+        found["file_digests"] = _digests_of_files(values)
         if (mesh := values["geometry"]["mesh"]) is not None:
             found["file_digests"]["geometry.mesh"] += _checked_mesh(mesh, found["source"], trusted=allow_extensions)
         operation, start = _with_temperatures(values["operation"], values["geometry"]["length"], found["source"])
@@ -221,20 +216,14 @@ class Scene:
             return self._profile
         return LawPorosity(POROSITY_MODELS[self.bed.porosity_model], self.bed.bulk_porosity)
 
-    def _without_place(self) -> list[str]:
-        """Full names of keys whose values come from elsewhere in this scene."""
-        names = list(GEOMETRIES[self.geometry.kind].foreign)
-        names += ["operation.inlet_temperature"] if self.operation.programme or self.operation.phase else []
-        names += [f"operation.{drive_name(self.operation.phase)}"] if self.operation.phase else []
-        return names + (["wall.material"] if self.wall.layer else [])
-
     def as_tables(self) -> dict[str, Settings]:
         """Every key with its value, defaults included, ready for TOML; keys without a value are left out."""
         tables: dict[str, Settings] = {}
+        without_place = _without_place(self)
         for table, keys in KEYS.items():
             content = {}
             for name in keys:
-                if f"{table}.{name}" in self._without_place():
+                if f"{table}.{name}" in without_place:
                     continue
                 value = getattr(getattr(self, table), name)
                 if (table, name) == ("operation", "initial_temperature") and self.start is not None:
@@ -247,6 +236,24 @@ class Scene:
         if own := self._given.get("materials"):
             tables["materials"] = with_absolute_files(own, Path(self.source).parent if self.source else Path())
         return tables
+
+
+def _without_place(scene: Scene) -> list[str]:
+    """Full names of keys whose values come from elsewhere in a scene."""
+    names = list(GEOMETRIES[scene.geometry.kind].foreign)
+    names += ["operation.inlet_temperature"] if scene.operation.programme or scene.operation.phase else []
+    names += [f"operation.{drive_name(scene.operation.phase)}"] if scene.operation.phase else []
+    return names + (["wall.material"] if scene.wall.layer else [])
+
+
+def _digests_of_files(values: Mapping[str, Settings]) -> dict[str, str]:
+    """Of the contents of the files that keys name."""
+    return {
+        f"{table}.{name}": hashlib.sha256(value.read_bytes()).hexdigest()
+        for table, content in values.items()
+        for name, value in content.items()
+        if isinstance(value, Path)
+    }
 
 
 def _with_temperatures(operation: Settings, length: float | None, where: str | None) -> tuple[Settings, Start | None]:
