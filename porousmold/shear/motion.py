@@ -86,20 +86,8 @@ class Shearing:
     def _start(self) -> None:
         """Beads of the walls, and the others placed at random."""
         cell, rng = self.cell, np.random.default_rng(self.cell.seed)
-        half, period = 0.5 * cell.width, self._walls[2]
-        fixed = np.zeros((0, 3))
-        if cell.walls == ROUGH:
-            for z in (0.0, cell.distance):
-                layer = np.empty((int(2.0 * cell.width**2), 3))
-                low, high = np.array([-half, -half, z - 0.5]), np.array([half, half, z + 0.5])
-                placed = dynamics.place(rng, layer, np.full(len(layer), 0.5), low, high, 0.0, period, 100_000)
-                fixed = np.concatenate([fixed, layer[:placed]])
-        number = round(cell.solid_fraction * cell.volume / (math.pi / 6.0) - 0.5 * len(fixed))
-        self._small = 0.5 * (START_SOLID_FRACTION / max(cell.solid_fraction, START_SOLID_FRACTION)) ** (1.0 / 3.0)
-        free, margin = np.empty((number, 3)), 0.5 if cell.walls == ROUGH else 0.0
-        low, high = np.array([-half, -half, margin]), np.array([half, half, cell.distance - margin])
-        if dynamics.place(rng, free, np.full(number, self._small), low, high, 0.0, period, 200_000) < number:
-            raise InputError("--solid-fraction", cell.solid_fraction, "leaves the beads no place to start from")
+        fixed, free, self._small = _placed(cell, rng, self._walls[2])
+        number = len(free)
         self._body = np.zeros((len(fixed) + number, 9))
         self._body[:, :3] = np.concatenate([fixed, free])
         self._body[:, 3] = self._body[:, 2] - 0.5 * cell.distance
@@ -246,3 +234,22 @@ class Shearing:
             self._verlet, self._warm = (start, partner, dashpot, spring), True
             keys = ("stress", "fluxes", "into_beads", "profile", "diffusion", "moment")
             self._blocks = [{key: state[f"{number}_{key}"] for key in keys} for number in range(int(state["blocks"]))]
+
+
+def _placed(cell: ShearCell, rng: np.random.Generator, period: Floats) -> tuple[Floats, Floats, float]:
+    """Middles of the beads of the walls and of the others, which do not touch, and the radius of these, which are to grow."""
+    half = 0.5 * cell.width
+    fixed = np.zeros((0, 3))
+    if cell.walls == ROUGH:
+        for z in (0.0, cell.distance):
+            layer = np.empty((int(2.0 * cell.width**2), 3))
+            low, high = np.array([-half, -half, z - 0.5]), np.array([half, half, z + 0.5])
+            placed = dynamics.place(rng, layer, np.full(len(layer), 0.5), low, high, 0.0, period, 100_000)
+            fixed = np.concatenate([fixed, layer[:placed]])
+    number = round(cell.solid_fraction * cell.volume / (math.pi / 6.0) - 0.5 * len(fixed))
+    small = 0.5 * (START_SOLID_FRACTION / max(cell.solid_fraction, START_SOLID_FRACTION)) ** (1.0 / 3.0)
+    free, margin = np.empty((number, 3)), 0.5 if cell.walls == ROUGH else 0.0
+    low, high = np.array([-half, -half, margin]), np.array([half, half, cell.distance - margin])
+    if dynamics.place(rng, free, np.full(number, small), low, high, 0.0, period, 200_000) < number:
+        raise InputError("--solid-fraction", cell.solid_fraction, "leaves the beads no place to start from")
+    return fixed, free, small
