@@ -59,6 +59,8 @@ FINEST_IN_DOUBT = IN_DOUBT**2
 MOST_WORK = 2e6
 """Unknowns of flow and energy times time steps, beyond which no run is repeated: some 20 s of the first march (docs/growth.md),
 two minutes of the second."""
+MOST_WORK_AGAIN = 5e5
+"""The same of the second march, beyond which there is no third: some 40 s of that."""
 CELLS_AND_STEPS = (
     *("mesh_refinement", "axial_refinement", "step_refinement"),
     *("axial_cells", "first_cell", "cell_growth", "wall_cells"),
@@ -205,20 +207,21 @@ def coarser_answers(scene: Scene, fewer: Refinements, march: Callable[[Scene], A
         return {}
 
 
-def may_be_repeated(scene: Scene, work: float) -> bool:
+def may_be_repeated(scene: Scene, work: float, most: float = MOST_WORK) -> bool:
     """Whether a run whose answers are in doubt is repeated on finer cells: in two dimensions, where its `work`, unknowns times
-    steps, is no more than `MOST_WORK`, and the number of cells and steps not the user's choice."""
+    steps, is no more than `most`, and the number of cells and steps not the user's choice."""
     is_chosen = any(scene.differs_from_default(f"solver.{name}") for name in CELLS_AND_STEPS)
     is_asked_for = scene.solver.refine_in_doubt and scene.solver.accuracy is None and not is_chosen
-    return is_asked_for and dimension_of(scene.geometry) == 2 and work <= MOST_WORK
+    return is_asked_for and dimension_of(scene.geometry) == 2 and work <= most
 
 
 def refinements_in_doubt(
     scene: Scene, own: Answers, coarsest: Answers, march: Callable[[Scene], Answers]
 ) -> Refinements:
     """`IN_DOUBT` in the directions that move an answer by more than `LARGEST_DIFFERENCE`, or else most; in all where that is not
-    known."""
-    if not coarsest:
+    known, and of times, which coarse steps move far: what they hide of cells is found by none of these runs."""
+    moved = differences(coarsest, own)
+    if not moved or not max(moved, key=moved.__getitem__).startswith((PEAKS, AT_END)):
         return ALL_IN_DOUBT
     across, steps = (
         coarser_answers(scene, COARSER._replace(**one), march) for one in ({"across": 1.0}, {"steps": 1.0})

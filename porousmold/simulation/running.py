@@ -20,6 +20,7 @@ from .accuracy import (
     ALL_IN_DOUBT,
     COARSER,
     LARGEST_DIFFERENCE,
+    MOST_WORK_AGAIN,
     Answer,
     Answers,
     Refinements,
@@ -186,7 +187,7 @@ class _Run:
                 self._doubt = self._doubt or self._doubt_of(answers)
                 return found
             found, own, self._refined, factors = differences(answers, own), answers, finer, ALL_IN_DOUBT
-            if not is_still_in_doubt(found, finer) or not may_be_repeated(scene, self._work()):
+            if not is_still_in_doubt(found, finer) or not may_be_repeated(scene, self._work(), MOST_WORK_AGAIN):
                 return found
 
     def _work(self) -> float:

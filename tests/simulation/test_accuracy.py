@@ -10,6 +10,8 @@ from porousmold import InputError, run
 from porousmold.errors import SolveError
 from porousmold.scene.scene import Scene
 from porousmold.simulation.accuracy import (
+    ALL_IN_DOUBT,
+    AT_END,
     COARSER,
     FINEST,
     FINEST_IN_DOUBT,
@@ -212,19 +214,25 @@ def test_a_front_that_stands_in_the_bed_at_the_end_is_compared_with_a_coarser_ru
 
 @pytest.mark.parametrize("direction", [0, 1, 2])
 def test_what_is_in_doubt_is_refined_in_the_direction_of_its_error(direction):
+    """Of temperatures at the end; of times coarse steps hide what cells do."""
     errors = [1e-5] * 3
     errors[direction] = 0.01
-    march, scene = March(*errors), coarse_scene()
-    refinements = refinements_in_doubt(scene, march(scene), march(COARSER.of(scene)), march)
+    times, scene = March(*errors), coarse_scene()
+
+    def at_end(scene):
+        return {f"{AT_END}outlet_temperature": answer for answer in times(scene).values()}
+
+    refinements = refinements_in_doubt(scene, at_end(scene), at_end(COARSER.of(scene)), at_end)
     assert refinements == Refinements(*(IN_DOUBT if each == direction else 1.0 for each in range(3)))
+    assert refinements_in_doubt(scene, times(scene), times(COARSER.of(scene)), times) == ALL_IN_DOUBT
 
 
 def test_all_directions_are_refined_where_coarse_runs_say_nothing():
     def fails(scene):
         raise SolveError("flow", 0.0, "no steady flow", "")
 
-    own = {"heating_time": Answer.by_itself(1000.0)}
-    assert refinements_in_doubt(coarse_scene(), own, own, fails) == Refinements(IN_DOUBT, IN_DOUBT, IN_DOUBT)
+    own = {f"{AT_END}outlet_temperature": Answer.by_itself(1000.0)}
+    assert refinements_in_doubt(coarse_scene(), own, own, fails) == ALL_IN_DOUBT
 
 
 def test_a_repeat_that_moves_an_answer_far_is_repeated_once_more():
