@@ -1,4 +1,4 @@
-"""The heating time: when the wall's worst point comes within a margin of the inlet temperature."""
+"""When a quantity comes within a margin: the heating time, and the times of targets."""
 
 import math
 from collections.abc import Sequence
@@ -7,25 +7,44 @@ from scipy.optimize import brentq
 
 
 def crossing_time(times: Sequence[float], deficits: Sequence[float], margin: float) -> float | None:
-    """Time (s) at which the deficit |T_in - T_wall| (K) falls below `margin`, inside the last step; None if it did not.
+    """Time (s) at which a deficit, as |T_in - T_wall| (K), falls below `margin`, inside the last step; None if it did not.
 
-    `times` and `deficits` are the run's so far, the last step's end included. Interpolated by the parabola through
-    the last three points of ln(deficit), which is nearly straight while a body approaches its bath; linearly where
-    there are no three positive points.
+    `times` and `deficits` are the run's so far, the last step's end included. Interpolated by the parabola through the last three
+    points of ln(deficit), which is nearly straight while a body approaches its bath, or of the deficit itself where that is
+    straighter, as it is where a given heat flux warms a body, or not positive; linearly where there are two points.
     """
     if len(times) < 2 or not deficits[-1] < margin <= deficits[-2]:
         return None
-    if len(times) < 3 or min(deficits[-3:]) <= 0.0:
-        fraction = (deficits[-2] - margin) / (deficits[-2] - deficits[-1])
-        return times[-2] + fraction * (times[-1] - times[-2])
-    logarithms = [math.log(value / margin) for value in deficits[-3:]]
+    last = deficits[-3:]
+    curves = [[value - margin for value in last]]
+    if min(last) > 0.0:
+        curves.append([math.log(value / margin) for value in last])
+    return root_in_last_step(times[-3:], min(curves, key=lambda curve: _bend(times[-3:], curve)))
 
-    def parabola(time: float) -> float:
-        t0, t1, t2 = times[-3:]
-        return (
-            logarithms[0] * (time - t1) * (time - t2) / ((t0 - t1) * (t0 - t2))
-            + logarithms[1] * (time - t0) * (time - t2) / ((t1 - t0) * (t1 - t2))
-            + logarithms[2] * (time - t0) * (time - t1) / ((t2 - t0) * (t2 - t1))
-        )
 
-    return times[-2] if logarithms[1] == 0.0 else float(brentq(parabola, times[-2], times[-1], xtol=1e-10))
+def root_in_last_step(times: Sequence[float], values: Sequence[float]) -> float:
+    """Where values at two or three times (s) pass through 0 between the last two: by the line or parabola through them."""
+    start, end = times[-2:]
+    before, after = values[-2:]
+    if before == 0.0:
+        return start
+    slope = (after - before) / (end - start)
+    curvature = (slope - _slope(times, values)) / (end - times[0]) if len(times) > 2 else 0.0
+
+    def interpolated(time: float) -> float:
+        return before + (slope + curvature * (time - end)) * (time - start)
+
+    return float(brentq(interpolated, start, end, xtol=1e-10))
+
+
+def _slope(times: Sequence[float], values: Sequence[float]) -> float:
+    """Of the first two of some values (1/s)."""
+    return (values[1] - values[0]) / (times[1] - times[0])
+
+
+def _bend(times: Sequence[float], values: Sequence[float]) -> float:
+    """Relative change of the slope of three values, 0 of fewer."""
+    if len(values) < 3:
+        return 0.0
+    slopes = _slope(times, values), _slope(times[1:], values[1:])
+    return abs(slopes[1] - slopes[0]) / max(abs(slopes[0]), abs(slopes[1]), 1e-300)

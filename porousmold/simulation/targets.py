@@ -1,7 +1,7 @@
 """Targets of a run: a place within some kelvins of the inlet, above or below a temperature, uniform, or cured.
 
 Every target is a quantity that falls below a margin; when it does so is interpolated as the heating time is. Hot and cold ends of
-the run serve as the reference, from which the quantities fall off nearly exponentially.
+the run serve as the reference, from which the quantities fall off nearly exponentially where heat comes with the flow.
 """
 
 from collections.abc import Iterable, Sequence
@@ -15,7 +15,7 @@ from ..scene.features.sensors import sensor_names
 from ..scene.features.targets import Asked, asked_of, target_name
 from ..scene.features.wall import RESERVED_PLACES, name_of
 from ..scene.scene import Scene
-from .heating_time import crossing_time
+from .heating_time import crossing_time, root_in_last_step
 
 HALF_WAY = 0.5
 """Of the way from the initial to the inlet temperature, from which on a spread counts: at the start every place is even."""
@@ -140,8 +140,10 @@ class Target:
             was, now = self.holds(history, before), self.holds(history, row)
             if was == now:
                 continue
-            start, end = self.quantity(history, before) - self.margin, self.quantity(history, row) - self.margin
-            crossing = times[before] + (times[row] - times[before]) * start / (start - end)
+            around = [one for one in (before - 1, before, row) if one >= 0]
+            crossing = root_in_last_step(
+                [times[one] for one in around], [self.quantity(history, one) - self.margin for one in around]
+            )
             if was and lost is None:
                 lost = crossing
             kept = crossing

@@ -38,6 +38,14 @@ def test_none_before_and_none_while_there_is_nothing_to_heat_yet():
     assert crossing_time([0.0, 1.0], [0.0, 1.0], 2.0) is None
 
 
+def test_exact_where_a_quantity_changes_evenly():
+    """A body that a heat flux warms passes a limit as it passes any other temperature, whatever the reference beyond it."""
+    times = [0.0, 30.0, 70.0]
+    for reference in (0.05, 1.0, 10.0):
+        deficits = [0.1 * (60.0 - time) + reference for time in times]
+        assert crossing_time(times, deficits, reference) == pytest.approx(60.0, rel=1e-12)
+
+
 def test_linear_with_two_points():
     assert crossing_time([0.0, 10.0], [4.0, 0.0], 2.0) == pytest.approx(5.0)
 

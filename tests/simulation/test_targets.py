@@ -7,7 +7,7 @@ from mpi4py import MPI
 from porousmold import Scene, run
 from porousmold.simulation.targets import Target
 
-from ..support import COARSE, STUDIES, cured_mold
+from ..support import COARSE, STUDIES, coarse_scene, cured_mold
 
 TIMES = np.linspace(0.0, 400.0, 81)
 
@@ -135,3 +135,25 @@ def test_a_spread_counts_once_half_way_was_passed():
     spread = np.where(TIMES < 300.0, 20.0, 1.0)
     columns = {"lowest_wall": middle - spread / 2.0, "highest_wall": middle + spread / 2.0}
     assert first_time(target("spread", 10.0), **columns) == pytest.approx(297.5, abs=2.6)
+
+
+def test_limits_that_a_heat_flux_passes_are_met_when_the_history_passes_them():
+    """Every two kelvins, beyond the temperature of all that is given, within long steps: as in a run of finer steps."""
+    flux = {
+        "operation.inlet_temperature": 293.25,
+        "operation.initial_temperature": 293.15,
+        "operation.pressure_drop": 0.0,
+        "operation.outer_heat_flux": 500.0,
+        "operation.end_time": 1500.0,
+        "model.turbulence": "none",
+        "model.flow": "developed",
+    }
+    targets = [{"name": f"above_{number}", "place": "wall", "above": 293.15 + number} for number in range(4, 30, 2)]
+    scene = Scene(coarse_scene(flux).as_tables() | {"target": targets})
+    found, finer = (
+        run(scene.changed({"solver.step_refinement": steps}), communicator=MPI.COMM_SELF) for steps in (1.0, 6.0)
+    )
+    assert len(found["time"]) < len(finer["time"]) / 3
+    for number in range(4, 30, 2):
+        passed = np.interp(293.15 + number, finer["lowest_wall"], finer["time"])
+        assert found.summary["targets"][f"above_{number}"] == pytest.approx(passed, rel=2e-3)
