@@ -19,6 +19,9 @@ from ..solvers.state import Arrays
 from .course import Course
 from .problem import Problem
 
+DECIMALS_OF_TIME = 6
+"""By which dolfinx names fields in a file: times (s) that they do not tell apart would be one name."""
+
 
 def profile_near_wall(problem: Problem, fraction: float = 0.5, points: int = 120) -> Columns | None:
     """Columns of porosity and flow against wall distance on the line from wall to centre at a fraction
@@ -83,6 +86,7 @@ def field_snapshots(
     snapshots = snapshots or [(end_time, problem.solution.arrays())]
     output, times = problem.specs.output, np.array([snapshot[0] for snapshot in snapshots])
     wanted = times if output.times else end_time * np.linspace(0.0, 1.0, output.field_times + 1)[1:]
+    wanted = wanted[np.unique(np.round(wanted, DECIMALS_OF_TIME), return_index=True)[1]]
     space = problem.medium.flow_temperature.function_space
     of_the_bed, course = _FieldsOfTheBed(problem, space), problem.specs.course
     for time in map(float, wanted):

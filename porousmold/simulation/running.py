@@ -188,6 +188,7 @@ class _Run:
                 return found
             found, own, self._refined, factors = differences(answers, own), answers, finer, ALL_IN_DOUBT
             if not is_still_in_doubt(found, finer) or not may_be_repeated(scene, self._work(), MOST_WORK_AGAIN):
+                self._doubt = self._doubt or self._doubt_of(answers)  # after a checkpoint the first one's is not known
                 return found
 
     def _work(self) -> float:

@@ -212,7 +212,7 @@ def search(
 
 def reached(rows: Sequence[Row]) -> list[Row]:
     """Those that reach what they wait for: a tool that never gets warm is cheap. All, where none does."""
-    return [row for row in rows if not row.reason] or list(rows)
+    return [row for row in rows if row.is_reached] or list(rows)
 
 
 def best(rows: Sequence[Row], name: str, limits: Mapping[str, float]) -> Row | None:
@@ -299,6 +299,8 @@ def summary_text(found: Optimum, study: Study, aim: Aim) -> str:
         edge = "" if min(tried) < value < max(tried) else ", at its bound"
         unit = key_of(KEYS, name).unit
         lines.append(f"  at {name} = {value:.6g}{f' {unit}' if unit else ''}{edge}")
+    if found.row.reason:
+        lines.append(f"warning: {found.row.reason}")
     if not found.agreed:
         lines.append(
             "warning: the last search and its run still differ by more than 0.3 %; more points of the grid help"

@@ -40,8 +40,10 @@ SECONDS_BETWEEN_LOOKS = 0.5
 GO_ON = "with room there, the same command goes on"
 
 
-WORTH_A_ROW = re.compile("not heated|target .* not met |.*(coarser cells and steps move|; a finer mesh shows it$)")
-"""Warnings of a run that does not reach what it waits for, or whose cells may be too few."""
+NOT_REACHED = re.compile("not heated to|not cooled to|target .* not met ")
+"""Warnings of a run that does not reach what it waits for."""
+IN_DOUBT = re.compile("coarser cells and steps move|; a finer mesh shows it$")
+"""Warnings of a run whose cells may be too few."""
 
 
 @dataclass(frozen=True)
@@ -52,6 +54,11 @@ class Row:
     status: str
     reason: str
     values: dict[str, Any]
+
+    @property
+    def is_reached(self) -> bool:
+        """Whether it has run, and reached what it waits for."""
+        return self.status == "done" and NOT_REACHED.search(self.reason) is None
 
 
 def run_study(
@@ -283,7 +290,7 @@ def row_of(case: Case, out: Path, record: Sequence[str]) -> Row:
             if summary["checksum"] != checksum_of(summary, out / case.name):
                 return missing
             values = {name: _entry(summary, name) for name in record}
-            reasons = [text for text in summary["warnings"] if WORTH_A_ROW.match(text)]
+            reasons = [text for text in summary["warnings"] if NOT_REACHED.match(text) or IN_DOUBT.search(text)]
             return Row(case, "done", "; ".join(reasons), values)
         return Row(case, recorded["status"], recorded["reason"], values)
     except (OSError, ValueError, KeyError, TypeError):

@@ -56,7 +56,7 @@ class Aim:
 @dataclass(frozen=True)
 class Change:
     """What a single key does: its `value` (SI) as the scene has it, the one `tried` that comes nearest to the target, the same as
-    `needed` where it is met (None: `reason`), and what is `reached` with it."""
+    `needed` where it is met (None: `reason`), and what is `reached` with it, of which the run may have a `warning`."""
 
     key: str
     unit: str
@@ -66,6 +66,7 @@ class Change:
     reached: float | None
     beside: dict[str, float | None]
     reason: str = ""
+    warning: str = ""
 
 
 BESIDE_THE_INLET = tuple(f"operation.{name}_temperature" for name in ("ambient", "fresh", "return", "bead_inlet"))
@@ -260,7 +261,10 @@ class _Search:
         reached = row.values.get(self._aim.record)
         needed = self._setting(place) if not reason else None
         beside = {name: row.values.get(name) for name in BESIDE}
-        return Change(self._key, self._unit, self._value, self._setting(place), needed, reached, beside, reason)
+        warning = row.reason if row.status == "done" and reached is not None else ""
+        return Change(
+            self._key, self._unit, self._value, self._setting(place), needed, reached, beside, reason, warning
+        )
 
 
 def _datum(scene: Scene, key: str) -> float:
@@ -285,6 +289,7 @@ def summary_text(found: Sequence[Change], aim: Aim, scene: Scene) -> str:
         cost = f", mean power {power / 1e3:.3g} kW" if power is not None else ""
         (now, needed), sign = preferred_unit([change.value, change.needed], kind_of(KEYS, change.key))
         lines.append(f"  {change.key:32s} {now:.4g} -> {needed:.4g} {sign}".rstrip() + f": {value:.5g} {unit}{cost}")
+        lines += [f"    {change.warning}"] if change.warning else []
     if any(change.needed is not None for change in found):
         lines.append(f"power of {modelled_part(dict(scene.geometry))}")
     return "\n".join(lines)

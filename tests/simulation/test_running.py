@@ -17,8 +17,9 @@ from porousmold.files.xdmf import read_fields
 from porousmold.laws.porosity_profile import HEAD
 from porousmold.output.pictures import draw
 from porousmold.output.stored import LOCK
+from porousmold.simulation.observation import field_snapshots
 
-from ..support import ALUMINIUM, COARSE, FRP, PIPE, STUDIES, coarse_scene, under_mpirun
+from ..support import ALUMINIUM, COARSE, FRP, PIPE, STUDIES, coarse_scene, problem_of, under_mpirun
 
 SETTINGS = [word for name, value in COARSE.items() for word in ("--set", f"{name}={value}")]
 KEYS = [
@@ -445,3 +446,11 @@ def test_a_fault_on_one_rank_ends_them_all(tmp_path):
     )
     ended = under_mpirun(2, "-c", code, "run", str(ALUMINIUM), *SETTINGS, "--out", str(tmp_path / "run"), timeout=60)
     assert ended.returncode not in (0, 2, 3, 130) and "ZeroDivisionError" in ended.stderr
+
+
+def test_fields_of_a_run_that_stops_at_its_start_are_of_one_time():
+    """Two of the same time would have one name in the file of the fields."""
+    problem = problem_of(coarse_scene({"model.flow": "plug", "model.turbulence": "none"}))
+    assert [time for time, _ in field_snapshots(problem, [], 0.0)] == [0.0]
+    many = [time for time, _ in field_snapshots(problem, [], 600.0)]
+    assert len(many) == problem.specs.output.field_times and many[-1] == 600.0

@@ -13,8 +13,8 @@ from porousmold import InputError
 from porousmold.cli import main
 from porousmold.files.atomic_files import locked
 from porousmold.simulation.accuracy import LARGEST_DIFFERENCE
-from porousmold.study.definition import Study
-from porousmold.study.running import collect, row_of, run_study
+from porousmold.study.definition import Case, Study
+from porousmold.study.running import Row, collect, row_of, run_study
 
 from ..support import ALUMINIUM, STUDIES, under_mpirun
 
@@ -89,6 +89,22 @@ wall.material = ["acrylic"]
     )
     (row,) = run_study(Study.load(path), tmp_path / "out")
     assert "within one cell of the bed" in row.reason and row.reason.endswith("a finer mesh shows it")
+
+
+@pytest.mark.parametrize(
+    ("status", "reason", "reached"),
+    [
+        ("done", "", True),
+        ("done", "a front; coarser cells and steps move the heating time by 0.5%, which", True),
+        ("done", "not heated to within 2 K by operation.end_time 60 s; coarser cells and steps move", False),
+        ("done", "not cooled to within 2 K at 300 s", False),
+        ("done", "target 'warm' not met by operation.end_time", False),
+        ("failed", "heat failed", False),
+    ],
+)
+def test_a_case_in_doubt_has_reached_what_it_waits_for_all_the_same(status, reason, reached):
+    """A search looks among these: a doubt about cells is no reason to leave the best one out."""
+    assert Row(Case("case", {}, None, ""), status, reason, {}).is_reached == reached
 
 
 def test_starting_again_runs_only_what_is_missing_or_changed(study_file, tmp_path):

@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 
 import pytest
 from mpi4py import MPI
@@ -86,6 +87,8 @@ def test_a_spread_is_a_difference_of_temperatures():
     """Given and shown in K, not in degrees Celsius."""
     scene, aim = coarse_scene({"model.flow": "plug", "model.turbulence": "none"}), aim_of("spread_at_end = 1.5 K")
     change = Change("wall.thickness", "m", 0.003, 0.002, 0.002, 1.5, {"mean_power": None, "energy_spent": None}, "")
+    doubtful = replace(change, warning="coarser cells and steps move it by 5%")
+    assert doubtful.warning in summary_text([doubtful], aim, scene)
     text = summary_text([change], aim, scene)
     assert aim.value == 1.5 and "spread_at_end = 1.5 K" in text and "1.5 K" in text and "°C" not in text
 
