@@ -9,6 +9,7 @@ import pytest
 from porousmold import InputError, run
 from porousmold.errors import SolveError
 from porousmold.scene.scene import Scene
+from porousmold.simulation import running
 from porousmold.simulation.accuracy import (
     ALL_IN_DOUBT,
     AT_END,
@@ -323,19 +324,22 @@ def test_a_run_as_coarse_as_is_allowed_has_no_coarser_one():
     assert any("within one cell of the bed" in warning for warning in result.summary["warnings"])
 
 
-def test_on_a_mesh_of_ones_own_a_front_at_the_end_is_that_of_halved_cells():
-    """What halving moves bounds what another halving does; without it the front is warned of."""
+def test_on_a_mesh_of_ones_own_a_front_at_the_end_is_that_of_halved_cells(monkeypatch):
+    """What halving moves bounds what another halving does, which follows where it is much; without it the front is warned of."""
     settings = {"model.flow": "developed", "model.turbulence": "none", "operation.end_time": 60.0}
     scene = Scene.load(STUDIES / "mold" / "curved.toml", settings)
-    result, plain = run(scene), run(scene.changed({"solver.refine_in_doubt": False}))
-    finer = run(scene.changed({"solver.mesh_refinement": 4.0, "solver.step_refinement": 4.0}))
-    span = max(finer["highest_temperature"]) - min(finer["lowest_temperature"])
+    twice, plain = run(scene), run(scene.changed({"solver.refine_in_doubt": False}))
+    monkeypatch.setattr(running, "MOST_WORK_AGAIN", 0.0)
+    once = run(scene)
+    span = max(twice["highest_temperature"]) - min(twice["lowest_temperature"])
     error, of_plain = (
-        max(abs(each[name][-1] - finer[name][-1]) / span for name in each.history if name.startswith("temperature_"))
-        for each in (result, plain)
+        max(abs(each[name][-1] - twice[name][-1]) / span for name in each.history if name.startswith("temperature_"))
+        for each in (once, plain)
     )
-    assert result.summary["refinements"] == {"along": 2.0, "across": 2.0, "steps": 2.0}
-    assert error < min(0.25 * of_plain, max(result.summary["end_errors"].values()))
+    assert once.summary["refinements"] == {"along": 2.0, "across": 2.0, "steps": 2.0}
+    assert twice.summary["refinements"] == {"along": 4.0, "across": 4.0, "steps": 4.0}
+    assert max(twice.summary["end_errors"].values()) == pytest.approx(error, rel=0.05)
+    assert error < min(0.25 * of_plain, max(once.summary["end_errors"].values()))
     assert any("within one cell of the bed" in warning for warning in plain.summary["warnings"])
 
 
@@ -348,7 +352,7 @@ def test_cells_of_a_mesh_of_ones_own_are_halved_or_left(factor):
 
 
 def test_a_place_that_heat_from_elsewhere_brings_beyond_the_inlet_is_compared():
-    """Its last side, cold beads at the inlet beside a wall that a flux heats, warms slowly: 5 % off on default cells."""
+    """Its last side, cold beads at the inlet beside a wall that a flux heats, warms slowly: 0.6 % off on default cells."""
     scene = Scene.load(
         STUDIES / "pipe" / "baseline.toml",
         {
@@ -382,8 +386,8 @@ def test_a_place_that_heat_from_elsewhere_brings_beyond_the_inlet_is_compared():
             {"solver.mesh_refinement": 4.0, "solver.step_refinement": 4.0},
         )
     )
-    assert abs(plain.heating_time / finer.heating_time - 1.0) > 0.03
-    assert result.heating_time == pytest.approx(finer.heating_time, rel=5e-3)
+    error, of_plain = (abs(each.heating_time / finer.heating_time - 1.0) for each in (result, plain))
+    assert error < of_plain and error < min(4e-3, 2.0 * result.summary["heating_time_error"])
     assert any(
         "heat from elsewhere" in text and "moved the heating time" in text for text in result.summary["warnings"]
     )
