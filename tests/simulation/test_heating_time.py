@@ -6,7 +6,7 @@ from mpi4py import MPI
 
 from porousmold import InputError, Scene, run
 from porousmold.files.tables import read_toml
-from porousmold.simulation.heating_time import crossing_time
+from porousmold.simulation.heating_time import crossing_time, root_in_last_step
 
 from ..support import ALUMINIUM, COARSE
 
@@ -44,6 +44,12 @@ def test_exact_where_a_quantity_changes_evenly():
     for reference in (0.05, 1.0, 10.0):
         deficits = [0.1 * (60.0 - time) + reference for time in times]
         assert crossing_time(times, deficits, reference) == pytest.approx(60.0, rel=1e-12)
+
+
+def test_a_value_that_is_0_but_for_rounding_is_passed_there():
+    assert root_in_last_step([0.0, 10.0], [1e-13, 2.0]) == 0.0
+    assert root_in_last_step([0.0, 10.0, 30.0], [-2.0, -1.0, -1e-13]) == 30.0
+    assert root_in_last_step([0.0, 10.0, 30.0], [2.0, 1.0, -1.0]) == pytest.approx(20.0)
 
 
 def test_linear_with_two_points():
