@@ -23,8 +23,8 @@ def crossing_time(times: Sequence[float], deficits: Sequence[float], margin: flo
 
 
 def root_in_last_step(times: Sequence[float], values: Sequence[float]) -> float:
-    """Where values at two or three times (s) pass through 0 between the last two: by the line or parabola through them. Where they
-    do not, but for rounding, the time of the one that is nearer to 0."""
+    """Where values at two or three times (s) pass through 0 between the last two: by the line or parabola through them. Where
+    they do not, but for rounding, the time of the one that is nearer to 0."""
     start, end = times[-2:]
     before, after = values[-2:]
     if before * after >= 0.0:
