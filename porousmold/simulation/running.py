@@ -184,15 +184,15 @@ class _Run:
                 answers = self._march(finer.of(scene))
             except SolveError:  # finer cells may have no steady flow
                 answers = self._march(self._refined.of(scene))
-                self._doubt = self._doubt or self._doubt_of(answers)
-                return found
+                break
             found, own, self._refined, factors = differences(answers, own), answers, finer, ALL_IN_DOUBT
             if not is_still_in_doubt(found, finer) or not may_be_repeated(scene, self._work(), MOST_WORK_AGAIN):
-                self._doubt = self._doubt or self._doubt_of(answers)  # after a checkpoint the first one's is not known
-                return found
+                break
+        self._doubt = self._doubt or self._doubt_of(answers)  # after a checkpoint that of the first march is not known
+        return found
 
     def _work(self) -> float:
-        """Unknowns times steps of the present simulation; 0 where the checkpoint is that of the second march."""
+        """Unknowns times steps of the present simulation; 0 where the checkpoint is that of a later march."""
         if not hasattr(self, "_simulation"):
             return 0.0
         return float(sum(self._simulation.problem.unknowns.values()) * len(self._simulation.recorder.history))

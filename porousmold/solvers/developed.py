@@ -108,7 +108,6 @@ class DevelopedFlow(NonlinearFlow):
 
     def _prepare_columns(self, equations: FlowEquations, dx: ufl.Measure) -> None:
         """What sums over the stations, and the stream function."""
-        domain = self.domain
         density = equations.fluid.density(self.pressure, self.temperature)
         weighted = equations.coordinates.weight * equations.bed.porosity * density * equations.scales.speed
         mixed = len(self._parts) > 1
@@ -118,7 +117,7 @@ class DevelopedFlow(NonlinearFlow):
         for space, numbers in self._parts:
             points[numbers] = space.tabulate_dof_coordinates()
         self._column_of_unknown = self.columns.of(points)
-        self._streamfunction = Streamfunction(domain, weighted * present)
+        self._streamfunction = Streamfunction(self.domain, weighted * present)
         self.streamfunction = self._streamfunction.function
 
     def _constrained(self, turbulence: Sequence[TurbulentUnknown]) -> Integers:
