@@ -25,7 +25,6 @@ solution. What the fluid stores is upwinded as what it carries is: lumped at the
 inlet and outlet.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import ufl
@@ -178,16 +177,6 @@ class EnergyEquations:
         """Form (scalar, J/K) of phi rho C_f of the fluid in the bed."""
         return self.coordinates.weight * self.fluid_storage * self.dx_bed
 
-    def heating_rate(
-        self, temperature: Value, bead_temperature: Value, rates: Sequence[Value], test: Value, bead_test: Value
-    ) -> Value:
-        """Form of what `stored_heat` gains for dT/dt and dT_s/dt (K/s), `rates`."""
-        weight, beads = self.coordinates.weight, self.bed.beads
-        form = weight * self.fluid_storage * rates[0] * test * self.dx_bed
-        capacity = beads.density(bead_temperature) * beads.heat_capacity(bead_temperature)
-        form += weight * (1.0 - self.bed.porosity) * capacity * rates[1] * bead_test * self.dx_bed
-        return form + self.wall.heating_rate(temperature, rates[0], test)
-
     @property
     def _upwinding(self) -> float:
         """Part of the upwinding that ordinary cells have of the heat that the flow carries.
@@ -286,12 +275,3 @@ class EnergyEquations:
         gained = volumetric_heat(beads, bead_temperature) - volumetric_heat(beads, initial)
         of_beads = self.coordinates.weight * (1.0 - self.bed.porosity) * gained * self.dx_bed
         return {"beads": of_beads} | self.wall.heat_kept(temperature, initial)
-
-    def enthalpy_leaving(self, temperature: Value) -> Value:
-        """Form (scalar, W) of the enthalpy that leaves through the outlet."""
-        enthalpy = self._laws.heat_capacity.integral
-        return self.coordinates.weight * self.outward_mass_flux * enthalpy(temperature) * self.outlet
-
-    def mass_leaving(self) -> Value:
-        """Form (scalar, kg/s) of the mass that leaves through the outlet."""
-        return self.coordinates.weight * self.outward_mass_flux * self.outlet

@@ -26,11 +26,11 @@ import ufl
 from ..laws.functions import Value, sqrt
 from ..laws.turbulence_models import LocalFlow, TurbulenceModel, TurbulentUnknown
 from . import openings as openings_of
+from . import turbulence as turbulence_of
 from .coordinates import Coordinates
 from .medium import Bed, FluidState
 from .openings import Opening
 from .stabilisation import metric, time_scale
-from .turbulence import transport_residual
 
 
 class BedMeasures(NamedTuple):
@@ -255,7 +255,7 @@ class FlowEquations:
         for opening in openings:
             form += openings_of.residual(self, opening, state, tests, m)
         if self.turbulent_unknowns:
-            form += self._turbulence(state, old, tests, m, inverse_step, measures)
+            form += turbulence_of.residual(self, state, old, tests, m, inverse_step, measures)
             for opening in openings:
                 form += openings_of.turbulence_inflow(self, opening, state, tests, m)
             if sources:
@@ -263,49 +263,10 @@ class FlowEquations:
                     form -= weight * size * source * test * dx
         return form
 
-    def mass_storage(
-        self,
-        state: FlowState,
-        old: FlowState,
-        temperature: Value,
-        old_temperature: Value,
-        test: Value,
-        inverse_step: Value,
-        dx: ufl.Measure,
-    ) -> Value:
-        """Form of d(phi rho)/dt against the mass balance's test, for pressures and temperatures of two times."""
-        pressure, warm = ufl.variable(state.pressure), ufl.variable(temperature)
-        density = self.fluid.density(pressure, warm)
-        rate = ufl.diff(density, pressure) * (state.pressure - old.pressure)
-        rate += ufl.diff(density, warm) * (temperature - old_temperature)
-        return self.coordinates.weight * self.bed.porosity * inverse_step * rate * test / self.scales.speed * dx
-
     def turbulence_sizes(self) -> tuple[Value, ...]:
         """Factors that bring the turbulence's equations to the size of one."""
         rate = self.scales.speed / self.scales.length
         return tuple(1.0 / (scale * rate) for scale in self.turbulent_scales)
-
-    def _turbulence(
-        self,
-        state: FlowState,
-        old: FlowState,
-        tests: Sequence[Value],
-        m: Momentum,
-        inverse_step: Value,
-        measures: BedMeasures,
-    ) -> Value:
-        model, coordinates = self.model, self.coordinates
-        assert model is not None
-        storage = coordinates.weight * self.bed.porosity * m.density * inverse_step
-        tests = [size * test for size, test in zip(self.turbulence_sizes(), tests[2:], strict=True)]
-        shear = coordinates.shear_rate_squared(state.velocity)
-        local = self.local_flow(m.density, m.viscosity, m.speed)
-        terms = model.terms(state.turbulence, local, m.turbulence, shear)
-        advection = self.bed.porosity * m.density * state.velocity
-        form = transport_residual(state.turbulence, tests, terms, advection, coordinates, *measures)
-        for now, before, test in zip(state.turbulence, old.turbulence, tests, strict=True):
-            form += storage * (now - before) * test * measures.dx
-        return form
 
 
 LEAST_GRADIENT = 1e-6

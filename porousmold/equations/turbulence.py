@@ -5,6 +5,7 @@ in converged solutions: at the wall's side of the outer layer, and where bead so
 """
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import ufl
 
@@ -12,6 +13,9 @@ from ..laws.functions import Value
 from ..laws.turbulence_models import TransportTerms
 from .coordinates import Coordinates
 from .stabilisation import metric, streamline_time_scale
+
+if TYPE_CHECKING:
+    from .flow import BedMeasures, FlowEquations, FlowState, Momentum
 
 
 def transport_residual(
@@ -44,4 +48,29 @@ def transport_residual(
             * dx
         )
         form += coordinates.nodal_weight * term.reaction * test * nodes
+    return form
+
+
+def residual(
+    equations: "FlowEquations",
+    state: "FlowState",
+    old: "FlowState",
+    tests: Sequence[Value],
+    m: "Momentum",
+    inverse_step: Value,
+    measures: "BedMeasures",
+) -> Value:
+    """The same in the flow's equations with a pseudo-time step: all test functions of the flow, each equation of the size of
+    one."""
+    model, coordinates = equations.model, equations.coordinates
+    assert model is not None
+    storage = coordinates.weight * equations.bed.porosity * m.density * inverse_step
+    tests = [size * test for size, test in zip(equations.turbulence_sizes(), tests[2:], strict=True)]
+    shear = coordinates.shear_rate_squared(state.velocity)
+    local = equations.local_flow(m.density, m.viscosity, m.speed)
+    terms = model.terms(state.turbulence, local, m.turbulence, shear)
+    advection = equations.bed.porosity * m.density * state.velocity
+    form = transport_residual(state.turbulence, tests, terms, advection, coordinates, *measures)
+    for now, before, test in zip(state.turbulence, old.turbulence, tests, strict=True):
+        form += storage * (now - before) * test * measures.dx
     return form

@@ -41,7 +41,7 @@ class Shearing:
         self.dt = dynamics.contact_time(cell.stiffness, cell.restitution) / cell.steps_per_contact
         self._cases = cases_of(cell.peclet, cell.biot)
         self._bins = round(cell.distance)
-        planes, speed = self._planes(), 0.5 * cell.distance
+        planes, speed = _planes(cell), 0.5 * cell.distance
         velocity = np.array([[-speed, 0.0, 0.0], [speed, 0.0, 0.0], [0.0, 0.0, 0.0]])
         self._walls = (planes, 0.0, np.array([cell.width, cell.width]), velocity)
         self._blocks: list[dict[str, Any]] = []
@@ -59,29 +59,18 @@ class Shearing:
         warm, span = GROWTH_STRAINS + WARM_UP_STRAINS, self.cell.strains / BLOCKS
         total = warm + self.cell.strains
         if not self._warm:
-            self._grow(partial(self._report, report, 0.0, total, "beads grow"))
-            self._advance(WARM_UP_STRAINS, None, partial(self._report, report, GROWTH_STRAINS, total, "warm-up"))
+            self._grow(partial(_report, report, 0.0, total, "beads grow"))
+            self._advance(WARM_UP_STRAINS, None, partial(_report, report, GROWTH_STRAINS, total, "warm-up"))
             self._temperature = self._first_temperatures()
             self._warm = True
             self._write()
         while len(self._blocks) < BLOCKS:
             number = len(self._blocks)
             before, text = warm + number * span, f"block {number + 1} of {BLOCKS}"
-            self._blocks.append(self._block(span, partial(self._report, report, before, total, text)))
+            self._blocks.append(self._block(span, partial(_report, report, before, total, text)))
             self._write()
         beads = int((self._size[:, 1] < dynamics.FIXED).sum())
         return evaluate(self.cell, self._blocks, beads, round(total / self.dt), self._pictured)
-
-    @staticmethod
-    def _report(
-        report: Callable[[float, float, str], None], before: float, total: float, text: str, done: float
-    ) -> None:
-        report(before + done, total, text)
-
-    def _planes(self) -> Floats:
-        """Of the walls; behind rough ones they only keep beads from coming through."""
-        behind = 0.5 if self.cell.walls == ROUGH else 0.0
-        return np.array([[0.0, 0.0, 1.0, behind], [0.0, 0.0, -1.0, self.cell.distance + behind]])
 
     def _start(self) -> None:
         """Beads of the walls, and the others placed at random."""
@@ -253,3 +242,13 @@ def _placed(cell: ShearCell, rng: np.random.Generator, period: Floats) -> tuple[
     if dynamics.place(rng, free, np.full(number, small), low, high, 0.0, period, 200_000) < number:
         raise InputError("--solid-fraction", cell.solid_fraction, "leaves the beads no place to start from")
     return fixed, free, small
+
+
+def _report(report: Callable[[float, float, str], None], before: float, total: float, text: str, done: float) -> None:
+    report(before + done, total, text)
+
+
+def _planes(cell: ShearCell) -> Floats:
+    """Of the walls; behind rough ones they only keep beads from coming through."""
+    behind = 0.5 if cell.walls == ROUGH else 0.0
+    return np.array([[0.0, 0.0, 1.0, behind], [0.0, 0.0, -1.0, cell.distance + behind]])

@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from ..equations.energy import EnergyEquations
+from ..equations.exhaust import enthalpy_leaving, mass_leaving
 from ..errors import SolveError
 from ..laws.air_supply import Supplied, temperature_of
 from ..laws.materials import Fluid
@@ -42,8 +43,8 @@ class AirLoop:
     ) -> None:
         self.spec, self._fluid, self._outlet_pressure, self._boundary = spec, fluid, outlet_pressure, boundary
         self._communicator = communicator
-        self._leaving = fenicsx.DeferredForm(equations.enthalpy_leaving(temperature))
-        self._mass = fenicsx.DeferredForm(equations.mass_leaving())
+        self._leaving = fenicsx.DeferredForm(enthalpy_leaving(equations, temperature))
+        self._mass = fenicsx.DeferredForm(mass_leaving(equations))
         self._set_point = self._returned = 0.0
         self._slope: float | None = None
         self._points: list[tuple[float, float]] = []

@@ -15,6 +15,7 @@ import ufl
 from dolfinx import fem
 
 from ..arrays import Floats
+from ..equations.coupled_storage import heating_rate, mass_storage
 from ..equations.energy import EnergyEquations
 from ..equations.flow import BedMeasures, FlowState
 from ..errors import SolveError
@@ -22,9 +23,10 @@ from ..laws.functions import Value
 from ..mesh import fenicsx, ranks
 from ..mesh.aliases import Space
 from ..mesh.domain import BED, Domain
+from .bounded_steps import MOST_REPETITIONS
 from .coupled_unknowns import CoupledUnknowns
 from .flow import FullFlow, constrained_unknowns, unknowns_outside
-from .heating import MOST_REPETITIONS, TransientHeat
+from .heating import TransientHeat
 from .newton import NewtonSystem
 from .newton_iterations import Iterations
 from .protocols import Bounds, HeatBalance, Observer, silent, unbounded
@@ -72,15 +74,14 @@ class CoupledTransient:
         residual = equations.residual_of(
             state, old, tests[:count], self._inverse_step, temperature, flow.openings, measures
         )
-        residual += equations.mass_storage(
-            state, old, temperature, before[count], tests[1], self._inverse_step, dx(BED)
-        )
+        warm = temperature, before[count]
+        residual += mass_storage(equations, state, old, warm, tests[1], self._inverse_step, dx(BED))
         live = energy(state, temperature)
         carried = live.transport(temperature, heat.frozen.streamline.monotone)
         transport = replace(carried, touching=heat.frozen.touching, streamline=heat.frozen.streamline)
         rates = [self._inverse_step * (now[part] - before[part]) for part in (count, -1)]
         warming = live.outflow_of_heat(temperature, beads, test, bead_test, transport)
-        warming += live.heating_rate(temperature, beads, rates, test, bead_test)
+        warming += heating_rate(live, temperature, beads, rates, test, bead_test)
         residual += fem.Constant(domain.mesh, 1.0 / float(heat_scale)) * warming
         nothing = fem.Constant(domain.mesh, 0.0)
         residual += nothing * sum(ufl.inner(a, b) for a, b in zip(now, tests, strict=True)) * domain.wall_measure(1)
@@ -126,14 +127,15 @@ class CoupledTransient:
 
     def step(self, time: float, step: float, bounds: Callable[[], Bounds] = unbounded) -> StepError:
         """One step of `step` seconds from `time`; gives its estimated error, keeps `bounds` like `TransientHeat.step`."""
-        self.heat.release_cells()
+        bounded = self.heat.bounded_steps
+        bounded.release()
         start = self._solved.copy()
         for left in reversed(range(MOST_REPETITIONS)):
             rates = self._take(time, step)
-            excess, new = self.heat.mark_cells(bounds())
+            excess, new = bounded.mark(bounds())
             if not (excess and new and left):
                 break
-            self.heat.repetitions += 1
+            bounded.repetitions += 1
             self._solved.put_back(start)
         difference = step * GAMMA * (rates[0] - 2.0 * rates[1] + rates[2])
         return StepError(self.heat.error.norm(self._unknowns.of_heat(difference)), 0.0, 3)

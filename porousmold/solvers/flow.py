@@ -22,6 +22,7 @@ from .linear_solution import LinearSolution
 from .newton import Beside, NewtonSystem
 from .parts import Unknowns
 from .protocols import FlowCounts, Observer
+from .renewal import Renewal
 from .state import ArrayOf, Arrays, Saved, State
 from .steady import FIRST_PSEUDO_STEP, SteadySolver
 
@@ -43,6 +44,7 @@ class NonlinearFlow(ABC):
     def __init__(self, equations: FlowEquations, solver: SteadySolver, state: FlowState) -> None:
         self.equations, self.solver, self.state = equations, solver, state
         self.solution = solver.solution
+        self._renewal = Renewal(solver, self.kept_iterations)
 
     @abstractmethod
     def initial_guess(self) -> bool:
@@ -98,7 +100,7 @@ class NonlinearFlow(ABC):
         a false transient from the present flow.
         """
         self.counts.solves += 1
-        if not self.solver.follow(tolerance, self.kept_iterations):
+        if not self._renewal.find(tolerance):
             present = self.solution.arrays()
             if not self._find_from_guess(time):
                 self.solution.set(present)

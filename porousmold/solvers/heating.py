@@ -5,27 +5,28 @@ held during a step, at the temperature predicted for its middle, which makes the
 """
 
 import functools
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import ufl
 from dolfinx import fem
 from petsc4py import PETSc
 
 from ..arrays import Floats
 from ..equations.energy import EnergyEquations, Transport
-from ..equations.energy_blocks import Temperatures, energy_blocks
+from ..laws.functions import Value
 from ..mesh import fenicsx
 from ..mesh.domain import BED, Domain
 from .bead_modes import BeadModes
+from .bounded_steps import BoundedSteps, Parts
 from .curing import Curing
 from .heat_error import HeatError
 from .heat_flows import HeatFlows
+from .heat_preconditioner import heat_preconditioner
 from .heat_unknowns import HeatUnknowns
 from .linear_solution import LinearSolution
-from .multigrid import LEAST_UNKNOWNS, Preconditioner
 from .newton import Beside, NewtonSystem
 from .protocols import (
     Bounds,
@@ -35,15 +36,11 @@ from .protocols import (
     silent,
     unbounded,
 )
-from .sdirk import BACKWARD_EULER, STAGES, Sdirk, Stages
+from .sdirk import Sdirk, Stages
 from .stages import ITERATED_STAGE_ERROR, STAGE_ERROR, StageSolver
 from .state import ArrayOf, Saved, State
 from .step_error import StepError
 from .transport import FrozenTransport, MonotoneCells
-
-DAMPING_PART = 0.05
-"""Part of a repeated step that the backward Euler method takes first where marking cells alone did not help."""
-MOST_REPETITIONS = 12
 
 
 class TransientHeat:
@@ -70,7 +67,7 @@ class TransientHeat:
         is_thin = equations.wall.thin is not None
         temperatures = HeatUnknowns(domain, equations.two_temperatures, initial_temperature, stores, is_thin=is_thin)
         self.unknown, self.space = temperatures.function, temperatures.space
-        parts, tests = temperatures.parts, temperatures.tests
+        parts = temperatures.parts
         self.bead_modes = None
         if equations.interior is not None:
             self.bead_modes = BeadModes(domain, equations, parts, property_temperature)
@@ -81,21 +78,18 @@ class TransientHeat:
         ]
         self._inverse_stage = fem.Constant(domain.mesh, 1.0)
         self._transport = FrozenTransport(domain, equations, property_temperature, quadrature_degree)
-        frozen, nothing = self._transport.frozen, fem.Constant(domain.mesh, 0.0)
-        stored, residuals = [], []
-        for transport in (replace(frozen, streamline=frozen.streamline.without_monotone_cells()), frozen):
-            stored.append(equations.stored_heat(*parts, *tests, transport))
-            residual = self._inverse_stage * stored[-1] + equations.outflow_of_heat(*parts, *tests, transport)
-            # the matrix needs entries for the bead temperatures that are fixed inside the wall
-            residuals.append(residual + nothing * parts[1] * tests[1] * domain.wall_measure(quadrature_degree))
-        constrained = temperatures.constrained
+        stored, residuals = _forms(
+            equations, temperatures, self._transport.frozen, self._inverse_stage, domain.wall_measure(quadrature_degree)
+        )
+        coefficients = property_temperature, self._transport.monotone, self._inverse_stage
+        preconditioner = heat_preconditioner(equations, temperatures, *coefficients)
         self._system = NewtonSystem(
             "energy",
             residuals[1],
             self.unknown,
-            constrained,
+            temperatures.constrained,
             keep_jacobian=True,
-            linear=LinearSolution(False, preconditioner=self._preconditioner(temperatures, property_temperature)),
+            linear=LinearSolution(False, preconditioner=preconditioner),
             simpler=residuals[0],
             beside=Beside(renew=lambda: self._stages.renew_beside()),
         )
@@ -118,33 +112,16 @@ class TransientHeat:
             self._renew_coefficients,
             lambda: self._stage_updates,
         )
-        volumes = fenicsx.DeferredForm(
-            equations.coordinates.weight
-            * sum(dict.fromkeys(temperatures.tests))
-            * domain.cell_measure(quadrature_degree)
-        )
+        weighted = equations.coordinates.weight * sum(dict.fromkeys(temperatures.tests))
+        volumes = fenicsx.DeferredForm(weighted * domain.cell_measure(quadrature_degree))
         of_error = self._system, self._steps, self._store, self.curing, volumes, temperatures.regions
         self.error = HeatError(*of_error, domain.communicator)
-        self.repetitions = 0
-        self._cells = MonotoneCells(self._transport.monotone, temperatures.of_cells, domain.cells(BED))
+        cells = MonotoneCells(self._transport.monotone, temperatures.of_cells, domain.cells(BED))
+        self.bounded_steps = BoundedSteps(cells, temperatures)
 
     def _store(self, vector: PETSc.Vec) -> None:
         """Assemble what is stored, as the residual has it at present."""
         fenicsx.assemble_vector(vector, self._stored_forms[0 if self._system.uses_simpler else 1].form)
-
-    def _preconditioner(self, temperatures: HeatUnknowns, properties: fem.Function) -> Preconditioner | None:
-        """What large systems are iterated with."""
-        mesh = self.domain.mesh
-        size = self.space.dofmap.index_map.size_global * self.space.dofmap.index_map_bs
-        if size < LEAST_UNKNOWNS[mesh.topology.dim]:
-            return None
-        cells = fenicsx.PointValues(mesh)
-        parts = Temperatures(self.unknown, temperatures.parts[0], *temperatures.trials, temperatures.tests)
-        form = energy_blocks(
-            self.equations, parts, properties, self._transport.monotone, self._inverse_stage, cells.add
-        )
-        cells.compile()
-        return Preconditioner(form, cells.renew, temperatures.fields)
 
     def observe_with(self, observe: Observer) -> None:
         """Have `observe(text)` called at every stage; it may raise."""
@@ -160,6 +137,11 @@ class TransientHeat:
         """Newton iterations so far."""
         return self._stages.iterations
 
+    @property
+    def repetitions(self) -> int:
+        """Steps that were repeated to keep temperatures within bounds."""
+        return self.bounded_steps.repetitions
+
     @functools.cached_property
     def solution(self) -> State:
         """What the temperatures are kept in, those inside the beads and the degrees of cure included."""
@@ -174,28 +156,13 @@ class TransientHeat:
         the backward Euler method.
         Raises `SolveError` if a stage does not converge: `solution` and `memory` are then the caller's to put back.
         """
-        self.release_cells()
-        # where marking cells does not help: a step that is long beside the fluid's time constants lets what jumps swing, which
-        # the backward Euler method damps; and no method of higher order keeps bounds at any step
-        damped, rest = (DAMPING_PART * step, BACKWARD_EULER), (1.0 - DAMPING_PART) * step
-        ways = [[(step, STAGES)], [damped, (rest, STAGES)], [damped, (rest, BACKWARD_EULER)]]
-        way, last, least, starts = 0, math.inf, math.inf, self.solution.arrays()
-        for left in reversed(range(MOST_REPETITIONS)):
-            taken = self._take_all(time, ways[way])
-            excess, new = self.mark_cells(bounds())
-            if excess < least:
-                least, best = excess, taken
-                ends = self.solution.arrays() if excess else starts  # nothing follows where there is none
-            way += not (new and excess < last)
-            if not excess or way == len(ways) or not left:
-                break
-            last = excess
-            self.repetitions += 1
-            self.solution.set(starts)
-        if excess > least:  # more marked cells may make it worse
-            self.solution.set(ends)
+
+        def restored() -> None:
             if self.flows.supply:
                 self.flows.supply.update()
+
+        take_all = functools.partial(self._take_all, time)
+        best = self.bounded_steps.take(step, take_all, bounds, self.solution, restored)
         flows, stored, error = best
         self.balance.add(flows, stored)
         return error
@@ -208,7 +175,8 @@ class TransientHeat:
     @functools.cached_property
     def memory(self) -> State:
         """What the next step depends on besides the `solution`."""
-        return State({"monotone_for": self._cells.steps, "held_for": self._cells.held})
+        cells = self.bounded_steps.cells
+        return State({"monotone_for": cells.steps, "held_for": cells.held})
 
     def largest_bead_difference(self) -> float | None:
         """Largest distance (K) of a bead's surface from its mean; None where beads are isothermal (collective)."""
@@ -225,7 +193,7 @@ class TransientHeat:
 
     def restore(self, numbers: Mapping[str, Any], array_of: ArrayOf) -> None:
         """Go on from what `save()` gave."""
-        self._stages.iterations, self.repetitions = numbers["newton_iterations"], numbers["repetitions"]
+        self._stages.iterations, self.bounded_steps.repetitions = numbers["newton_iterations"], numbers["repetitions"]
         self._stages.contraction.ratio = numbers["contraction"]
 
     @property
@@ -246,9 +214,9 @@ class TransientHeat:
     def _renew_coefficients(self) -> None:
         """Take those of the present flow and temperature, with the cells that are monotone at present."""
         self._transport.renew()
-        self._system.uses_simpler = not self._cells.are_there
+        self._system.uses_simpler = not self.bounded_steps.cells.are_there
 
-    def _take_all(self, time: float, parts: Sequence[Any]) -> tuple[dict[str, float], float, StepError]:
+    def _take_all(self, time: float, parts: Parts) -> tuple[dict[str, float], float, StepError]:
         """Successive (step, stages) from `time`; gives the heat (J) of each flow, the heat stored, and the estimated error."""
         flows, stored, errors = self.flows.none, 0.0, []
         for step, stages in parts:
@@ -275,17 +243,16 @@ class TransientHeat:
     def _stage_updates(self) -> list[StageUpdate]:
         return [part for part in (self.bead_modes, *self.curing, self.flows.supply) if part is not None]
 
-    def release_cells(self) -> None:
-        """Begin a step: cells that have been monotone for a while are so no longer."""
-        self._cells.release()
 
-    def mark_cells(self, bounds: Bounds) -> tuple[float, bool]:
-        """Make cells out of `bounds` (K) monotone: by how much (K) they are at most, and whether there are new ones
-        (collective)."""
-        return self._cells.mark(self._temperatures(), bounds)
-
-    def _temperatures(self) -> Floats:
-        """All unknowns, held ones left out as NaN."""
-        values = self.unknown.x.array.copy()
-        values[self._system.constrained] = np.nan
-        return values
+def _forms(
+    equations: EnergyEquations, unknowns: HeatUnknowns, frozen: Transport, inverse_stage: Value, dx_wall: ufl.Measure
+) -> tuple[list[Value], list[Value]]:
+    """What is stored and the residual of a stage, each without monotone cells and with them."""
+    parts, tests, nothing = unknowns.parts, unknowns.tests, fem.Constant(unknowns.space.mesh, 0.0)
+    stored, residuals = [], []
+    for transport in (replace(frozen, streamline=frozen.streamline.without_monotone_cells()), frozen):
+        stored.append(equations.stored_heat(*parts, *tests, transport))
+        residual = inverse_stage * stored[-1] + equations.outflow_of_heat(*parts, *tests, transport)
+        # the matrix needs entries for the bead temperatures that are fixed inside the wall
+        residuals.append(residual + nothing * parts[1] * tests[1] * dx_wall)
+    return stored, residuals

@@ -14,15 +14,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import ufl
 from dolfinx import fem
 from petsc4py import PETSc
 
 from ..arrays import Floats, Integers
 from ..laws.functions import Value
-from ..mesh import fenicsx, ranks
 from ..mesh.aliases import Space
-from .jacobian import Jacobian
+from .assembled_system import AssembledSystem
 from .linear_solution import FACTORISED, MUMPS_OPTIONS, LinearSolution
 from .newton_iterations import Iterations
 from .petsc_options import given, set_defaults
@@ -71,14 +69,12 @@ def free_systems(domain: Any) -> None:
             system.free()
 
 
-class NewtonSystem:
-    """Residual form F(x; v), its derivative, and homogeneous Dirichlet conditions, solved by SNES under the options of `name`.
+class NewtonSystem(AssembledSystem):
+    """A system solved by SNES under the options of `name`, from the `unknown`'s present value.
 
-    `simpler` is a residual that is the same at present where `uses_simpler` is set, and takes less to assemble.
-    The unknowns `constrained` (local numbers in the function's own space, ghosts included) stay as they are in `unknown`.
-    `addend` is a PETSc vector added to the assembled residual. Linear systems are iterated, where `linear` says so, as long as
-    that converges; else they are factorised. The Jacobian is renewed at every iteration, or with `keep_jacobian` only when
-    `renew_jacobian()` was called: then the factors serve until the next call.
+    Linear systems are iterated, where `linear` says so, as long as that converges; else they are factorised. The Jacobian is
+    renewed at every iteration, or with `keep_jacobian` only when `renew_jacobian()` was called: then the factors serve until
+    the next call.
     """
 
     def __init__(
@@ -93,59 +89,28 @@ class NewtonSystem:
         simpler: Value = None,
         beside: Beside | None = None,
     ) -> None:
-        self._prefix, self._beside = f"{PREFIX}{name}_", beside or Beside()
-        self.unknown, self.space = unknown, unknown.function_space
-        self.constrained = np.asarray(constrained)
-        self._owned_constrained = self.constrained[self.constrained < self.owned_size]
-        self.active_unknowns = int(ranks.total(self.space.mesh.comm, self.owned_size - len(self._owned_constrained)))
-        residuals = [residual] if simpler is None else [simpler, residual]
-        self._residuals = [fenicsx.DeferredForm(form) for form in residuals]
-        trial, zero = ufl.TrialFunction(self.space), fem.Function(self.space)
-        self._jacobian = Jacobian(
-            residuals,
-            [ufl.derivative(form, unknown, trial) for form in residuals],
-            [fem.dirichletbc(zero, self.constrained.astype(np.int32))],
-            linear.preconditioner,
-            is_kept=keep_jacobian,
+        super().__init__(
+            residual,
+            unknown,
+            constrained,
+            keep_jacobian=keep_jacobian,
+            preconditioner=linear.preconditioner,
+            simpler=simpler,
         )
-        self.uses_simpler = simpler is not None
-        self.addend: Any = None
+        self._prefix, self._beside = f"{PREFIX}{name}_", beside or Beside()
         self._linear = linear
         self.relative_update = float("inf")
         self._iterations = Iterations(0, converged=lambda error: False)
         self._is_judged = True
         self._raised: BaseException | None = None
-        self._vectors: list[Any] = []
         _SYSTEMS.append(weakref.ref(self))
-
-    @property
-    def owned_size(self) -> int:
-        """Number of unknowns that this rank owns, the first of its local ones."""
-        dofmap = self.space.dofmap
-        return dofmap.index_map.size_local * dofmap.index_map_bs
 
     def free(self) -> None:
         """Free matrix, factors and vectors (collective)."""
-        for name in ("_snes", "_iterate", "_assembled", "vector"):
+        for name in ("_snes", "_iterate"):
             if name in self.__dict__:
                 self.__dict__.pop(name).destroy()
-        for vector in self._vectors:
-            vector.destroy()
-        self._jacobian.free()
-
-    def new_vector(self) -> PETSc.Vec:
-        """A vector of the unknowns (PETSc), freed with the system: one that is dropped is never freed."""
-        self._vectors.append(self._view().duplicate())
-        return self._vectors[-1]
-
-    @functools.cached_property
-    def vector(self) -> PETSc.Vec:
-        """The residual at the start of the last iteration."""
-        return self._jacobian.matrix.createVecLeft()
-
-    @functools.cached_property
-    def _assembled(self) -> PETSc.Vec:
-        return self._view().duplicate()
+        super().free()
 
     @functools.cached_property
     def _iterate(self) -> PETSc.Vec:
@@ -177,19 +142,6 @@ class NewtonSystem:
             f"{self._prefix}snes_", {name.removeprefix("snes_"): value for name, value in SNES_OPTIONS.items()}
         )
 
-    @property
-    def factored_at(self) -> tuple[list[Any], list[Any]] | None:
-        """What the present factors were made with (`Jacobian.made_with`), None where there are none."""
-        return self._jacobian.made_with
-
-    @factored_at.setter
-    def factored_at(self, made_with: tuple[list[Any], list[Any]] | None) -> None:
-        self._jacobian.made_with = made_with
-
-    def renew_jacobian(self) -> None:
-        """Have the next iteration assemble and factorise the Jacobian anew."""
-        self._jacobian.is_due = True
-
     def factorise_again(self, array_of: Callable[[int, Space], Floats], constants: Sequence[Any] | None) -> None:
         """Make the Jacobian that `factored_at` (its arrays by `array_of(number, space)`) told of, whatever the present."""
         if constants is not None:
@@ -199,26 +151,6 @@ class NewtonSystem:
     def _linear_solver(self) -> Any:
         """The KSP, once there is one."""
         return self._snes.getKSP() if "_snes" in self.__dict__ else None
-
-    @property
-    def _present(self) -> int:
-        """Number of the residual that counts."""
-        return 0 if self.uses_simpler else len(self._residuals) - 1
-
-    def _store(self, x: PETSc.Vec) -> None:
-        x.copy(self._view())
-        self.unknown.x.scatter_forward()
-
-    def _view(self) -> PETSc.Vec:
-        return fenicsx.petsc_vector(self.unknown)
-
-    def assemble_residual_into(self, residual: Value) -> None:
-        """Residual of the present unknown, 0 at the held unknowns."""
-        fenicsx.assemble_vector(self._assembled, self._residuals[self._present].form)
-        self._assembled.copy(residual)
-        if self.addend is not None:
-            residual.axpy(1.0, self.addend)
-        residual.array[self._owned_constrained] = 0.0
 
     def _assemble_residual(self, snes: Any, x: PETSc.Vec, residual: Value) -> None:
         if not self._is_judged and not self._has_own_options:
@@ -328,11 +260,6 @@ class NewtonSystem:
         vector.array[self._owned_constrained] = 0.0
         linear_solver.solve(vector, result)
 
-    @property
-    def is_iterated(self) -> bool:
-        """Whether linear systems are solved by iteration."""
-        return self._jacobian.preconditioner is not None
-
     def solve_to(self, reduction: float) -> None:
         """Have iterated linear systems reduce their residual by that much."""
         if self.is_iterated:
@@ -342,8 +269,3 @@ class NewtonSystem:
     def linear_iterations(self) -> int:
         """Iterations of the last linear solve: 1 where the matrix was factorised."""
         return self._snes.getKSP().getIterationNumber()
-
-    @property
-    def residual_norm(self) -> float:
-        """Residual norm at the start of the last iteration."""
-        return float(self.vector.norm())

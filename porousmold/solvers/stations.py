@@ -54,25 +54,25 @@ class PressureAlong:
     def __init__(self, columns: Columns) -> None:
         space = fenicsx.lagrange_space(columns.domain.mesh)
         self.pressure, self.gradient = fem.Function(space), fem.Function(space)
-        self._columns, self._owned = columns, space.dofmap.index_map.size_local
+        self.columns, self._owned = columns, space.dofmap.index_map.size_local
         self._column = columns.of(space.tabulate_dof_coordinates())
         self._nodes = columns.total(self._column[: self._owned], np.ones(self._owned))
 
     @property
     def gradients(self) -> Floats:
         """dp/dx (Pa/m) at the stations (collective)."""
-        sums = self._columns.total(self._column[: self._owned], self.gradient.x.array[: self._owned])
+        sums = self.columns.total(self._column[: self._owned], self.gradient.x.array[: self._owned])
         return sums / self._nodes
 
     @property
     def at_inlet(self) -> float:
         """Gauge pressure (Pa) at the first station (collective)."""
-        return float(self._columns.pressure(self.gradients)[0])
+        return float(self.columns.pressure(self.gradients)[0])
 
     def set_gradients(self, gradients: Floats) -> None:
         """Have dp/dx (Pa/m) at the stations be these, and the pressure what follows."""
         self.gradient.x.array[:] = gradients[self._column]
-        self.pressure.x.array[:] = self._columns.pressure(gradients)[self._column]
+        self.pressure.x.array[:] = self.columns.pressure(gradients)[self._column]
 
 
 def nearest(grid: Floats, values: Floats) -> Integers:

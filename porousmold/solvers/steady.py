@@ -1,4 +1,4 @@
-"""Solution of a steady nonlinear system: Newton's method, a false transient, and updates after small changes.
+"""Solution of a steady nonlinear system from an initial guess: Newton's method and a false transient.
 
 The false transient takes one Newton iteration for each implicit step; the first step is a fraction of the time in which the
 flow passes a bead, later ones grow as the updates fall, until they are infinite and the steady equations themselves are solved.
@@ -13,7 +13,7 @@ from dolfinx import fem
 from ..arrays import Floats
 from ..mesh import fenicsx
 from .newton import NewtonSystem
-from .newton_iterations import Contraction, Iterations
+from .newton_iterations import Iterations
 from .parts import TRACE_OF_TURBULENCE, PartSizes, Unknowns
 from .protocols import FlowCounts, Observer, silent
 from .state import Arrays, State
@@ -47,21 +47,6 @@ MOST_PSEUDO_STEPS = 150
 """Iterations from one initial guess after which another one is tried."""
 LEAST_REMAINDER = 0.1
 """Part of the turbulence that a pseudo-time step, and one of turbulence that dies out, leaves at least."""
-
-KEPT_TOLERANCE = 0.005
-"""Part of the tolerance that the error left by a reused Jacobian may be: its contraction is an estimate."""
-LOOSER_TURBULENCE = 20.0
-"""Factor on that error for the turbulence: the heat feels it through the eddies alone, while an error of the mass flow is one of
-the heat."""
-SLOWEST_CONTRACTION = 0.7
-"""Ratio of successive updates beyond which a reused Jacobian is given up."""
-LARGEST_KEPT_UPDATE = 0.1
-"""Update by a new Jacobian after which its factors are tried again."""
-LOOSER_PARTS = 5.0
-"""Times the tolerance that the update of every part (k, epsilon, ...) may have on its own."""
-FRESH_ITERATIONS = 8
-"""Iterations with a new Jacobian each before the flow is solved from its start; where turbulence sets in or dies k may pass
-through negative values on the way."""
 
 LARGEST_UNDERSHOOT = 0.2
 """Of the largest k: negative k in single cells, behind an inlet say, counts as none in all that follows from it."""
@@ -121,7 +106,7 @@ class SteadySolver:
                 self.system.renew_jacobian()
 
         def converged(update: float) -> bool:
-            self._count(update)
+            self.count(update)
             parts[:] = self._largest_update(before), parts[0]
             self._tell(time, np.inf, parts[0])
             return self._converged(parts[0]) or (parts[0] < near and self.is_physical())
@@ -179,67 +164,14 @@ class SteadySolver:
             )
         self.observe(f"flow: update {self.update:.0e}")
 
-    def follow(self, tolerance: float, kept_iterations: int) -> bool:
-        """Newton iterations from the present state until the update is below `tolerance`; tells whether they got there.
-
-        The Jacobian's factors serve from call to call while updates with them fall fast (`kept_iterations` at most); then
-        the Jacobian is renewed, and its factors serve in turn. A failure puts the state back.
-        """
-        start = self.solution.arrays()
-        if self._follow_on_kept_factors(tolerance, kept_iterations):
-            return self.counts.note("reused Jacobian", found=True)
-        for _ in range(FRESH_ITERATIONS):
-            before = self._unknown.x.array.copy()
-            self.system.renew_jacobian()
-            update = self.counted_iteration()
-            if not np.isfinite(update):
-                break
-            update = max(update, self.sizes.updates(before)[1] / LOOSER_PARTS)
-            is_found = update < tolerance and self.is_physical()
-            if is_found or (update < LARGEST_KEPT_UPDATE and self._follow_on_kept_factors(tolerance, kept_iterations)):
-                return self.counts.note("renewed Jacobian", found=True)
-        self.solution.set(start)
-        return self.counts.note("renewed Jacobian", found=False)
-
-    def _follow_on_kept_factors(self, tolerance: float, most: int) -> bool:
-        """The same on the present factors alone, whose error is what their contraction tells; where that is slow the state is put
-        back."""
-        start = self.solution.arrays()
-
-        def gives_up(update: float, last: float) -> bool:
-            if update < SLOWEST_CONTRACTION * last:
-                return False
-            self.solution.set(start)
-            return True
-
-        before = np.empty(0)
-
-        def prepare(update: float, last: float) -> None:
-            nonlocal before
-            before = self._unknown.x.array.copy()
-
-        def size_of(update: float) -> float:
-            """Update of velocity and pressure, or what counts of all if that is more."""
-            if not self.unknowns.turbulence or not np.isfinite(update):
-                return update
-            motion = range(len(self.unknowns.motion))
-            return max(self.sizes.updates(before, motion)[0], update / LOOSER_TURBULENCE)
-
-        def converged(error: float) -> bool:
-            self._count(self.system.relative_update)
-            self.observe("")
-            return error < KEPT_TOLERANCE * tolerance and self.is_physical()
-
-        iterations = Iterations(most, converged, prepare, gives_up, Contraction(), size_of)
-        return self.system.solve(iterations)
-
     def counted_iteration(self) -> float:
         """One iteration with the present factors, counted and observed; gives its relative update."""
-        self._count(self.system.iterate())
+        self.count(self.system.iterate())
         self.observe("")
         return self.update
 
-    def _count(self, update: float) -> None:
+    def count(self, update: float) -> None:
+        """Note an iteration's update."""
         self.update = update
         self.counts.newton_iterations += 1
 
@@ -253,7 +185,7 @@ class SteadySolver:
         self._inverse_step.value = 1.0 / step
         if not keeps_jacobian:
             self.system.renew_jacobian()
-        self._count(self.system.iterate())
+        self.count(self.system.iterate())
         if np.isfinite(step):
             self.counts.continuation_steps += 1
         # where it dies out k would go to and fro between small values of either sign, without end

@@ -31,7 +31,7 @@ def test_of_repeated_steps_that_with_the_least_excess_is_kept(monkeypatch):
         return {"by_fluid": float(len(attempts))}, 0.0, None
 
     monkeypatch.setattr(heat, "_take_all", take)
-    monkeypatch.setattr(heat, "mark_cells", lambda bounds: next(outcomes))
+    monkeypatch.setattr(heat.bounded_steps, "mark", lambda bounds: next(outcomes))
     before = heat.balance.by_fluid
     heat.step(100.0, 10.0)
     # marking that no longer helps gives way to the damped step, and that to backward Euler

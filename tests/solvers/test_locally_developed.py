@@ -7,6 +7,7 @@ from scipy.integrate import solve_ivp, trapezoid
 from scipy.optimize import brentq
 
 from porousmold import InputError, Scene, run
+from porousmold.equations.exhaust import mass_leaving
 from porousmold.mesh import fenicsx, ranks
 from porousmold.mesh.domain import OUTER
 from porousmold.simulation.assembly import locally_developed_flow
@@ -20,7 +21,7 @@ LEAN = {"output.pictures": False, "output.fields": False}
 
 def mass_flow(problem):
     """kg/s that leave."""
-    form = fenicsx.compiled_form(problem.energy_equations.mass_leaving())
+    form = fenicsx.compiled_form(mass_leaving(problem.energy_equations))
     return ranks.integral(problem.domain.communicator, form)
 
 

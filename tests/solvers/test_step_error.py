@@ -20,7 +20,7 @@ def test_the_estimate_is_of_its_order_and_no_smaller_than_the_error(monkeypatch,
     for step in (20.0, 10.0, 5.0):
         heat.unknown.x.array[:] = start
         with monkeypatch.context() as patched:
-            patched.setattr("porousmold.solvers.heating.STAGES", stages)
+            patched.setattr("porousmold.solvers.bounded_steps.STAGES", stages)
             estimates.append(heat.step(1000.0, step))
         end = heat.unknown.x.array.copy()
         heat.unknown.x.array[:] = start
