@@ -6,6 +6,7 @@ viscosity. Laws accept floats, numpy arrays and UFL. The materials themselves ar
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from math import isfinite
 
 from .cure import Cure
 from .functions import Value, exp, maximum, minimum
@@ -49,7 +50,10 @@ def constant(value: Value, unit: str, source: str) -> Polynomial:
 
 @dataclass(frozen=True)
 class LogPolynomial:
-    """exp(c0 + c1 T + c2 T^2 + ...) of the temperature in K: for what changes by orders of magnitude, as a liquid's viscosity."""
+    """exp(c0 + c1 T + c2 T^2 + ...) of the temperature in K: for what changes by orders of magnitude, as a liquid's viscosity.
+
+    Beyond its range the exponent goes on along its tangent: the polynomial itself would make water at 650 K stiffer than rock.
+    """
 
     coefficients: tuple[Value, ...]
     unit: str
@@ -58,7 +62,12 @@ class LogPolynomial:
 
     def __call__(self, temperature: Value) -> Value:
         """Value at the temperature (K)."""
-        return exp(Polynomial(self.coefficients, "", "")(temperature))
+        exponent, (low, high) = Polynomial(self.coefficients, "", ""), self.temperature_range
+        if not isfinite(high):
+            return exp(exponent(temperature))
+        derivative = Polynomial(tuple(n * c for n, c in enumerate(self.coefficients) if n) or (0.0,), "", "")
+        beyond = derivative(low) * minimum(temperature - low, 0.0) + derivative(high) * maximum(temperature - high, 0.0)
+        return exp(exponent(minimum(maximum(temperature, low), high)) + beyond)
 
     def with_coefficients(self, coefficients: Iterable[Value]) -> "LogPolynomial":
         """The same law with other numbers, for example UFL constants in place of floats."""

@@ -146,3 +146,20 @@ def test_conductivities_fall_and_insulations_rise_with_temperature():
     for name in ("mineral_wool", "calcium_silicate", "ceramic_fibre", "firebrick", "insulating_firebrick"):
         law = SOLIDS[name].conductivity
         assert law(680.0) < law(749.0), name
+
+
+@pytest.mark.parametrize("name", ["water", "water_glycol", "thermal_oil", "therminol_vp1"])
+def test_the_viscosity_of_a_liquid_goes_on_along_its_tangent_beyond_its_range(name):
+    """A polynomial's exponent of degree 8 would be 1e38 Pa s two hundred kelvins on; inside it is the polynomial's own."""
+    law = FLUIDS[name].viscosity
+    low, high = law.temperature_range
+    inside = np.linspace(low, high, 7)
+    own = np.exp(np.polynomial.Polynomial(law.coefficients)(inside))
+    assert law(inside) == pytest.approx(own, rel=1e-9)
+    for end, away in ((low, -100.0), (high, 100.0)):
+        step = 1e-3 * np.sign(away)
+        logarithms = np.log([law(end - step), law(end), law(end + step), law(end + away), law(end + 2.0 * away)])
+        slope = logarithms[1] - logarithms[0]
+        assert logarithms[2] - logarithms[1] == pytest.approx(slope, rel=1e-3)
+        assert logarithms[4] - logarithms[3] == pytest.approx(logarithms[3] - logarithms[1], rel=1e-9)
+        assert (logarithms[3] - logarithms[1]) / away == pytest.approx(slope / step, rel=1e-3)
