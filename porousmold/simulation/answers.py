@@ -16,6 +16,10 @@ SHARP_FRONT = 0.045
 """Part of all temperature differences within one cell of the bed, from which on what holds at the end is in doubt."""
 BEYOND_THE_MARGIN = 1.5
 """Times operation.heating_margin by which a heated place may be beyond the inlet's temperature without a word."""
+UNSTABLE_DISPLACEMENT = 5.0
+"""Ratio of resistances of the fluid displaced and that which enters beyond which answers may depend on the cells."""
+FINGERS = "a fluid that flows easily displaces one that does not"
+"""The doubt that coarser cells do not settle: they may agree by accident."""
 EXOTHERM = 0.02
 """Part of all temperature differences by which a layer that cures is hotter than all that is given, that counts."""
 
@@ -48,8 +52,8 @@ def answers_of(recorder: Recorder) -> dict[str, Answer]:
 
 def doubt_of(recorder: Recorder, answers: Answers) -> str:
     """Why answers may be off by more than the default cells and steps are made for, '' where they should not (collective): a
-    front that stands in the bed at the end, heat from elsewhere that brings the heated place beyond the inlet, so that what comes
-    last comes slowly, or heat of cure that makes a layer hotter than all that is given."""
+    front that stands in the bed at the end, a displacement that forms fingers, heat from elsewhere that brings the heated place
+    beyond the inlet, so that what comes last comes slowly, or heat of cure that makes a layer hotter than all that is given."""
     history, problem = recorder.history, recorder.problem
     span = max(history["highest_temperature"]) - min(history["lowest_temperature"])
     if span < LEAST_SPAN:
@@ -58,6 +62,8 @@ def doubt_of(recorder: Recorder, answers: Answers) -> str:
         part = problem.largest_difference_in_a_cell() / span
         if part > SHARP_FRONT:
             return f"the temperature changes within one cell of the bed by {part:.0%} of all differences"
+    if problem.medium.estimates.resistance_ratio > UNSTABLE_DISPLACEMENT:
+        return FINGERS
     times = [answer.value for name, answer in answers.items() if name == HEATING_TIME or name.startswith(TARGETS)]
     if times and beyond_the_inlet(recorder, min(times)):
         return "heat from elsewhere brings the heated place beyond the inlet's temperature"

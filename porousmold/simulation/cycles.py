@@ -107,7 +107,11 @@ def _front(profile: Profile, low: float, high: float, length: float) -> dict[str
 
 
 def _cycle(number: int, phases: list[dict[str, Any]], columns: Mapping[str, Floats], storable: float) -> dict[str, Any]:
-    """Sums over the phases of a cycle. Heat in is that of phases that give, heat out that of phases that take."""
+    """Sums over the phases of a cycle. Heat in is that of phases that give, heat out that of phases that take.
+
+    A store is charged by the phases that leave exergy behind. Where they take heat it is a cold store, and its energy efficiency
+    that of the cold: heat in over heat out.
+    """
 
     def total(name: str, sign: int) -> float:
         return float(sum(max(sign * phase[name], 0.0) for phase in phases))
@@ -117,6 +121,8 @@ def _cycle(number: int, phases: list[dict[str, Any]], columns: Mapping[str, Floa
                     ("heat_stored", "heat_through_outer_wall"))  # fmt: skip
     heat_in, heat_out, work = total("heat", 1), total("heat", -1), total("pumping_work", 1)
     exergy_in, exergy_out = total("exergy", 1), total("exergy", -1)
+    is_cold = sum(phase["heat"] for phase in phases if phase["exergy"] > 0.0) < 0.0
+    charged, discharged = (heat_out, heat_in) if is_cold else (heat_in, heat_out)
     levels = [float(stored[0]), *(phase["heat_stored"] for phase in phases)]
     return {
         "cycle": number,
@@ -127,7 +133,7 @@ def _cycle(number: int, phases: list[dict[str, Any]], columns: Mapping[str, Floa
         "heat_stored": float(stored[1] - stored[0]),
         "heat_lost": float(lost[0] - lost[1]),
         "pumping_work": work,
-        "energy_efficiency": heat_out / heat_in if heat_in > 0.0 else None,
+        "energy_efficiency": discharged / charged if charged > 0.0 else None,
         "exergy_efficiency": exergy_out / (exergy_in + work) if exergy_in > 0.0 else None,
         "utilisation": (max(levels) - min(levels)) / storable if storable > 0.0 else None,
         "phases": phases,

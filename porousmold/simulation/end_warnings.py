@@ -4,7 +4,10 @@ import numpy as np
 
 from .answers import beyond_the_inlet
 from .march import Simulation
+from .unmet_targets import supply_at_its_limit
 
+EDGE_OF_ALL = 5e-3
+"""Of all temperature differences, that the extremes of the bed's side may be off at the inlet without a word."""
 EDGE_STEP = 0.01
 """Part of a spread asked for that the first nodes at the inlet may differ by."""
 STEADY = 0.02
@@ -14,7 +17,12 @@ NO_CHANGE = 1e-3
 
 
 def why_not_heated(simulation: Simulation) -> str:
-    """How far the wall is from the inlet's temperature at the end, and whether it still approaches it."""
+    """How far the wall is from the inlet's temperature at the end, whether it still approaches it, and what of the supply was at
+    its limit."""
+    return "; ".join([_distance_left(simulation), *supply_at_its_limit(simulation)])
+
+
+def _distance_left(simulation: Simulation) -> str:
     time, history, heat = simulation.specs.time, simulation.recorder.history, simulation.specs.heat
     end = (
         f"at {simulation.time:.4g} s"
@@ -53,22 +61,27 @@ def _kelvin(difference: float) -> str:
 
 
 def of_the_corner(simulation: Simulation) -> list[str]:
-    """Of targets that ask how even a place is, where its extreme is the inlet's edge: gas and wall of two temperatures meet
-    there, and a finer mesh comes nearer to the one or the other (collective)."""
+    """Of targets that ask how even a place is, and of the spread at the end, where the extreme is the inlet's edge: gas and wall
+    of two temperatures meet there, and a finer mesh comes nearer to the one or the other (collective)."""
     problem, history = simulation.problem, simulation.recorder.history
     asked = [one for one in simulation.specs.time.targets if one.asks == "spread" and one.place in problem.places.names]
+    range_of_all = max(history["highest_temperature"]) - min(history["lowest_temperature"])
     found = []
-    for place in dict.fromkeys(one.place for one in asked):
+    for place in dict.fromkeys((*(one.place for one in asked), "bed_side")):
         step = problem.places.step_at_the_inlet(place)
-        names = ", ".join(repr(one.name) for one in asked if one.place == place)
-        least = min(one.limit for one in asked if one.place == place)
-        if step > EDGE_STEP * least:
-            range_of_all = max(history["highest_temperature"]) - min(history["lowest_temperature"])
+        of_place = [one for one in asked if one.place == place]
+        at_edge = (
+            f"the extreme of {place.replace('_', ' ')} is at the edge of the inlet, {step:.1f} K from the next node: finer cells "
+            f"move it by as much or more ({step / max(range_of_all, 1e-12):.1%} of all differences)"
+        )
+        if of_place and step > EDGE_STEP * min(one.limit for one in of_place):
+            names = ", ".join(repr(one.name) for one in of_place)
             found.append(
-                f"target {names}: the extreme of {place.replace('_', ' ')} is at the edge of the inlet, {step:.1f} K from the "
-                f"next node: finer cells move it by as much or more ({step / range_of_all:.1%} of all differences), and with it "
-                "the target's time; a target at a sensor, or a line of them, is free of that"
+                f"target {names}: {at_edge}, and with it the target's time; a target at a sensor, or a line of them, is free of "
+                "that"
             )
+        elif step > EDGE_OF_ALL * range_of_all:
+            found.append(f"{at_edge}, and with it spread_at_end; sensors are free of that")
     return found
 
 
@@ -79,7 +92,8 @@ def _what_balances(simulation: Simulation, before: int) -> str:
         return ""
     if history[-1] > history[before]:
         return ": heat that comes in through the outer wall balances what the flow carries away"
-    return ": heat losses of the outer wall balance the heat from the bed"
+    sources = any(layer.heat_source is not None for layer in simulation.specs.heat.all_layers)
+    return f": heat losses of the outer wall balance the heat from {'the sources and ' if sources else ''}the bed"
 
 
 def of_heat_from_elsewhere(simulation: Simulation) -> list[str]:

@@ -86,8 +86,9 @@ class Estimates:
     `front_width` is the standard deviation (m) of the thermal front at the outlet, `wall_time_constant` (s) that with which
     the wall follows the bed, `end_length` that over which the wall's insulated end at the outlet is felt along it,
     `inlet_time` (s) that in which the inlet temperature changes, `bead_residence_time` (s) that in which moving beads cross
-    the bed; `wall_cells` are those through each layer of the wall, `thick_layers` tells through which no
-    heat comes while the bed is heated. In a bed that is `uniform_across` nothing changes across the flow.
+    the bed; `resistance_ratio` is how many times more the bed resists to the same mass flow where it holds the fluid that is
+    displaced than where it holds that which enters; `wall_cells` are those through each layer of the wall, `thick_layers` tells
+    through which no heat comes while the bed is heated. In a bed that is `uniform_across` nothing changes across the flow.
     """
 
     flows: bool
@@ -114,6 +115,7 @@ class Estimates:
     bead_residence_time: float
     beads_against: bool
     uniform_across: bool
+    resistance_ratio: float
     length: float
 
     @property
@@ -214,6 +216,7 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
         bead_residence_time=size.length / abs(heat.bead_motion.velocity) if heat.bead_motion.velocity else math.inf,
         beads_against=heat.bead_motion.velocity < 0.0,
         uniform_across=_is_uniform_across(specs, core),
+        resistance_ratio=_resistance_ratio(specs, fluid.density * speed) if flows else 1.0,
         length=size.length,
         flow_duration=(bed_heat + wall.heat_capacity) / (advection * size.area),
         conduction_time=math.inf if flows and not _is_heated_from_outside(specs) else _conduction_time(specs, bed),
@@ -323,6 +326,21 @@ def fluid_at(specs: Specs, temperature: float) -> FluidProperties:
         fluid.heat_capacity(temperature),
         fluid.conductivity(temperature),
     )
+
+
+def _resistance_ratio(specs: Specs, flux: float) -> float:
+    """The largest of all temperatures that are given over that of what enters, at an intrinsic mass flux (kg/m2/s); 1 where the
+    velocity does not depend on it."""
+    if specs.flow.model.kind == "plug":
+        return 1.0
+
+    def gradient(temperature: float) -> float:
+        fluid, phi, diameter = fluid_at(specs, temperature), specs.porosity.bulk_porosity, specs.mesh.bead_diameter
+        speed = flux / fluid.density
+        return float(specs.laws.drag.coefficient(phi, diameter, fluid.density, fluid.viscosity, speed) * speed)
+
+    entering = [gradient(temperature) for temperature in specs.heat.inlet_temperature.range]
+    return max(gradient(specs.heat.initial_temperature), *entering) / min(entering)
 
 
 def flow_change(specs: Specs, size: BedSize, before: float, after: float) -> float:

@@ -33,7 +33,7 @@ class Recorder:
         problem, sign = self.problem, self._direction(time)
         mass_flow, pressure_drop = self._at_end_of_step(time, flow_time)
         ends = problem.places.extreme_places("bed_side")
-        extremes = {place: problem.places.extremes(place) for place in problem.places.names}
+        extremes = {place: self._extremes(place, time) for place in problem.places.names}
         waited_for = dict.fromkeys(("wall", "bed_side", self._place))
         now = Moment(
             time=time,
@@ -53,6 +53,16 @@ class Recorder:
             return  # the wall's temperature is given, or its heat comes from elsewhere: nothing to wait for
         self.heating_time = self._heated_at(self.heating_time, self._place)
         self.heating_time_bed_side = self._heated_at(self.heating_time_bed_side, "bed_side")
+
+    def _extremes(self, place: str, time: float) -> tuple[float, float]:
+        """Lowest and highest temperature (K) of a place at a time (s); in a bed whose beads move what enters it is part of it, as
+        cells that are longer than the exchange have nothing of that temperature (collective)."""
+        low, high = self.problem.places.extremes(place)
+        beads = self._heat.bead_motion.inlet_temperature
+        if place != "bed" or beads is None:
+            return low, high
+        entering = beads(time), self._heat.inlet_temperature(time)
+        return min(low, *entering), max(high, *entering)
 
     def _heated_at(self, before: float | None, place: str) -> float | None:
         """Time (s) at which a place came within the margin, `before` as far as it is known.

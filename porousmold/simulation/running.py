@@ -31,7 +31,7 @@ from .accuracy import (
     refinements_in_doubt,
     run_to_accuracy,
 )
-from .answers import answers_of, doubt_of
+from .answers import FINGERS, answers_of, doubt_of
 from .march import Simulation
 from .mesh_quality import few_cells
 from .observation import field_snapshots, profile_near_wall
@@ -162,7 +162,8 @@ class _Run:
 
     def _compared(self) -> dict[str, float] | None:
         """Differences of the answers from those of a coarser run, where they are in doubt, else None (collective). If they are
-        large, the march is repeated on finer cells, and compared with the one before; on a mesh that is a file it is at once."""
+        large, the march is repeated on finer cells, and compared with the one before; at once on a mesh that is a file, and where
+        fingers form."""
         scene, own, found = self._marched, _as_answers(self._last[0]), None
         if hasattr(self, "_simulation"):  # else the checkpoint is that of the second march
             self._doubt = self._doubt_of(own)
@@ -173,11 +174,13 @@ class _Run:
             self._observe("comparing with coarser cells and steps")
             coarsest = coarser_answers(scene, COARSER, self._march_aside)
             found = differences(coarsest, own)
-            if not found or max(found.values()) <= LARGEST_DIFFERENCE:
+            if self._doubt != FINGERS and (not found or max(found.values()) <= LARGEST_DIFFERENCE):
                 return found
         if not may_be_repeated(scene, self._work()):
             return found
-        factors = refinements_in_doubt(scene, own, coarsest, self._march_aside)
+        factors = ALL_IN_DOUBT
+        if self._doubt != FINGERS:
+            factors = refinements_in_doubt(scene, own, coarsest, self._march_aside)
         while True:
             finer = self._refined.times(*factors)
             try:

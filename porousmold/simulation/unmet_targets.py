@@ -27,12 +27,12 @@ def why_not_met(simulation: Simulation, target: Target, energy: Mapping[str, flo
     last = len(history) - 1
     short = target.quantity(history, last) - target.margin
     parts = [f"{short:.3g} short" if target.asks == "cured" else f"{short:.1f} K short"] if short > 0.0 else []
-    parts += _supply(simulation)
+    parts += supply_at_its_limit(simulation)
     parts += _losses(energy)
     return "; ".join(parts)
 
 
-def _supply(simulation: Simulation) -> list[str]:
+def supply_at_its_limit(simulation: Simulation) -> list[str]:
     """What of heater and blower was at its limit, and since when."""
     loop, history = simulation.problem.air_loop, simulation.recorder.history
     if loop is None:

@@ -152,6 +152,21 @@ def test_a_store_of_losses_gives_back_less():
     assert cycle["heat_lost"] > 0.0 and cycle["heat_lost"] == pytest.approx(lost, rel=1e-6)
 
 
+def test_a_cold_store_is_as_efficient_as_its_hot_twin():
+    """Charged 60 K below or above its surroundings, with one fluid and losses: the cold that comes back counts, not the heat."""
+    twin = {"model.wall": "conjugate", "operation.outer_coefficient": 20.0, "operation.ambient_temperature": COLD}
+    efficiencies = []
+    for charged in (COLD - 60.0, COLD + 60.0):
+        given = phases(rest="0.5 h")
+        given[0]["temperature"] = charged
+        cycle = computed(store(given).changed(twin)).summary["cycles"][0]
+        assert cycle["heat_in"] - cycle["heat_out"] == pytest.approx(
+            cycle["heat_stored"] + cycle["heat_lost"], rel=1e-6
+        )
+        efficiencies.append(cycle["energy_efficiency"])
+    assert efficiencies[0] < 1.0 and efficiencies[0] == pytest.approx(efficiencies[1], abs=0.01)
+
+
 @pytest.mark.parametrize("flow", ["plug", "developed"])
 @pytest.mark.parametrize("limit", [320.0, 500.0])
 def test_a_phase_ends_where_what_leaves_is_as_warm(flow, limit):

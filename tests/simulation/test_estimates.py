@@ -118,3 +118,19 @@ def test_a_uniform_bed_has_the_answer_of_one_with_cells_at_its_wall():
     assert few.summary["unknowns"]["energy"] < 0.25 * many.summary["unknowns"]["energy"]
     for name in ("outlet_temperature", "temperature_centre_L/2", "temperature_bed_side_L/4"):
         assert few[name][-1] == pytest.approx(many[name][-1], abs=0.005)
+
+
+def test_only_a_fluid_that_flows_far_more_easily_than_what_it_displaces_is_unstable():
+    """Hot oil into cold oil, by the ratio of viscosities where drag is viscous; nothing of the kind in plug flow, backwards, in a
+    gas or in water, where inertia counts."""
+    oil = {"fluid.material": "thermal_oil", "operation.initial_temperature": "10 degC", "model.turbulence": "none"}
+    slow = oil | {"operation.inlet_temperature": "100 degC", "operation.pressure_drop": 1.0}
+    viscosity = specs_of(coarse_scene(slow)).laws.fluid.viscosity
+    ratio = viscosity(283.15) / viscosity(373.15)
+    assert estimates_of(coarse_scene(slow)).resistance_ratio == pytest.approx(ratio, rel=0.1)
+    assert estimates_of(coarse_scene(slow | {"operation.pressure_drop": 5e4})).resistance_ratio < 0.9 * ratio
+    back = {"operation.initial_temperature": "100 degC", "operation.inlet_temperature": "10 degC"}
+    for stable in (slow | {"model.flow": "plug"}, slow | back):
+        assert estimates_of(coarse_scene(stable)).resistance_ratio == 1.0
+    assert estimates_of(coarse_scene(WATER)).resistance_ratio < 2.0
+    assert estimates_of(coarse_scene()).resistance_ratio == 1.0

@@ -89,6 +89,37 @@ def test_a_spread_at_the_edge_of_the_inlet_is_told():
     assert any("is at the edge of the inlet" in text for text in found)
 
 
+def test_the_spread_at_the_end_of_a_wall_that_loses_heat_is_told():
+    """The hottest point of a steady wall with losses is the inlet's edge: 335, 344, 349 K of spread with 1, 2 and 8 times the
+    cells in a hot mold of 1 m, while a bed that has the inlet's temperature has no such edge."""
+    hot = {"operation.inlet_temperature": 1200.0, "operation.outer_coefficient": 40.0, "model.wall": "thin"}
+    hot |= {"operation.ambient_temperature": 293.15, "operation.end_time": 4000.0}
+    assert any("and with it spread_at_end" in text for text in warnings_of(hot))
+    assert not any("spread_at_end" in text for text in warnings_of())
+
+
+def test_a_bed_of_moving_beads_is_as_cold_as_those_that_enter():
+    """Where the exchange is shorter than a cell, no node is: a target would be met that never can be."""
+    beads = {"operation.bead_velocity": 5e-4, "operation.bead_inlet_temperature": 293.15, "operation.end_time": 5000.0}
+    scene = coarse_scene(PLUG, beads, {"model.wall": "insulated", "operation.initial_temperature": 293.15})
+    targets = {"target": [{"name": "hot", "place": "bed", "above": 300.0}]}
+    result = run(Scene(scene.as_tables() | targets), communicator=MPI.COMM_SELF)
+    assert result.summary["targets"]["hot"] is None
+    assert result["lowest_bed"][-1] == pytest.approx(293.15)
+    assert result["highest_bed"][-1] == pytest.approx(scene.operation.inlet_temperature.values[-1], abs=1e-6)
+
+
+def test_hot_oil_into_cold_oil_is_told_and_tried_on_finer_cells():
+    """Fingers: 337.5 s where twice the cells and steps say 322.5 in a mold of 1 m, and a coarser run may agree by accident."""
+    oil = {"fluid.material": "thermal_oil", "operation.initial_temperature": "20 degC", "model.flow": "developed"}
+    oil |= {"operation.inlet_temperature": "150 degC", "operation.pressure_drop": 1e4, "model.turbulence": "none"}
+    scene = Scene.load(ALUMINIUM, oil | {"geometry.length": 0.3, "output.fields": False, "output.pictures": False})
+    assert any("viscous fingering" in text for text in check(scene, MPI.COMM_SELF).warnings)
+    summary = run(scene, communicator=MPI.COMM_SELF).summary
+    assert max(summary["refinements"].values()) > 1.0 and summary["heating_time_error"] > 0.0
+    assert any("flows easily" in text for text in summary["warnings"])
+
+
 def test_a_sensor_has_no_name_of_a_place(tmp_path):
     path = tmp_path / "sensors.csv"
     path.write_text("name, x [mm], y [mm]\nbed, 100, 5\n")
