@@ -35,7 +35,7 @@ RESULT_KEYS: Mapping[str, ResultKey] = {
     "heating_time_error": _number(
         "1",
         "estimated relative error of the discretisation with solver.accuracy; else, where answers are in doubt (a front "
-        "stands in the bed at the end, a cure gets hot, a mesh has few cells), the difference from a coarser run",
+        "stands in the bed at the end, a cure gets hot, fingers form, a mesh has few cells), the difference from a coarser run",
         optional=True,
     ),
     "target_errors": ResultKey("object", "the same of each target's time"),

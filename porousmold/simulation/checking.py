@@ -17,6 +17,7 @@ from ..mesh.domain import Domain
 from ..output.console import outer_wall_text
 from ..scene.scene import Scene
 from .accuracy import may_be_repeated
+from .answers import UNSTABLE_DISPLACEMENT
 from .course import Course
 from .estimates import Estimates
 from .expected_flow import expected_mass_flow
@@ -111,7 +112,9 @@ def expected_steps(specs: Specs, estimates: Estimates) -> float:
 
 
 def _repeat_text(scene: Scene, specs: Specs, estimates: Estimates, work: float) -> str:
-    """That a run may be repeated, where it ends before all is heated."""
+    """That a run may be repeated, where it ends before all is heated, or is by a fluid that forms fingers in another."""
+    if estimates.resistance_ratio > UNSTABLE_DISPLACEMENT and may_be_repeated(scene, work):
+        return "; some ten times that, as it is repeated on finer cells (solver.refine_in_doubt)"
     is_short = specs.course is None and specs.time.end_time < HEATING_TIMES * estimates.heating_duration
     if not (is_short and may_be_repeated(scene, work)):
         return ""
