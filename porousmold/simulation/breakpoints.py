@@ -7,6 +7,9 @@ from .specs import Specs
 
 FIRST_STEP = 0.05
 """The first time step at most, as a part of the largest one."""
+LATE_PART = 0.01
+"""Of the time since anything given last changed, that a step may take beyond the largest one: the aluminium mold takes some 40 of
+those to its heating time, one whose heater is at its limit took two thousand."""
 
 
 class Breakpoints:
@@ -34,4 +37,5 @@ class Breakpoints:
             time.end_time,
             self.present(),
             (*(self._specs.output.times or ()), *(set(time.kinks) - set(self._bends))),
+            0.0 if time.steps.largest else LATE_PART / time.steps.refinement,
         )

@@ -22,8 +22,11 @@ SAFETY, LEAST_FACTOR = 0.85, 0.2
 
 @dataclass
 class TimeControl:
-    """Proposes steps (s). `breakpoints` are times at which given series change slope: steps end there and start small again.
-    At `stops` steps only end.
+    """Proposes steps (s).
+
+    `breakpoints` are times at which given series change slope: steps end there and start small again. At `stops` steps only end.
+    The largest step grows with the time since anything given last changed, to its `late_part`: what takes a hundred of the
+    estimated steps is slower than was estimated.
 
     State is `step` (the next one), `jumps`, times (s) at which everything given changed at once, and counters.
     """
@@ -34,6 +37,7 @@ class TimeControl:
     end_time: float
     breakpoints: tuple[float, ...] = ()
     stops: tuple[float, ...] = ()
+    late_part: float = 0.0
     step: float = field(init=False)
     jumps: list[float] = field(init=False, default_factory=list)
     rejected: int = field(init=False, default=0)
@@ -83,8 +87,13 @@ class TimeControl:
             self.step = min(self.first_step, self.step)
             return True
         grown = max(self.step, step) * min(self.growth, max(LEAST_FACTOR, allowed))
-        self.step = grown if is_quiet else min(self.largest_step, grown)
+        late = self.late_part * (time - self._last_change(time))
+        self.step = grown if is_quiet else min(max(self.largest_step, late), grown)
         return True
+
+    def _last_change(self, time: float) -> float:
+        """Time (s) at which what is given changed last: the start, a breakpoint, or a jump."""
+        return max(instant for instant in (0.0, *self.jumps[-1:], *self.breakpoints) if instant <= time * (1 + 1e-9))
 
     def _restarts_at(self, time: float) -> bool:
         """Whether a series changes its slope at a time (s), unless it does so before and after within a largest step: then it

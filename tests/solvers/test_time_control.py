@@ -95,3 +95,18 @@ def test_what_changes_slowly_does_not_jump():
     control = TimeControl(1.0, 2.0, 20.0, 200.0, (20.0, 40.0, 50.0, 50.5))
     near = [time for time in (0.0, 2.9, 3.1, 20.0, 40.0, 50.0, 50.5, 53.0, 60.0) if control.after_jump(time)]
     assert near == [0.0, 2.9, 50.5, 53.0]
+
+
+def test_what_takes_a_hundred_of_the_largest_steps_takes_longer_ones():
+    """Geometrically, by a hundredth of the time since the last change; none where the largest step is the user's."""
+    for late in (0.01, 0.0):
+        control = TimeControl(1.0, 2.0, 4.0, 1e5, breakpoints=(2e4,), late_part=late)
+        time, steps = 0.0, []
+        while time < 1e5:
+            step = control.propose(time)
+            time += step
+            steps.append((time, step))
+            assert control.accept(time, step, 0.0)
+        assert all(step <= 4.0 * (1 + 1e-9) for end, step in steps if end < 400.0 or 2e4 < end < 2.04e4)
+        longest = max(step for _, step in steps)
+        assert longest == pytest.approx(max(late * 8e4, 4.0), rel=0.03)
