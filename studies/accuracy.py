@@ -130,7 +130,8 @@ def main() -> None:
 
 TITLES = {
     "random": f"## {COUNT} scenes drawn at random (seed {SEED})",
-    "crossed": "## Scenes across all features (those of docs/crossed-scenes.md that are compared there)",
+    "crossed": f"## Scenes across all features (seed {crossed_draws.SEED}, one in {crossed_draws.COUNT // crossed_scenes.SAMPLE} of those of "
+    "docs/crossed-scenes.md)",
 }
 
 

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from porousmold.output.figures import STYLE, plt, save
-from studies.crossed_draws import scene_of, scenes
+from studies.crossed_draws import SEED, scene_of, scenes
 from studies.crossed_scenes import errors, finer, outcome
 from studies.page import Page, yardstick
 
@@ -86,7 +86,7 @@ def write_page(path: Path, points: list[Point], tried: int) -> None:
         "",
         f"Written by `make work-precision`; do not edit. {count} scenes (of {tried} drawn; the others have no answer within",
         f"{PATIENCE:g} s of CPU along every path, or none to compare) that cross the program's features: straight beds of",
-        "[crossed-scenes.md](crossed-scenes.md). The error of a run is that of its worst answer (heating time, targets, peaks of",
+        f"[crossed-scenes.md](crossed-scenes.md), of seed {SEED}. The error of a run is that of its worst answer (heating time, targets, peaks of",
         "cure; without those every temperature and the heat stored at the end), against twice the cells in each direction and",
         "twice the steps of the run on default cells, of its repeat where its answers are in doubt. Time is the CPU time of",
         "the whole run in a process that has compiled its forms, in Y: CPU time of a",

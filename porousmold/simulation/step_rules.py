@@ -30,7 +30,7 @@ a quiet one: what is given is steady, and no front is on its way through the bed
 LARGEST_PART = 0.5
 """Of the time in which differences that decay would be gone, that one step may take."""
 INLET_CHANGE = 0.1
-"""K by which air that comes back may get warmer within a step, beside twice its last change, before cells become monotone."""
+"""K by which air that comes back may get warmer within a step, beside twice what it last did, before cells become monotone."""
 
 
 class StepRules:
@@ -108,9 +108,8 @@ class StepRules:
         low, high = self._given
         air_loop = self._problem.air_loop
         if air_loop is not None and air_loop.is_too_warm:
-            entered = self._recorder.history["inlet_temperature"][-2:]
-            warmest = max(self._recorder.history["highest_temperature"][-1], entered[-1])
-            high = max(high, warmest + INLET_CHANGE + 2.0 * abs(entered[-1] - entered[0]))
+            entered = self._recorder.history["inlet_temperature"]
+            high = max(high, max(entered) + INLET_CHANGE + 2.0 * max(entered[-1] - entered[-2:][0], 0.0))
         colder, hotter = self._is_open
         if not (colder or hotter):
             return low, high

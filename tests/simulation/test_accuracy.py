@@ -418,7 +418,8 @@ def test_an_exotherm_is_in_doubt_whether_or_not_the_run_also_has_temperatures_at
     }
     specs = SimpleNamespace(heat=SimpleNamespace(given_elsewhere=[]))
     span = peak - 340.0
-    problem = SimpleNamespace(specs=specs, largest_difference_in_a_cell=lambda: part * span)
+    medium = SimpleNamespace(estimates=SimpleNamespace(resistance_ratio=1.0))
+    problem = SimpleNamespace(specs=specs, medium=medium, largest_difference_in_a_cell=lambda: part * span)
     answers = {"peaks.part": Answer(peak, span), "end.heat_stored": Answer.by_itself(1e3)}
     doubt = doubt_of(SimpleNamespace(history=history, problem=problem), answers)
     assert word in doubt and bool(doubt) == bool(word)

@@ -10,7 +10,7 @@ from porousmold import InputError, Scene, run
 from porousmold.errors import SolveError
 from porousmold.simulation.checking import check
 
-from ..support import ALUMINIUM, STUDIES, coarse_scene
+from ..support import ALUMINIUM, RESIN, STUDIES, coarse_scene
 
 PLUG = {"model.flow": "plug", "model.turbulence": "none"}
 
@@ -202,3 +202,20 @@ def test_a_set_point_that_runs_ahead_is_not_called_surroundings():
     cut = {"operation.inlet_temperature": ramp, "operation.end_time": 100.0}
     text = next(one for one in warnings_of(cut) if "not heated" in one)
     assert "the inlet's temperature runs ahead" in text
+
+
+def test_a_part_that_cures_at_rest_has_a_balance_of_the_heat_that_its_cure_sets_free():
+    """Nothing comes in and nothing is stored but rounding, which was 100 % of the larger of the two."""
+    skin = {"name": "skin", "material": "carbon_steel", "thickness": 1e-3}
+    part = {"name": "part", "material": "resin", "thickness": 4e-3}
+    at_rest = {
+        "operation.pressure_drop": 0.0,
+        "operation.initial_temperature": 420.0,
+        "operation.inlet_temperature": 410.0,
+    }
+    scene = coarse_scene(PLUG, at_rest, {"operation.end_time": 600.0, "model.turbulence": "none"})
+    tables = scene.as_tables() | {"wall": {"layer": [skin, part]}, "materials": {"resin": RESIN}}
+    result = run(Scene(tables), communicator=MPI.COMM_SELF)
+    summary = result.summary
+    assert max(result["highest_part"]) > 425.0 and abs(summary["heat_stored"]) < 1.0 and abs(summary["energy_imbalance"]) < 1e-4
+    assert not any("heat balance is off" in text for text in summary["warnings"])
