@@ -130,8 +130,8 @@ def main() -> None:
 
 TITLES = {
     "random": f"## {COUNT} scenes drawn at random (seed {SEED})",
-    "crossed": f"## Scenes across all features (seed {crossed_draws.SEED}, one in {crossed_draws.COUNT // crossed_scenes.SAMPLE} of those of "
-    "docs/crossed-scenes.md)",
+    "crossed": f"## Scenes across all features (of docs/crossed-scenes.md, seed {crossed_draws.SEED}, one in "
+    f"{crossed_draws.COUNT // crossed_scenes.SAMPLE})",
 }
 
 
