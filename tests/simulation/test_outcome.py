@@ -217,5 +217,9 @@ def test_a_part_that_cures_at_rest_has_a_balance_of_the_heat_that_its_cure_sets_
     tables = scene.as_tables() | {"wall": {"layer": [skin, part]}, "materials": {"resin": RESIN}}
     result = run(Scene(tables), communicator=MPI.COMM_SELF)
     summary = result.summary
-    assert max(result["highest_part"]) > 425.0 and abs(summary["heat_stored"]) < 1.0 and abs(summary["energy_imbalance"]) < 1e-4
+    assert (
+        max(result["highest_part"]) > 425.0
+        and abs(summary["heat_stored"]) < 1.0
+        and abs(summary["energy_imbalance"]) < 1e-4
+    )
     assert not any("heat balance is off" in text for text in summary["warnings"])
