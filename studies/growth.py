@@ -89,7 +89,7 @@ def measure(dimensions, size, strategy):
         for name in ("first_flow", "flow"):
             system.renew_jacobian()
             seconds[name] = seconds_of(lambda: problem.flow.renew(0.0, math.inf))
-    with patch("porousmold.solvers.heating.STAGES", BACKWARD_EULER):  # one stage, of three that a step has
+    with patch("porousmold.solvers.bounded_steps.STAGES", BACKWARD_EULER):  # one stage, of three that a step has
         for _ in range(2):
             seconds["energy"] = seconds_of(lambda: problem.heat.step(0.0, 1.0))
     memory = MPI.COMM_WORLD.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss) / 2**20

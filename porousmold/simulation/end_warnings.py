@@ -64,6 +64,8 @@ def of_the_corner(simulation: Simulation) -> list[str]:
     """Of targets that ask how even a place is, and of the spread at the end, where the extreme is the inlet's edge: gas and wall
     of two temperatures meet there, and a finer mesh comes nearer to the one or the other (collective)."""
     problem, history = simulation.problem, simulation.recorder.history
+    if not len(history):  # stopped before its first row
+        return []
     asked = [one for one in simulation.specs.time.targets if one.asks == "spread" and one.place in problem.places.names]
     range_of_all = max(history["highest_temperature"]) - min(history["lowest_temperature"])
     found = []
