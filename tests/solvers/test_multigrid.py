@@ -19,7 +19,7 @@ MOST_ITERATIONS = 30
 def stepped(settings, monkeypatch, *, iterated):
     """A problem after two steps from the local equilibrium's flow, and the iterations of its linear systems."""
     least = dict.fromkeys((2, 3), 0 if iterated else 10**9)
-    monkeypatch.setattr("porousmold.solvers.heating.LEAST_UNKNOWNS", least)
+    monkeypatch.setattr("porousmold.solvers.heat_preconditioner.LEAST_UNKNOWNS", least)
     problem = simulation_of(coarse_scene(NARROW | settings), MPI.COMM_SELF).problem
     problem.flow.initial_guess()
     jacobian, iterations = problem.heat._system._jacobian, []
