@@ -110,6 +110,12 @@ def compare(
         if column not in read.names:
             continue
         measured = read.in_si(read.names.index(column), "K")
+        if np.any(measured < 0.0):
+            row = int(np.argmax(measured < 0.0))
+            allowed = (
+                f"is {measured[row]:g} K at {time[row]:g} s: no temperature; leave out what a logger writes for none"
+            )
+            raise InputError("MEASURED", f"{path}, column {column!r}", allowed)
         beyond += int(np.sum(~shared & np.isfinite(measured)))
         there = shared & np.isfinite(measured)
         if there.any():

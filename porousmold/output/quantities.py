@@ -16,7 +16,8 @@ class Moment:
 
     Mass flow (kg/s) and pressure drop (Pa) have the sign of the flow's direction. `extremes` (K) are the lowest and highest
     temperature of every place, `deficits` (K) its largest distance from the inlet's; `ends` (m) where the wall's bed side is
-    coldest and hottest; `at_places` the values at stations and sensors.
+    coldest and hottest; `at_places` the values at stations and sensors; `nodal_range` (K) the lowest and highest temperature of
+    all nodes.
     """
 
     time: float
@@ -26,6 +27,7 @@ class Moment:
     mass_flow: float
     pressure_drop: float
     extremes: Mapping[str, tuple[float, float]]
+    nodal_range: tuple[float, float]
     deficits: Mapping[str, float]
     ends: tuple[float, float]
     at_places: Mapping[str, Mapping[str, float]]
@@ -89,14 +91,12 @@ QUANTITIES: Mapping[str, Quantity] = {
     "heat_by_rev_terms": Quantity(
         "Q_b", "heat created by REV terms", "J", value=lambda now: now.problem.heat.balance.by_rev_terms
     ),
-    "lowest_temperature": Quantity(
-        r"T_\min", "lowest temperature", "K", value=lambda now: min(now.extremes[place][0] for place in ("bed", "wall"))
-    ),
+    "lowest_temperature": Quantity(r"T_\min", "lowest temperature", "K", value=lambda now: now.nodal_range[0]),
     "highest_temperature": Quantity(
         r"T_\max",
         "highest temperature",
         "K",
-        value=lambda now: max(now.extremes[place][1] for place in ("bed", "wall")),
+        value=lambda now: now.nodal_range[1],
     ),
     "heater_power": Quantity(
         "P_h", "heater's power for the whole tool", "W", value=lambda now: _of_supply(now, "heater_power")

@@ -36,6 +36,7 @@ class Breakpoints:
             largest / time.steps.refinement,
             time.end_time,
             self.present(),
-            (*(self._specs.output.times or ()), *(set(time.kinks) - set(self._bends))),
+            tuple(self._specs.output.times or ()),
+            tuple(sorted(set(time.kinks) - set(self._bends))),
             0.0 if time.steps.largest else LATE_PART / time.steps.refinement,
         )

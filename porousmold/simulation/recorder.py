@@ -33,7 +33,9 @@ class Recorder:
         problem, sign = self.problem, self._direction(time)
         mass_flow, pressure_drop = self._at_end_of_step(time, flow_time)
         ends = problem.places.extreme_places("bed_side")
-        extremes = {place: self._extremes(place, time) for place in problem.places.names}
+        of_nodes = {place: problem.places.extremes(place) for place in problem.places.names}
+        extremes = of_nodes | {"bed": self._extremes_of_bed(of_nodes["bed"], time)}
+        lows, highs = zip(*(of_nodes[place] for place in ("bed", "wall")), strict=True)
         waited_for = dict.fromkeys(("wall", "bed_side", self._place))
         now = Moment(
             time=time,
@@ -43,6 +45,7 @@ class Recorder:
             mass_flow=sign * mass_flow,
             pressure_drop=sign * pressure_drop,
             extremes=extremes,
+            nodal_range=(min(lows), max(highs)),
             deficits={place: self._deficit(*extremes[place], time) for place in waited_for},
             ends=ends if sign > 0 else (problem.domain.length - ends[0], problem.domain.length - ends[1]),
             at_places=self._at_places(time),
@@ -54,15 +57,13 @@ class Recorder:
         self.heating_time = self._heated_at(self.heating_time, self._place)
         self.heating_time_bed_side = self._heated_at(self.heating_time_bed_side, "bed_side")
 
-    def _extremes(self, place: str, time: float) -> tuple[float, float]:
-        """Lowest and highest temperature (K) of a place at a time (s); in a bed whose beads move what enters it is part of it, as
-        cells that are longer than the exchange have nothing of that temperature (collective)."""
-        low, high = self.problem.places.extremes(place)
+    def _extremes_of_bed(self, of_nodes: tuple[float, float], time: float) -> tuple[float, float]:
+        """Lowest and highest temperature (K) of the bed at a time (s); where beads move what enters is part of it, as cells that
+        are longer than the exchange have no node of that temperature."""
         beads = self._heat.bead_motion.inlet_temperature
-        if place != "bed" or beads is None:
-            return low, high
-        entering = beads(time), self._heat.inlet_temperature(time)
-        return min(low, *entering), max(high, *entering)
+        entering = () if beads is None else (beads(time), self._heat.inlet_temperature(time))
+        found = *of_nodes, *entering
+        return min(found), max(found)
 
     def _heated_at(self, before: float | None, place: str) -> float | None:
         """Time (s) at which a place came within the margin, `before` as far as it is known.

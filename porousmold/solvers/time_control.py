@@ -24,7 +24,8 @@ SAFETY, LEAST_FACTOR = 0.85, 0.2
 class TimeControl:
     """Proposes steps (s).
 
-    `breakpoints` are times at which given series change slope: steps end there and start small again. At `stops` steps only end.
+    `breakpoints` are times at which given series change slope: steps end there and start small again. At
+    `weak_breakpoints`, where they change it by little, and at `stops` steps only end.
     The largest step grows with the time since anything given last changed, to its `late_part`: what takes a hundred of the
     estimated steps is slower than was estimated.
 
@@ -37,6 +38,7 @@ class TimeControl:
     end_time: float
     breakpoints: tuple[float, ...] = ()
     stops: tuple[float, ...] = ()
+    weak_breakpoints: tuple[float, ...] = ()
     late_part: float = 0.0
     step: float = field(init=False)
     jumps: list[float] = field(init=False, default_factory=list)
@@ -64,7 +66,8 @@ class TimeControl:
     def propose(self, time: float, longest: float = math.inf) -> float:
         """The step to try from `time`, `longest` at most: never across a breakpoint or the end."""
         self.step = min(self.step, max(longest, self.first_step))
-        stops = [stop for stop in (*self.breakpoints, *self.stops, self.end_time) if stop > time * (1 + 1e-12)]
+        ends = (*self.breakpoints, *self.weak_breakpoints, *self.stops, self.end_time)
+        stops = [stop for stop in ends if stop > time * (1 + 1e-12)]
         room = min(stops, default=self.end_time) - time
         if room <= self.step * (1 + 1e-9):
             self.step = max(self.step, room)
@@ -92,8 +95,9 @@ class TimeControl:
         return True
 
     def _last_change(self, time: float) -> float:
-        """Time (s) at which what is given changed last: the start, a breakpoint, or a jump."""
-        return max(instant for instant in (0.0, *self.jumps[-1:], *self.breakpoints) if instant <= time * (1 + 1e-9))
+        """Time (s) at which what is given changed last: the start, a breakpoint of any kind, or a jump."""
+        changes = (0.0, *self.jumps[-1:], *self.breakpoints, *self.weak_breakpoints)
+        return max(instant for instant in changes if instant <= time * (1 + 1e-9))
 
     def _restarts_at(self, time: float) -> bool:
         """Whether a series changes its slope at a time (s), unless it does so before and after within a largest step: then it

@@ -164,9 +164,8 @@ class _Search:
         here = self._excess(0.0)
         if abs(here) < TOLERANCE:
             return self._change(0.0)
-        last, at_last = 0.0, here
-        sides = self._towards_less_excess(here)
-        for side in sides:
+        jumped = ""
+        for side in self._towards_less_excess(here):
             last, at_last, place, away = 0.0, here, 0.0, 0
             halvings, end = 0, self._end(side)
             while abs(place) < end * (1.0 - 1e-9) and len(self._rows) < MOST_RUNS:
@@ -182,7 +181,11 @@ class _Search:
                 if abs(excess) < TOLERANCE:
                     return self._change(place)
                 if excess * at_last < 0.0:
-                    return self._between(last, place)
+                    change = self._between(last, place)
+                    if change.needed is not None:
+                        return change
+                    jumped = change.reason  # the other side may have one
+                    break
                 away = away + 1 if abs(excess) > abs(at_last) else 0
                 last, at_last = place, excess
                 if away >= MOST_AWAY:
@@ -190,8 +193,9 @@ class _Search:
         nearest = min(self._rows, key=lambda place: abs(self._excess(place)) if self._known(place) else math.inf)
         searched = [place for place, row in self._rows.items() if row.status == "done"]
         (low, high), unit = preferred_unit([self._setting(f(searched)) for f in (min, max)], kind_of(KEYS, self._key))
-        beyond = f"; beyond: {self._refusal}" if self._refusal else ""
-        return self._change(nearest, f"not reached from {low:.4g} to {high:.4g} {unit}".rstrip() + beyond)
+        beyond = f"; beyond: {self._refusal}" if self._refusal and self._refusal != jumped else ""
+        also = f"; {jumped}" if jumped else ""
+        return self._change(nearest, f"not reached from {low:.4g} to {high:.4g} {unit}".rstrip() + also + beyond)
 
     def _end(self, side: float) -> float:
         """How far the search goes to one side: by its largest factor, or to the key's own bound."""
@@ -228,7 +232,10 @@ class _Search:
         except _NoAnswerError:
             return self._change(low, self._refusal or "a run on the way has no answer")
         met = abs(self._excess(place)) < TOLERANCE
-        return self._change(place, "" if met else f"not met within {TOLERANCE:.1%}: the answer jumps there")
+        if met:
+            return self._change(place)
+        (value,), unit = preferred_unit([self._setting(place)], kind_of(KEYS, self._key))
+        return self._change(place, f"the answer jumps past it at {value:.4g} {unit}".rstrip())
 
     def _known(self, place: float) -> bool:
         return self._rows[place].values.get(self._aim.record) is not None

@@ -52,6 +52,8 @@ ALTERNATIVES: Mapping[str, Mapping[str, str]] = {
     },
 }
 """Laws with the other one between which and it the experiments do not decide."""
+IN_TIME = "changes in time: not varied"
+"""Reason of a contribution that there is none of."""
 CELLS = "discretisation"
 """Name of the contribution of cells and steps."""
 FINER, HALVED = 1.5, 2.0
@@ -86,6 +88,22 @@ class Budget:
     deviation: float
     contributions: tuple[Contribution, ...]
     without_tolerance: tuple[str, ...] = ()
+
+    @property
+    def doubt(self) -> str:
+        """What the interval lacks: inputs with an answer on one side alone, and contributions without one; '' where it is
+        whole."""
+        one_sided = [c for c in self.contributions if c.deviation is not None and c.reason]
+        without = [c for c in self.contributions if c.deviation is None and c.reason != IN_TIME]
+        found = []
+        if one_sided:
+            found.append(
+                f"{len(one_sided)} of {len(self.contributions)} have an answer on one side alone, which counts for both: the "
+                "interval is no bound on the other"
+            )
+        if without:
+            found.append(f"{len(without)} of {len(self.contributions)} have none and count as 0")
+        return "; ".join(found)
 
     @property
     def of_inputs(self) -> float:
@@ -267,7 +285,7 @@ def budget(
         else:
             side, one = ("up", math.log(up / here)) if up is not None else ("down", math.log(here / (down or here)))
             found.append(Contribution(name, text, one, f"of {name},{side} alone"))
-    found += [Contribution(name, "", None, "changes in time: not varied") for name in unvaried(scene)]
+    found += [Contribution(name, "", None, IN_TIME) for name in unvaried(scene)]
     for name, law in alternatives_of(scene).items():
         time = times[f"{name},{law}"]
         half = None if time is None else 0.5 * math.log(time / here)
@@ -372,11 +390,13 @@ def summary_text(found: Budget, sample: Sample | None) -> str:
     ]
     for entry in found.contributions:
         part = (
-            f"{entry.deviation:+.2%}  {shares[entry.name]:4.0%}"
+            f"{entry.deviation:+.2%}  {shares[entry.name]:4.0%}{f'  ({entry.reason})' if entry.reason else ''}"
             if entry.deviation is not None
             else f"none: {entry.reason}"
         )
         lines.append(f"  {entry.name:28s} {entry.tolerance:28s} {part}")
+    if found.doubt:
+        lines.append(f"warning: {found.doubt}")
     if found.without_tolerance:
         lines.append(f"not varied, as they have no tolerance here: {', '.join(found.without_tolerance)}")
     if sample is not None:
@@ -392,6 +412,8 @@ def summary_text(found: Budget, sample: Sample | None) -> str:
 def _answer(found: Budget, sample: Sample | None, separator: str) -> str:
     """The value and its interval, and that of the sample."""
     parts = [f"{found.quantity.text(found.value)}, 95 % within {_range(found, found.low, found.high)}"]
+    if found.doubt:
+        parts.append(found.doubt)
     if sample is not None:
         parts.append(f"{sample.answered} sampled cases: {_range(found, sample.low, sample.high)}")
     return separator.join(parts)

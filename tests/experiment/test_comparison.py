@@ -45,6 +45,13 @@ def test_deviations_are_those_of_eq_7_30(folder):
     assert (folder / "comparison.png").is_file()
 
 
+def test_what_a_logger_writes_for_none_is_no_temperature(folder, capsys):
+    measured = folder / "measured.csv"
+    measured.write_text("time [s], a [degC]\n2.5, 30.35\n7.5, -9999\n")
+    assert main(["compare", str(folder), str(measured)]) == 2
+    assert "at 7.5 s: no temperature" in capsys.readouterr().err
+
+
 def test_measurements_may_come_in_several_files(folder, capsys):
     for name, value in (("a", 31.85), ("b", 34.85)):
         (folder / f"{name}.csv").write_text(f"time [s], {name} [degC]\n5.0, {value}\n")

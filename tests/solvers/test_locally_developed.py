@@ -108,7 +108,7 @@ def test_radial_flow_between_plates(tmp_path):
     def through(gradient):
         """Mass flow per width (kg/s/m) of half the gap."""
         logarithm = np.full_like(distance, np.log(density * gradient * diameter**3 / viscosity**2))
-        speed = flow._table.at(distance, logarithm)[0][0] * viscosity / density / diameter
+        speed = flow._profiles.table.at(distance, logarithm)[0][0] * viscosity / density / diameter
         return trapezoid(porosity * density * speed, distance)
 
     gradients = np.geomspace(1.0, 1e5, 200)

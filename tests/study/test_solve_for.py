@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 from mpi4py import MPI
 
-from porousmold import InputError, run
+from porousmold import InputError, Scene, run
 from porousmold.cli import main
 from porousmold.output.report import write_report
 from porousmold.study.solve_for import Change, aim_of, solve_for, summary_text
@@ -127,6 +127,33 @@ def test_surroundings_may_be_warmer_than_the_start(tmp_path):
     wanted = run(scene.changed({"operation.ambient_temperature": "60 degC"}), communicator=MPI.COMM_SELF).heating_time
     (change,) = solve_for(scene, ["operation.ambient_temperature"], aim_of(f"heating_time = {wanted} s"), tmp_path)
     assert change.needed == pytest.approx(333.15, abs=3.0)
+
+
+def test_a_jump_is_not_all_that_is_told_of_a_search(tmp_path):
+    """An inlet so near the start that the wall never comes within the margin takes for ever: no root lies there, and the nearest
+    is the coldest inlet that was tried."""
+    scene = Scene(
+        {
+            "geometry": {"kind": "mold", "length": 0.5, "cavity_height": 0.05},
+            "bed": {"bead_diameter": 5e-3},
+            "wall": {"material": "aluminium", "thickness": 3e-3},
+            "operation": {
+                **{
+                    "initial_temperature": 298.15,
+                    "inlet_temperature": 278.15,
+                    "inlet_velocity": 0.8,
+                    "end_time": 7200.0,
+                },
+                **{"outer_coefficient": 3.0, "ambient_temperature": 303.15, "heating_margin": 15.0},
+            },
+            "model": {"flow": "plug"},
+            "solver": {"mesh_refinement": 0.5},
+            "output": {"fields": False, "pictures": False},
+        }
+    )
+    (change,) = solve_for(scene, ["operation.inlet_temperature"], aim_of("heating_time = 20 min"), tmp_path)
+    assert change.needed is None and change.reason.startswith("not reached from ") and "jumps past it" in change.reason
+    assert change.tried < 240.0 and change.reached > 1000.0
 
 
 def test_what_was_tried_is_told(tmp_path):

@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -175,3 +176,15 @@ def test_a_tolerance_of_what_changes_in_time_is_refused():
         inputs_of(
             Scene.load(ALUMINIUM, {"operation.inlet_temperature": ([0.0, 100.0], [300.0, 360.0])}).changed(series)
         )
+
+
+def test_an_input_with_an_answer_on_one_side_alone_is_told(found):
+    """Its interval is mirrored: no run has shown the other side; and what has no answer counts as 0."""
+    assert found.doubt == "" and "warning" not in summary_text(found, None)
+    first, second, *others = found.contributions
+    lame = (replace(first, reason=f"of {first.name},up alone"), replace(second, deviation=None, reason="not reached"))
+    doubtful = replace(found, contributions=(*lame, *others))
+    text = summary_text(doubtful, None)
+    count = len(found.contributions)
+    assert f"1 of {count} have an answer on one side alone" in text and f"1 of {count} have none" in text
+    assert f"(of {first.name},up alone)" in text
