@@ -214,15 +214,16 @@ def _uncertainty(folder: Path) -> list[Block]:
     try:
         found = json.loads((folder / "uncertainty.json").read_text(encoding="utf-8"))
         rows = [
-            [entry["name"], entry["tolerance"], f"{entry['deviation']:+.2%}", f"{found['shares'][entry['name']]:.0%}"]
-            if entry["deviation"] is not None
-            else [entry["name"], entry["tolerance"], "-", entry["reason"]]
+            [entry["name"], entry["tolerance"]]
+            + (["-", "-"] if entry["deviation"] is None
+               else [f"{entry['deviation']:+.2%}", f"{found['shares'][entry['name']]:.0%}"])
+            + [entry["reason"]]
             for entry in found["contributions"]
-        ]
+        ]  # fmt: skip
         sentence, words = str(found["sentence"]), str(found["of"])
     except (OSError, ValueError, LookupError, TypeError) as error:
         raise InputError("RUN", str(folder), f"has a damaged uncertainty.json: {error}") from error
-    head = ["of", "tolerance", f"standard deviation of the {words}", "share of the variance"]
+    head = ["of", "tolerance", f"standard deviation of the {words}", "share of the variance", "remark"]
     return [Sentence(sentence, "large"), Table(head, rows)]
 
 

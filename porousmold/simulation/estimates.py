@@ -136,7 +136,7 @@ class Estimates:
         """What limits the time steps, by its name: times (s) of which a step is a part."""
         passing = min(self.front_width / self.length, WIDEST_FRONT) * self.flow_duration
         slowest = math.hypot(passing, self.wall_time_constant, self.inlet_time)
-        limits = {"passage of the thermal front": slowest, "conduction from the wall": self.conduction_time}
+        limits = {"rise of the temperature at one place": slowest, "conduction from the wall": self.conduction_time}
         if math.isfinite(self.bead_residence_time):  # beads that cross the bed far faster are steady
             limits["residence time of the beads"] = max(self.bead_residence_time, STEADY_BEADS * slowest)
         return limits

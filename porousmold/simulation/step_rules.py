@@ -109,7 +109,8 @@ class StepRules:
         air_loop = self._problem.air_loop
         if air_loop is not None and air_loop.is_too_warm:
             entered = self._recorder.history["inlet_temperature"]
-            high = max(high, max(entered) + INLET_CHANGE + 2.0 * max(entered[-1] - entered[-2:][0], 0.0))
+            rise = entered[-1] - entered[-2] if len(entered) > 1 else 0.0
+            high = max(high, max(entered) + INLET_CHANGE + 2.0 * max(rise, 0.0))
         colder, hotter = self._is_open
         if not (colder or hotter):
             return low, high

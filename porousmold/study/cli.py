@@ -130,7 +130,7 @@ def _sensitivity(options: argparse.Namespace) -> int:
     out = Path(options.out) if options.out else Path("runs") / f"{Path(options.scene).stem}-sensitivity"
     from ..mpi import MPI
     from .quantity import quantity_of
-    from .sensitivity import cases_around, elasticities, write
+    from .sensitivity import cases_around, elasticities, not_varied, write
 
     quantity = quantity_of(scene, options.of)
 
@@ -148,6 +148,8 @@ def _sensitivity(options: argparse.Namespace) -> int:
             for entry in found:
                 printed(f"{entry.parameter:30s} {entry.value:+.3f}" if entry.value is not None
                       else f"{entry.parameter:30s} none: {entry.reason}")  # fmt: skip
+            if names := not_varied(scene):
+                printed(f"given, but not varied: {', '.join(names)}")
             printed(f"written to {out}: elasticities.json, {picture.name}")
     return INTERRUPTED if signals else DONE
 

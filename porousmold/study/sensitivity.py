@@ -4,7 +4,9 @@ The elasticity of t to a parameter p is d ln t/d ln p, the per cent of t for a p
 differences of the logarithms, e = [ln t(p (1 + h)) - ln t(p/(1 + h))]/[2 ln(1 + h)], of the order h^2; the relative
 discretisation error, nearly the same in both runs, hardly enters: with 0.7 of the scene's cells in each direction and half its
 steps elasticities are those of the scene to 0.008 (aluminium mold; in half the time). Temperatures count as the difference of
-inlet and initial temperature, which drives everything.
+inlet and initial temperature, which drives everything; so do the other temperatures that a scene gives.
+
+Parameters are `PARAMETERS` that the scene has, given or not, and every other quantity that it gives.
 """
 
 import json
@@ -16,6 +18,8 @@ from typing import Any
 
 from ..files.atomic_files import output_file
 from ..scene.chosen_laws import Laws
+from ..scene.features import KEYS
+from ..scene.keys import WITHOUT_UNIT, key_of
 from ..scene.scene import Scene
 from .definition import Case, Study
 from .parameters import case_around, phase_values, value_of
@@ -30,6 +34,13 @@ PARAMETERS = (
     "operation.blower_pressure", "operation.blower_flow", "operation.heater_power", "operation.recirculation",
     "operation.outer_coefficient", "operation.outer_emissivity", "operation.duct_conductance", "operation.duct_resistance",
 )  # fmt: skip
+TABLES = ("geometry", "bed", "wall", "operation", "model")
+"""Whose quantities are parameters where they are given."""
+NO_PARAMETERS = (
+    "operation.initial_temperature", "operation.gravity", "operation.end_time", "operation.energy_price",
+    "operation.cycle_tolerance",
+)  # fmt: skip
+"""Given quantities that are none: what temperatures count from, a constant, and what limits or prices the answer."""
 OF_LAYERS = ("thickness", "contact_resistance")
 STEP = 0.05
 COARSER = {"solver.mesh_refinement": 0.7, "solver.step_refinement": 0.5}
@@ -45,16 +56,46 @@ class Elasticity:
     reason: str = ""
 
 
+def _given_quantities(scene: Scene) -> list[str]:
+    """Names of keys of `TABLES` that the scene gives, and whose values are numbers."""
+    names = [(f"{table}.{name}", key) for table in TABLES for name, key in KEYS[table].items()]
+    given = [name for name, key in names if key.kind not in WITHOUT_UNIT and scene.is_given(name)]
+    return [name for name in given if name not in NO_PARAMETERS]
+
+
+def _origin(scene: Scene, name: str) -> float:
+    """What a parameter counts from: the initial temperature for temperatures."""
+    return scene.operation.initial_temperature if key_of(KEYS, name).kind == "K" else 0.0
+
+
+def not_varied(scene: Scene) -> list[str]:
+    """Given numbers that are no parameters: what changes in time or is zero, thresholds of phases, properties of layers and of
+    materials of the scene's own."""
+    varied = parameters_of(scene)
+    listed = [
+        name
+        for name in scene.given()
+        if "[" in name
+        and name.split(".")[0] in TABLES
+        and key_of(KEYS, name).kind not in WITHOUT_UNIT
+        and scene.value(name) is not None
+        and not any(name in phase_values(scene, one) for one in varied)
+    ]
+    names = [*_given_quantities(scene), *listed]
+    return [name for name in names if name not in varied] + [f"materials.{name}" for name in scene.materials]
+
+
 def parameters_of(scene: Scene) -> Any:
-    """{name: value (SI)} of the parameters that the scene has; properties of materials as constants."""
+    """{name: value (SI)} of the parameters that the scene has, temperatures as differences from the initial one; properties of
+    materials as constants."""
     laws, found = Laws.of(scene), {}
     layers = [f"{place}.{key}" for place in scene.layers for key in OF_LAYERS]
     phases = [f"operation.phase[{number}].duration" for number, _ in enumerate(scene.operation.phase or (), start=1)]
-    for name in (*PARAMETERS, *layers, *phases):
+    for name in dict.fromkeys((*PARAMETERS, *_given_quantities(scene), *layers, *phases)):
         of_phases = [abs(one) for one in phase_values(scene, name).values()]
         table, value = name.split(".")[0], max(of_phases) if of_phases else value_of(scene, laws, name)
         without_wall = scene.model.wall in ("insulated", "fixed-temperature") or scene.geometry.kind == "mesh"
-        if value is not None and value > 0.0 and not (table == "wall" and without_wall):
+        if value is not None and value != _origin(scene, name) and not (table == "wall" and without_wall):
             found[name] = value
     if scene.bed.porosity_profile is not None:
         found.pop("bed.bulk_porosity")
@@ -73,13 +114,12 @@ def coarser(scene: Scene) -> Scene:
 
 def cases_around(scene: Scene, step: float = STEP) -> list[Case]:
     """The cases whose heating times give the elasticities: a higher and a lower value of every parameter."""
-    initial = scene.operation.initial_temperature
     scene, cases = coarser(scene), []
     for name, value in parameters_of(scene).items():
         for side, factor in (("up", 1.0 + step), ("down", 1.0 / (1.0 + step))):
             values = phase_values(scene, name) or {name: value}
-            from_start = initial if name == "operation.inlet_temperature" else 0.0
-            changed = {key: float(from_start + (one - from_start) * factor) for key, one in values.items()}
+            origin = _origin(scene, name)
+            changed = {key: float(origin + (one - origin) * factor) for key, one in values.items()}
             cases.append(case_around(scene, f"{name},{side}", changed))
     return cases
 

@@ -6,7 +6,7 @@ from porousmold import Scene
 from porousmold.cli import main
 from porousmold.study import sensitivity
 from porousmold.study.quantity import Quantity
-from porousmold.study.sensitivity import COARSER, coarser, elasticities, parameters_of, write
+from porousmold.study.sensitivity import COARSER, cases_around, coarser, elasticities, not_varied, parameters_of, write
 
 from ..support import ALUMINIUM, PIPE, STUDIES
 
@@ -37,6 +37,31 @@ def test_parameters_are_those_that_the_scene_has():
     ]
     insulated = Scene.load(ALUMINIUM, {"model.wall": "insulated"})
     assert not [name for name in parameters_of(insulated) if name.startswith("wall.")]
+
+
+def test_every_quantity_that_a_scene_gives_is_varied_or_named():
+    """Temperatures count from the initial one: one that is the same, a series and thresholds of phases are named."""
+    phases = [{"temperature": "100 degC", "pressure_drop": "500 Pa", "until_outlet_above": "60 degC", "duration": "2 h"},
+              {"temperature": "15 degC", "pressure_drop": "300 Pa", "duration": "1 h"}]  # fmt: skip
+    loss = {"model.wall": "conjugate", "operation.outer_coefficient": 8.0, "operation.ambient_temperature": "5 degC"}
+    scene = Scene.load(ALUMINIUM, {"model.drag_factor": 1.1, "bed.bead_conductivity": "90 W/(m*K)", **loss})
+    found = parameters_of(scene)
+    assert {"model.drag_factor", "bed.bead_conductivity", "operation.ambient_temperature"} <= set(found)
+    assert not not_varied(scene) and "operation.initial_temperature" not in found
+    same = scene.changed({"operation.ambient_temperature": scene.operation.initial_temperature})
+    assert not_varied(same) == ["operation.ambient_temperature"]
+    drives = {"operation.phase": phases, "operation.pressure_drop": None, "operation.inlet_temperature": None}
+    assert not_varied(scene.changed(drives)) == ["operation.phase[1].until_outlet_above"]
+    times = {"operation.inlet_temperature": lambda time: 300.0 + 0.1 * min(time, 500.0)}
+    assert not_varied(scene.changed(times)) == ["operation.inlet_temperature"]
+
+
+def test_a_temperature_is_varied_as_its_difference_from_the_initial_one():
+    scene = Scene.load(ALUMINIUM, {"operation.outer_coefficient": 8.0, "operation.ambient_temperature": 263.15})
+    initial = scene.operation.initial_temperature
+    cases = {case.name: case.settings for case in cases_around(scene, 0.05)}
+    up = cases["operation.ambient_temperature,up"]["operation.ambient_temperature"]
+    assert up - initial == pytest.approx(1.05 * (263.15 - initial))
 
 
 def test_elasticities_are_taken_on_coarser_cells():

@@ -30,7 +30,8 @@ TARGET: Mapping[str, Key] = {
     ),
     "keep": Key(
         "flag",
-        "it is met only as long as it holds: the run goes on until all such targets hold at once",
+        "it is met only as long as it holds: the run goes on until all such targets hold at once, and as any run up to the last "
+        "change of the inlet's temperature",
         False,
     ),
     "cured": Key("", "least degree of cure of a layer", low=0.0, high=1.0),
