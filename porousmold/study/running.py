@@ -23,12 +23,13 @@ from ..errors import InputError, OutputError, SolveError
 from ..files.atomic_files import InUseError, locked, whole_file
 from ..files.subprocesses import forked
 from ..files.tables import text_cells
+from ..files.units import to_si
 from ..mpi import IS_ALONE, MPI
 from ..output.stored import checksum_of
 from ..scene.features import KEYS
 from ..scene.features.geometries import dimension_of
 from ..scene.identity import identity_of
-from ..scene.keys import key_of
+from ..scene.keys import WITHOUT_UNIT, key_of
 from ..scene.scene import Scene
 from ..scene.series import TimeSeries
 from ..scene.tables import as_toml
@@ -308,9 +309,15 @@ def _entry(summary: Any, name: str) -> Any:
 
 
 def setting(case: Case, name: str) -> Any:
-    """The value (SI) that a case has of a key, as given where it has no scene."""
+    """The value (SI) that a case has of a key; where it has no scene the one that is given, as written if it is none."""
     if case.scene is None:
-        return case.settings.get(name)
+        given, kind = case.settings.get(name), key_of(KEYS, name).kind
+        if not isinstance(given, str) or kind in WITHOUT_UNIT:
+            return given
+        try:
+            return to_si(name, given, kind)
+        except InputError:
+            return given
     value = case.scene.value(name)
     if isinstance(value, TimeSeries):
         value = value.as_value()
