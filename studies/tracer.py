@@ -15,6 +15,7 @@ from mpi4py import MPI
 from porousmold import Scene
 from porousmold.equations.streamline import Streamline
 from porousmold.mesh import fenicsx, ranks
+from porousmold.mesh.deferred_forms import DeferredForm
 from porousmold.mesh.domain import BED
 from porousmold.simulation.march import Simulation
 from porousmold.simulation.specs import specs_of
@@ -57,7 +58,7 @@ class Tracer:
         outside = np.setdiff1d(np.arange(len(self.fraction.x.array)), inside)
         residual = inverse_stage * stored + leaving + nothing * self.fraction * test * domain.wall_measure(1)
         system = NewtonSystem("tracer", residual, self.fraction, outside, keep_jacobian=True)
-        stored = fenicsx.DeferredForm(stored)
+        stored = DeferredForm(stored)
         solver = StageSolver(system, tuple, ERROR)
         self._steps = Sdirk(
             system,
@@ -66,7 +67,7 @@ class Tracer:
             solver,
             lambda time: None,
         )
-        self._out = fenicsx.DeferredForm(weight * energy.outward_mass_flux * self.fraction * energy.outlet)
+        self._out = DeferredForm(weight * energy.outward_mass_flux * self.fraction * energy.outlet)
         self._communicator = domain.communicator
 
     def leaving(self) -> float:

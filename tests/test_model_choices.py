@@ -5,7 +5,7 @@ import pytest
 from mpi4py import MPI
 
 from porousmold import InputError, SolveError, run
-from porousmold.mesh import fenicsx
+from porousmold.mesh.point_values import nodal_values
 from porousmold.scene.scene import Scene
 from porousmold.solvers import transport
 
@@ -87,7 +87,7 @@ def test_a_core_below_the_threshold_is_the_same_in_full_and_developed_flow():
             problem.flow.start()
             space = problem.medium.flow_temperature.function_space
             momentum = problem.medium.equations.momentum(problem.flow.state, problem.medium.flow_temperature)
-            values = fenicsx.nodal_values(momentum.turbulence.eddy_viscosity / momentum.viscosity, space)
+            values = nodal_values(momentum.turbulence.eddy_viscosity / momentum.viscosity, space)
             place = space.tabulate_dof_coordinates()
             axis = np.isclose(place[:, 1], 0.0) & (place[:, 0] > 0.3) & (place[:, 0] < 0.6)
             in_bed = place[:, 1] < problem.medium.size.half_height

@@ -24,6 +24,8 @@ from scipy.optimize import brentq
 from ..arrays import Booleans, Floats, Integers
 from . import fenicsx, ranks
 from .aliases import Communicator, Constant, Expression, Mesh
+from .nodes import facet_corners
+from .quadrature_rules import column_rule, flow_axis, vertex_rule
 
 BED, WALL = 1, 2
 INLET, OUTLET, INTERFACE, OUTER, SYMMETRY, SIDE = 1, 2, 3, 4, 5, 6
@@ -117,7 +119,7 @@ class Domain:
         """From the middle of the inlet's corners to that of the outlet's, m (collective)."""
         middles = []
         for tag in (INLET, OUTLET):
-            corners = fenicsx.facet_corners(self.mesh, self.facets(tag)).reshape(-1, 3)
+            corners = facet_corners(self.mesh, self.facets(tag)).reshape(-1, 3)
             sums = np.asarray(ranks.total(self.communicator, np.append(corners.sum(axis=0), len(corners))))
             middles.append(sums[:3] / max(sums[3], 1.0))
         return np.asarray(middles[1] - middles[0])
@@ -126,7 +128,7 @@ class Domain:
         """Local facets of the planes of symmetry (`SYMMETRY`, `SIDE`) across each axis. Oblique ones are in none: there, as at a
         boundary without a tag, no flow passes because none enters the mass balance."""
         facets, dimension = np.union1d(self.facets(SYMMETRY), self.facets(SIDE)), self.mesh.topology.dim
-        corners = fenicsx.facet_corners(self.mesh, facets)
+        corners = facet_corners(self.mesh, facets)
         along = corners[:, 1] - corners[:, 0]
         up = corners[:, 2] - corners[:, 0] if dimension == 3 else np.broadcast_to((0.0, 0.0, 1.0), along.shape)
         normals = np.abs(np.cross(along, up))
@@ -158,12 +160,12 @@ class Domain:
 
     def nodal_measure(self) -> ufl.Measure:
         """dx with quadrature at the nodes, which makes what is stored at a node its own affair."""
-        metadata = fenicsx.vertex_rule(fenicsx.cell_name(self.mesh))
+        metadata = vertex_rule(fenicsx.cell_name(self.mesh))
         return ufl.Measure("dx", domain=self.mesh, subdomain_data=self.cell_tags, metadata=metadata)
 
     def column_measure(self, quadrature_degree: int) -> ufl.Measure:
         """dx of a straight bed with quadrature at the nodes along the flow: every column of nodes is by itself."""
-        rule = fenicsx.column_rule(fenicsx.flow_axis(self.mesh), quadrature_degree)
+        rule = column_rule(flow_axis(self.mesh), quadrature_degree)
         return ufl.Measure("dx", domain=self.mesh, subdomain_data=self.cell_tags, metadata=rule)
 
     def interface_measure(self, quadrature_degree: int) -> ufl.Measure:
@@ -179,7 +181,7 @@ class Domain:
 
     def nodal_facet_measure(self) -> ufl.Measure:
         """ds with quadrature at the nodes."""
-        metadata = fenicsx.vertex_rule(FACETS[fenicsx.cell_name(self.mesh)])
+        metadata = vertex_rule(FACETS[fenicsx.cell_name(self.mesh)])
         return ufl.Measure("ds", domain=self.mesh, subdomain_data=self.facet_tags, metadata=metadata)
 
 

@@ -5,9 +5,9 @@ from dolfinx import fem
 from scipy.spatial import cKDTree
 
 from ..arrays import Floats, Integers
-from . import fenicsx
 from .aliases import Communicator, Space
 from .domain import Domain
+from .nodes import leaves
 
 SAME_PLACE = 1e-9
 """Distance over the length of the bed within which a node is the image of another one."""
@@ -40,7 +40,7 @@ class Mirror:
         for known, parts in self._spaces:
             if known is space or known == space:
                 return parts
-        parts = [_Part(leaf, numbers, self._length) for leaf, numbers in fenicsx.leaves(space)]
+        parts = [_Part(leaf, numbers, self._length) for leaf, numbers in leaves(space)]
         self._spaces.append((space, parts))
         return parts
 

@@ -19,8 +19,8 @@ from dolfinx import fem
 
 from ..arrays import Floats
 from ..errors import InputError
-from ..mesh import fenicsx
 from ..mesh.aliases import Communicator, Space
+from ..mesh.nodes import array_length, leaves
 from ..solvers.state import Stateful
 
 NAME = "checkpoint.h5"
@@ -30,10 +30,10 @@ class NodeOrder:
     """Brings arrays of one function space into the order that no partition changes, and back (collective)."""
 
     def __init__(self, space: Space) -> None:
-        self._communicator, self._length = space.mesh.comm, fenicsx.array_length(space)
+        self._communicator, self._length = space.mesh.comm, array_length(space)
         self._function_space = space
         self._parts = []
-        for collapsed, numbers in fenicsx.leaves(space):
+        for collapsed, numbers in leaves(space):
             size = collapsed.dofmap.index_map_bs
             owned = collapsed.dofmap.index_map.size_local
             places = self._communicator.gather(collapsed.tabulate_dof_coordinates()[:owned])

@@ -14,8 +14,9 @@ from ..equations.exhaust import enthalpy_leaving, mass_leaving
 from ..errors import SolveError
 from ..laws.air_supply import Supplied, temperature_of
 from ..laws.materials import Fluid
-from ..mesh import fenicsx, ranks
+from ..mesh import ranks
 from ..mesh.aliases import Communicator
+from ..mesh.deferred_forms import DeferredForm
 from .air_loop_spec import AirLoopSpec
 from .boundary_values import BoundaryValues
 
@@ -43,8 +44,8 @@ class AirLoop:
     ) -> None:
         self.spec, self._fluid, self._outlet_pressure, self._boundary = spec, fluid, outlet_pressure, boundary
         self._communicator = communicator
-        self._leaving = fenicsx.DeferredForm(enthalpy_leaving(equations, temperature))
-        self._mass = fenicsx.DeferredForm(mass_leaving(equations))
+        self._leaving = DeferredForm(enthalpy_leaving(equations, temperature))
+        self._mass = DeferredForm(mass_leaving(equations))
         self._set_point = self._returned = 0.0
         self._slope: float | None = None
         self._points: list[tuple[float, float]] = []

@@ -30,7 +30,10 @@ from ..laws.materials import Solid
 from ..mesh import domain as geometry
 from ..mesh import fenicsx, ranks
 from ..mesh.aliases import Communicator
+from ..mesh.deferred_forms import DeferredForm, finish_compiling
 from ..mesh.domain import Domain
+from ..mesh.nodes import leaves
+from ..mesh.point_values import nodal_values
 from ..scene.features.geometries import BedSize
 from ..scene.features.own_mesh import OwnMesh
 from ..scene.series import TimeSeries
@@ -75,7 +78,7 @@ def assemble(specs: Specs, communicator: Communicator, observe: Observer = silen
         heat = build_heat(specs, medium, flow, equations)
         balances = build_balances(medium, flow, heat, equations)
         air_loop = _air_loop(specs, medium, heat, equations)
-        fenicsx.finish_compiling()
+        finish_compiling()
     return Problem(specs, medium, flow, heat, balances, equations, stopwatch, air_loop)
 
 
@@ -143,7 +146,7 @@ def _start(specs: Specs, function: fem.Function, domain: Domain) -> None:
         ):
             ends = [ranks.extremes(mesh.comm, points[:, axis]) for axis in range(mesh.geometry.dim)]
             require(*np.transpose(ends))
-    for part, (space, numbers) in enumerate(fenicsx.leaves(function.function_space)):
+    for part, (space, numbers) in enumerate(leaves(function.function_space)):
         function.x.array[numbers] = starting_temperatures(start, space, domain, of_beads=bool(part))
     function.x.scatter_forward()
 
@@ -400,17 +403,17 @@ def build_balances(medium: Medium, flow: Flow, heat: Heat, equations: EnergyEqua
     if equations.moving_beads is not None:
         solid, leaving = weight * (1.0 - equations.bed.porosity), equations.moving_beads.leaving
         bead_temperature = ufl.split(heat.unknown)[1]
-        bead_outlet = fenicsx.DeferredForm(solid * bead_temperature * leaving), fenicsx.DeferredForm(solid * leaving)
+        bead_outlet = DeferredForm(solid * bead_temperature * leaving), DeferredForm(solid * leaving)
     outlet = ds(geometry.OUTLET)
     return Balances(
         domain.communicator,
         NO_FLOW * medium.estimates.mass_flux,
-        mass_in=fenicsx.DeferredForm(weight * equations.inward_mass_flux * ds(geometry.INLET)),
-        mass_out=fenicsx.DeferredForm(outflow * ds(geometry.OUTLET)),
-        inlet_pressure=fenicsx.DeferredForm(weight * flow.state.pressure / area * ds(geometry.INLET)),
-        outlet_heat=fenicsx.DeferredForm(outflow * temperature * ds(geometry.OUTLET)),
-        outlet_area=fenicsx.DeferredForm(weight * outlet),
-        outlet_mean=fenicsx.DeferredForm(weight * temperature * outlet),
+        mass_in=DeferredForm(weight * equations.inward_mass_flux * ds(geometry.INLET)),
+        mass_out=DeferredForm(outflow * ds(geometry.OUTLET)),
+        inlet_pressure=DeferredForm(weight * flow.state.pressure / area * ds(geometry.INLET)),
+        outlet_heat=DeferredForm(outflow * temperature * ds(geometry.OUTLET)),
+        outlet_area=DeferredForm(weight * outlet),
+        outlet_mean=DeferredForm(weight * temperature * outlet),
         bead_outlet=bead_outlet,
     )
 
@@ -439,7 +442,7 @@ def _at_nodes(domain: Domain, function: Any) -> fem.Function:
     """A function of the wall distance (m) at the nodes."""
     space = fenicsx.lagrange_space(domain.mesh)
     result = fem.Function(space)
-    result.x.array[:] = function(fenicsx.nodal_values(domain.wall_distance, space).clip(min=0.0))
+    result.x.array[:] = function(nodal_values(domain.wall_distance, space).clip(min=0.0))
     return result
 
 

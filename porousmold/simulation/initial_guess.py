@@ -10,6 +10,7 @@ from ..arrays import Floats
 from ..errors import SolveError
 from ..mesh import fenicsx
 from ..mesh.domain import Domain
+from ..mesh.point_values import nodal_values
 from ..mesh.probe import PointProbe
 from ..solvers.developed import DevelopedFlow
 from ..solvers.equilibrium import local_equilibrium
@@ -87,7 +88,7 @@ class InitialGuesses:
         """Fields of a plane bed on this three-dimensional mesh, by the distance along and to the wall."""
         mesh, space = self._medium.domain.mesh, self._medium.flow_temperature.function_space
         nodes = space.tabulate_dof_coordinates()
-        distance = np.maximum(fenicsx.nodal_values(self._medium.domain.wall_distance, space), 0.0)
+        distance = np.maximum(nodal_values(self._medium.domain.wall_distance, space), 0.0)
         half_height = self._medium.domain.stations(0.0)["bed_side"][1]
         probe = PointProbe(plane, np.column_stack([nodes[:, 0], half_height - distance]))
         spread = {}

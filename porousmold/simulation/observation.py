@@ -13,6 +13,7 @@ from ..laws.turbulence_models import LocalFlow
 from ..mesh import domain as geometry
 from ..mesh import fenicsx
 from ..mesh.aliases import Space
+from ..mesh.point_values import nodal_values
 from ..mesh.probe import PointProbe
 from ..output.quantities import Columns
 from ..solvers.state import Arrays
@@ -137,7 +138,7 @@ class _FieldsOfTheBed:
         self._problem, domain = problem, problem.domain
         mesh = domain.mesh
         self._nodes = fem.locate_dofs_topological(space, mesh.topology.dim, domain.cells(geometry.BED))
-        self._distance = fenicsx.nodal_values(domain.wall_distance, space).clip(min=0.0)[self._nodes]
+        self._distance = nodal_values(domain.wall_distance, space).clip(min=0.0)[self._nodes]
         self._in_bed, self._porosity, self._eddies = (
             fem.Function(space, name=name) for name in ("in_bed", "porosity", "eddy_viscosity_ratio")
         )

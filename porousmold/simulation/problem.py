@@ -19,6 +19,7 @@ from ..mesh import fenicsx, ranks
 from ..mesh.aliases import Communicator, Form, Space
 from ..mesh.domain import Domain
 from ..mesh.mirror import Mirror
+from ..mesh.nodes import spans_along_flow
 from ..mesh.probe import PointProbe
 from ..scene.features.geometries import BedSize
 from ..scene.features.sensors import read_sensors
@@ -127,7 +128,7 @@ def sensors_of(specs: Specs, domain: Domain) -> tuple[list[str], PointProbe]:
 
 def starting_temperatures(start: Start, space: Space, domain: Domain, *, of_beads: bool) -> Floats:
     """Those (K) that a run starts from, at the nodes of a scalar space (collective); ghosts may lack cells of theirs."""
-    spans = fenicsx.spans_along_flow(space) - domain.begin
+    spans = spans_along_flow(space) - domain.begin
     return start.at(space.tabulate_dof_coordinates(), spans, of_beads=of_beads)
 
 

@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from ..mesh import fenicsx, ranks
+from ..mesh import ranks
+from ..mesh.point_values import nodal_values
 from .problem import Problem
 
 TURBULENT, LAMINAR = "turbulent", "laminar"
@@ -59,5 +60,5 @@ def highest_reynolds_number(problem: Problem) -> float:
     equations, temperature = problem.medium.equations, problem.medium.flow_temperature
     m = equations.momentum(problem.flow.state, temperature)
     reynolds = equations.bed.reynolds_number(m.density, m.speed, m.viscosity)
-    values = fenicsx.nodal_values(reynolds, temperature.function_space)
+    values = nodal_values(reynolds, temperature.function_space)
     return ranks.largest_magnitude(problem.communicator, np.nan_to_num(values))

@@ -9,6 +9,7 @@ from ..laws.stirring import SOLID_FRACTIONS
 from ..mesh import domain as geometry
 from ..mesh import fenicsx, ranks
 from ..mesh.domain import Domain
+from ..mesh.point_values import nodal_values
 from ..scene.chosen_laws import width_ratio
 from ..scene.features.bed import SMALLEST_RATIO
 from ..scene.features.geometries import BedSize
@@ -178,7 +179,7 @@ def _of_the_porosity(scene: Scene, specs: Specs, size: BedSize) -> list[str]:
 def first_cell(domain: Domain) -> float:
     """Median height (m) of the bed's cells at the wall (collective)."""
     space = fenicsx.lagrange_space(domain.mesh)
-    distance = fenicsx.nodal_values(domain.wall_distance, space)
+    distance = nodal_values(domain.wall_distance, space)
     of_cells = distance[fenicsx.dof_table(space)[domain.cells(geometry.BED)]]
     scale = ranks.largest_magnitude(domain.communicator, of_cells)
     touching = np.sum(of_cells <= 1e-9 * scale, axis=1) >= domain.mesh.topology.dim

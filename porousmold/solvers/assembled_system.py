@@ -11,6 +11,7 @@ from petsc4py import PETSc
 from ..arrays import Integers
 from ..laws.functions import Value
 from ..mesh import fenicsx, ranks
+from ..mesh.deferred_forms import DeferredForm
 from .jacobian import Jacobian
 from .multigrid import Preconditioner
 
@@ -39,7 +40,7 @@ class AssembledSystem:
         self._owned_constrained = self.constrained[self.constrained < self.owned_size]
         self.active_unknowns = int(ranks.total(self.space.mesh.comm, self.owned_size - len(self._owned_constrained)))
         residuals = [residual] if simpler is None else [simpler, residual]
-        self._residuals = [fenicsx.DeferredForm(form) for form in residuals]
+        self._residuals = [DeferredForm(form) for form in residuals]
         trial, zero = ufl.TrialFunction(self.space), fem.Function(self.space)
         self._jacobian = Jacobian(
             residuals,

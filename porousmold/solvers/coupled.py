@@ -20,8 +20,9 @@ from ..equations.energy import EnergyEquations
 from ..equations.flow import BedMeasures, FlowState
 from ..errors import SolveError
 from ..laws.functions import Value
-from ..mesh import fenicsx, ranks
+from ..mesh import ranks
 from ..mesh.aliases import Space
+from ..mesh.deferred_forms import DeferredForm
 from ..mesh.domain import BED, Domain
 from .bounded_steps import MOST_REPETITIONS
 from .coupled_unknowns import CoupledUnknowns
@@ -90,7 +91,7 @@ class CoupledTransient:
             constrained.append(unknowns_outside(domain, space, (count + 1,), BED))
         held = np.unique(np.concatenate(constrained))
         self._system = NewtonSystem("coupled", residual, self._coupled, held, keep_jacobian=True)
-        self._fluid_capacity = fenicsx.DeferredForm(heat.equations.fluid_heat_capacity())
+        self._fluid_capacity = DeferredForm(heat.equations.fluid_heat_capacity())
         self.newton_iterations = 0
         self.observe: Observer = silent
 

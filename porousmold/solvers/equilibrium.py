@@ -10,8 +10,8 @@ from ..equations.flow import FlowEquations
 from ..laws.functions import number_of
 from ..laws.materials import Fluid
 from ..laws.turbulence_models import LocalFlow
-from ..mesh import fenicsx
 from ..mesh.aliases import Space
+from ..mesh.point_values import nodal_values
 
 SMALLEST_DRIVE = 1e-6
 """Of the largest drive in the bed: a guess does not flow backwards."""
@@ -33,14 +33,14 @@ def local_equilibrium(
     """
     bed, scale = equations.bed, float(equations.scales.speed.value)
     diameter = float(bed.bead_diameter.value)
-    porosity, distance = fenicsx.nodal_values(ufl.as_vector([bed.porosity, bed.wall_distance]), space)
+    porosity, distance = nodal_values(ufl.as_vector([bed.porosity, bed.wall_distance]), space)
     porosity, distance = np.clip(porosity, 0.0, 0.95), np.maximum(distance, 0.0)
     viscosity = fluid.viscosity(temperature)
     density = fluid.density(gauge_pressure + float(equations.fluid.reference_pressure.value), temperature)
     drag = replace(bed.drag, factor=number_of(bed.drag.factor))
     driving = gradient + np.zeros(len(temperature))
     if equations.gravity is not None:
-        driving += density * fenicsx.nodal_values(equations.gravity[0], space)
+        driving += density * nodal_values(equations.gravity[0], space)
     driving = np.maximum(driving, SMALLEST_DRIVE * np.max(np.abs(driving)))
     speed = drag.speed(porosity * driving, porosity, diameter, density, viscosity)
     speed *= -np.expm1(-distance / np.sqrt(2.0 * viscosity * scale / driving))

@@ -17,6 +17,7 @@ from ..laws.functions import Value
 from ..laws.turbulence_models import TurbulentUnknown
 from ..mesh import fenicsx, ranks
 from ..mesh.aliases import Space
+from ..mesh.deferred_forms import DeferredForm
 from ..mesh.domain import BED, INTERFACE, Domain
 from .linear_solution import LinearSolution
 from .newton import Beside, NewtonSystem
@@ -250,7 +251,7 @@ class FullFlow(NonlinearFlow):
         )
         state = equations.state_of(ufl.split(self.unknown))
         self._entering = [
-            (opening.mean_square, *map(fenicsx.DeferredForm, entering(equations, opening, state, temperature)))
+            (opening.mean_square, *map(DeferredForm, entering(equations, opening, state, temperature)))
             for opening in openings
             if opening.mean_square is not None
         ]

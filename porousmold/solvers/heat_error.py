@@ -8,6 +8,7 @@ from petsc4py import PETSc
 from ..arrays import Integers
 from ..mesh import fenicsx
 from ..mesh.aliases import Communicator
+from ..mesh.deferred_forms import DeferredForm
 from .curing import Curing
 from .newton import NewtonSystem
 from .sdirk import Sdirk, Stages
@@ -24,7 +25,7 @@ class HeatError:
         steps: Sdirk,
         store: Callable[[PETSc.Vec], None],
         curing: Sequence[Curing],
-        volumes: fenicsx.DeferredForm,
+        volumes: DeferredForm,
         regions: Sequence[Integers],
         communicator: Communicator,
     ) -> None:

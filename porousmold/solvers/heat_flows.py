@@ -8,8 +8,9 @@ from dolfinx import fem
 from ..arrays import Floats
 from ..equations.energy import EnergyEquations
 from ..laws.functions import Value
-from ..mesh import fenicsx, ranks
+from ..mesh import ranks
 from ..mesh.aliases import Communicator
+from ..mesh.deferred_forms import DeferredForm
 from .protocols import HeatBalance, StageUpdate
 
 
@@ -40,7 +41,7 @@ class HeatFlows:
             if equations.moving_beads is None
             else equations.moving_beads.heat_brought(bead_temperature),
         }
-        self._forms = {name: fenicsx.DeferredForm(form) for name, form in forms.items() if form is not None}
+        self._forms = {name: DeferredForm(form) for name, form in forms.items() if form is not None}
         self.balance = HeatBalance()
         self.supply: Supply | None = None
 

@@ -5,7 +5,7 @@ from dolfinx import fem
 from ..equations.energy import EnergyEquations
 from ..equations.energy_blocks import Temperatures, energy_blocks
 from ..laws.functions import Value
-from ..mesh import fenicsx
+from ..mesh.point_values import PointValues
 from .heat_unknowns import HeatUnknowns
 from .multigrid import LEAST_UNKNOWNS, Preconditioner
 
@@ -21,7 +21,7 @@ def heat_preconditioner(
     mesh = space.mesh
     if space.dofmap.index_map.size_global * space.dofmap.index_map_bs < LEAST_UNKNOWNS[mesh.topology.dim]:
         return None
-    cells = fenicsx.PointValues(mesh)
+    cells = PointValues(mesh)
     parts = Temperatures(unknowns.function, unknowns.parts[0], *unknowns.trials, unknowns.tests)
     form = energy_blocks(equations, parts, properties, monotone, inverse_stage, cells.add)
     cells.compile()

@@ -18,6 +18,7 @@ from ..arrays import Floats
 from ..equations.energy import EnergyEquations, Transport
 from ..laws.functions import Value
 from ..mesh import fenicsx
+from ..mesh.deferred_forms import DeferredForm
 from ..mesh.domain import BED, Domain
 from .bead_modes import BeadModes
 from .bounded_steps import BoundedSteps, Parts
@@ -93,7 +94,7 @@ class TransientHeat:
             simpler=residuals[0],
             beside=Beside(renew=lambda: self._stages.renew_beside()),
         )
-        self._stored_forms = [fenicsx.DeferredForm(form) for form in stored]
+        self._stored_forms = [DeferredForm(form) for form in stored]
         self.flows = HeatFlows(domain.communicator, equations, *parts)
         self.observe: Observer = silent
         error = max(stage_error, ITERATED_STAGE_ERROR) if self._system.is_iterated else stage_error
@@ -113,7 +114,7 @@ class TransientHeat:
             lambda: self._stage_updates,
         )
         weighted = equations.coordinates.weight * sum(dict.fromkeys(temperatures.tests))
-        volumes = fenicsx.DeferredForm(weighted * domain.cell_measure(quadrature_degree))
+        volumes = DeferredForm(weighted * domain.cell_measure(quadrature_degree))
         of_error = self._system, self._steps, self._store, self.curing, volumes, temperatures.regions
         self.error = HeatError(*of_error, domain.communicator)
         cells = MonotoneCells(self._transport.monotone, temperatures.of_cells, domain.cells(BED))

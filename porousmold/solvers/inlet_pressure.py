@@ -12,6 +12,7 @@ from dolfinx import fem
 from ..arrays import Integers
 from ..equations.locally_developed import LocallyDeveloped
 from ..mesh import fenicsx, ranks
+from ..mesh.deferred_forms import DeferredForm
 from ..mesh.domain import Domain
 from .newton import NewtonSystem
 from .protocols import Inflow
@@ -38,10 +39,10 @@ class InletPressure:
         self._at_boundary, self._nodes, self._equations = at_boundary, nodes, local.equations
         space = at_boundary.function_space
         weight, test = local.equations.coordinates.weight, ufl.TestFunction(space)
-        self._entering = fenicsx.DeferredForm(-weight * local.outward * ds)
-        self._by_pressure = fenicsx.DeferredForm(weight * local.conductance * test * ds)
+        self._entering = DeferredForm(-weight * local.outward * ds)
+        self._by_pressure = DeferredForm(weight * local.conductance * test * ds)
         self._gain, self._push = fem.Function(space), system.new_vector()
-        self._gained = fenicsx.DeferredForm(weight * local.conductance * (1.0 - self._gain) * ds)
+        self._gained = DeferredForm(weight * local.conductance * (1.0 - self._gain) * ds)
         self.changed = 0.0
         """Change by the last update, over the pressure itself or the reference pressure."""
 

@@ -12,6 +12,7 @@ from ..arrays import Floats
 from ..laws.functions import Value
 from ..mesh import fenicsx
 from ..mesh.aliases import Space
+from ..mesh.deferred_forms import DeferredForm
 from .multigrid import Preconditioner, Thinned
 
 GROWN = 1.4
@@ -49,14 +50,14 @@ class Jacobian:
         *,
         is_kept: bool,
     ) -> None:
-        self._forms = [fenicsx.DeferredForm(form) for form in derivatives]
+        self._forms = [DeferredForm(form) for form in derivatives]
         self._coefficients, self._constants = residuals[-1].coefficients(), residuals[-1].constants()
         self._conditions = conditions
         self.is_kept, self.is_due = is_kept, True
         self.made_with: tuple[list[Any], list[Any]] | None = None
         self.preconditioner = preconditioner
         self._iterations = LinearIterations(has_grown=True)
-        self._nearby_form = None if preconditioner is None else fenicsx.DeferredForm(preconditioner.form)
+        self._nearby_form = None if preconditioner is None else DeferredForm(preconditioner.form)
 
     @functools.cached_property
     def matrix(self) -> PETSc.Mat:

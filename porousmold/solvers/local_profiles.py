@@ -8,9 +8,11 @@ from dolfinx import fem
 
 from ..equations.locally_developed import NodalProfile, NodalProfiles
 from ..laws.functions import Value
-from ..mesh import fenicsx, ranks
+from ..mesh import ranks
 from ..mesh.aliases import Space
+from ..mesh.deferred_forms import DeferredForm
 from ..mesh.domain import Domain
+from ..mesh.point_values import nodal_values
 from .developed_profiles import ProfileTable
 from .nodal_means import NodalMeans
 
@@ -27,12 +29,12 @@ class LocalProfiles:
         self._domain, self._means, self._make_table = domain, means, make_table
         fields = tuple(NodalProfile(fem.Function(space), fem.Function(space)) for _ in range(count))
         self.nodal = NodalProfiles(fem.Function(space), fields)
-        self._distance = np.maximum(fenicsx.nodal_values(domain.wall_distance, space), 0.0)
-        self._logarithm_form: fenicsx.DeferredForm | None = None
+        self._distance = np.maximum(nodal_values(domain.wall_distance, space), 0.0)
+        self._logarithm_form: DeferredForm | None = None
 
     def follow(self, logarithm: Value) -> None:
         """Have the profiles be taken about the nodes' means of an expression, the logarithm of G."""
-        self._logarithm_form = fenicsx.DeferredForm(self._means.form(logarithm))
+        self._logarithm_form = DeferredForm(self._means.form(logarithm))
 
     @functools.cached_property
     def table(self) -> ProfileTable:

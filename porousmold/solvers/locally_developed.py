@@ -17,7 +17,9 @@ from ..equations.locally_developed import CarriedByPressure, LocallyDeveloped
 from ..errors import SolveError
 from ..mesh import fenicsx, ranks
 from ..mesh.aliases import Space
+from ..mesh.deferred_forms import DeferredForm
 from ..mesh.domain import BED, INLET, OUTLET, Domain
+from ..mesh.point_values import PointValues
 from .developed_profiles import ProfileTable
 from .inlet_pressure import InletPressure
 from .linear_solution import LinearSolution
@@ -103,13 +105,13 @@ class LocallyDevelopedFlow:
         self._inlet = InletPressure(
             domain, self._inflow, self._at_boundary, inlet_nodes, self.system, self.local, facets(INLET)
         )
-        self._energies = [fenicsx.DeferredForm(self._means.form(part)) for part in self.state.turbulence[:1]]
+        self._energies = [DeferredForm(self._means.form(part)) for part in self.state.turbulence[:1]]
 
     def _preconditioner(self, space: Space) -> Preconditioner | None:
         mesh = self.domain.mesh
         if space.dofmap.index_map.size_global < LEAST_UNKNOWNS[mesh.topology.dim]:
             return None
-        cells = fenicsx.PointValues(mesh)
+        cells = PointValues(mesh)
         permeance = cells.add(self.local.middle_permeance)
         cells.compile()
         trial, test = ufl.TrialFunction(space), ufl.TestFunction(space)

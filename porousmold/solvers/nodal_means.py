@@ -10,6 +10,7 @@ from ..arrays import Floats
 from ..laws.functions import Value
 from ..mesh import fenicsx
 from ..mesh.aliases import Form, Space
+from ..mesh.deferred_forms import DeferredForm
 from ..mesh.domain import BED, Domain
 
 
@@ -19,7 +20,7 @@ class NodalMeans:
     def __init__(self, domain: Domain, space: Space, weight: Value) -> None:
         self._factor, self._nodes = weight * ufl.TestFunction(space), domain.nodal_measure()(BED)
         self._space = space
-        self._volume_form = fenicsx.DeferredForm(self.form(fem.Constant(domain.mesh, 1.0)))
+        self._volume_form = DeferredForm(self.form(fem.Constant(domain.mesh, 1.0)))
 
     def form(self, expression: Value) -> Value:
         """Form of an expression at the nodes, times their volumes."""

@@ -23,6 +23,7 @@ from ..arrays import Floats, Integers
 from ..equations.flow import FlowEquations
 from ..laws.functions import Value
 from ..mesh import fenicsx
+from ..mesh.deferred_forms import DeferredForm
 from .newton import NewtonSystem
 from .parts import LEAST_VALUE, PartSizes
 from .protocols import Inflow
@@ -58,7 +59,7 @@ class StationGradients:
     ) -> None:
         self._equations, self._inflow, self._along, self._columns = equations, inflow, along, along.columns
         self._system, self._unknown, self._sizes = system, system.unknown, sizes
-        self._push_form, self._through = fenicsx.DeferredForm(push), fenicsx.DeferredForm(through)
+        self._push_form, self._through = DeferredForm(push), DeferredForm(through)
         self._column_of_unknown = column_of_unknown
         self._gains = fem.Function(system.space), fem.Function(system.space)
         self._weights, self._push_of_pressure = system.new_vector(), system.new_vector()

@@ -9,6 +9,7 @@ from ..arrays import Floats, Integers
 from ..laws.functions import Value
 from ..mesh import fenicsx, ranks
 from ..mesh.domain import Domain
+from ..mesh.quadrature_rules import column_rule, flow_axis
 
 GAUSS_DEGREE = 3
 
@@ -87,8 +88,8 @@ class Streamfunction:
     def __init__(self, domain: Domain, weighted_flux: Value) -> None:
         self._domain = domain
         self.function = fem.Function(fenicsx.lagrange_space(domain.mesh))
-        axis = fenicsx.flow_axis(domain.mesh)
-        rule = fenicsx.column_rule(axis, GAUSS_DEGREE)
+        axis = flow_axis(domain.mesh)
+        rule = column_rule(axis, GAUSS_DEGREE)
         self._values = fenicsx.evaluate(weighted_flux, domain.mesh, rule["quadrature_points"])
         self._weights = 2.0 * np.array(rule["quadrature_weights"])[: len(rule["quadrature_weights"]) // 2]
         along, across = columns_of(domain)

@@ -10,7 +10,9 @@ from dolfinx import fem
 from ..arrays import Floats, Integers
 from ..equations.energy import EnergyEquations, Transport
 from ..mesh import fenicsx, ranks
+from ..mesh.deferred_forms import DeferredForm
 from ..mesh.domain import INLET, INTERFACE, Domain
+from ..mesh.point_values import PointValues
 from .protocols import Bounds
 
 OVERSHOOT = 0.07
@@ -39,7 +41,7 @@ class FrozenTransport:
         self, domain: Domain, equations: EnergyEquations, temperature: fem.Function, quadrature_degree: int
     ) -> None:
         self.monotone = fem.Function(fenicsx.cell_constant_space(domain.mesh))
-        points, cells = fenicsx.PointValues(domain.mesh, quadrature_degree), fenicsx.PointValues(domain.mesh)
+        points, cells = PointValues(domain.mesh, quadrature_degree), PointValues(domain.mesh)
         transport = equations.transport(temperature, self.monotone)
         self.frozen = Transport(
             points.add(transport.mass_flux),
@@ -75,9 +77,9 @@ class ConductedHeat:
         space = temperature.function_space
         test = ufl.TestFunction(space)
         self.function = fem.Function(space)
-        self._heat = fenicsx.DeferredForm(equations.heat_conducted(temperature, test, transport))
+        self._heat = DeferredForm(equations.heat_conducted(temperature, test, transport))
         volumes = equations.coordinates.nodal_weight * test * equations.nodes_bed
-        self._volume_form = fenicsx.DeferredForm(volumes)
+        self._volume_form = DeferredForm(volumes)
         facets = np.concatenate([domain.facets(tag) for tag in (INLET, INTERFACE)])
         dimension = domain.mesh.topology.dim
         self._boundary = fem.locate_dofs_topological(space, dimension - 1, np.sort(facets).astype(np.int32))
