@@ -19,7 +19,7 @@ from mpi4py import MPI
 from porousmold import Scene
 from porousmold.errors import InputError, SolveError
 from porousmold.simulation.accuracy import Answer, Refinements, refinements_of, run_to_accuracy
-from porousmold.simulation.answers import HEATING_TIME
+from porousmold.simulation.answers import HEATING_TIME, answers_of, doubt_of, hidden_directions
 from porousmold.simulation.march import Simulation
 from porousmold.simulation.specs import specs_of
 from studies import crossed_draws, crossed_scenes
@@ -43,6 +43,11 @@ class Runs:
     refinements: list[Refinements] = field(default_factory=list)
     times: list[float | None] = field(default_factory=list)
     seconds: list[float] = field(default_factory=list)
+    doubt: str = ""
+
+    def hidden(self) -> Refinements:
+        """Directions in which coarser cells do not show the error of the last march."""
+        return hidden_directions(self.doubt)
 
     def __call__(self, scene: Scene) -> dict[str, Answer]:
         start = time.process_time()
@@ -50,7 +55,8 @@ class Runs:
         try:
             self.times.append(None)
             simulation = Simulation(specs_of(scene), MPI.COMM_SELF)
-            self.times[-1] = simulation.march().recorder.heating_time
+            recorder = simulation.march().recorder
+            self.times[-1], self.doubt = recorder.heating_time, doubt_of(recorder, answers_of(recorder))
             simulation.free()
         finally:
             self.seconds.append(time.process_time() - start)
@@ -90,7 +96,7 @@ def outcome_of(task: tuple[str, int, float]) -> Outcome:
     try:
         if kind == "crossed" and not Runs()(scene):
             return Outcome(reason="not heated")
-        estimated = run_to_accuracy(scene.changed({"solver.accuracy": accuracy}), runs)
+        estimated = run_to_accuracy(scene.changed({"solver.accuracy": accuracy}), runs, runs.hidden)
         if not estimated:
             return Outcome(reason="not heated")
         refinements = runs.refinements[-1]

@@ -14,13 +14,14 @@ a run come from three cheaper ones (Richardson):
 all with their signs, as they may cancel; the estimate is |e_l + e_c + e_s|, and half of the root of the sum of their squares at
 least. The three do without the bounds of the temperatures, which spread a front over coarse cells and hide their order. The
 orders are what random scenes show from such coarse runs (seeds 17 to 19 of `studies.random_scenes`; docs/accuracy.md has others):
-p_c = 2.5, p_s = 3.5, and p_l = 2.25, near the order 2 of the cells. Where fewer cells along heat sooner, the front is sharper
+p_c = p_s = p_l = 2.5, near the order 2 of the cells. Where fewer cells along heat sooner, the front is sharper
 than they resolve, and the error falls faster: p_l = 4 there.
 
 If the estimate exceeds the target, finer runs follow, with cells along, cells across and steps each refined as needed at order 2,
 the first of them by a factor of 1.7 at most. Its error estimate is e_l, e_c and e_s scaled at that order, all of them times what
-its difference from the run before was of what they foresaw, a quarter at least. This is the discretisation error, not the model
-error.
+its difference from the run before was of what they foresaw, a quarter at least. In directions that coarser runs tell nothing of
+the first finer run has `FIRST_FACTOR` times as much, and their error is what is left of its difference at order 1. This is the
+discretisation error, not the model error.
 
 Without an accuracy asked for, a run whose answers may be off (`answers.doubt_of`) compares itself with the coarsest of these
 runs. Where an answer differs by more than `LARGEST_DIFFERENCE`, it is repeated with `IN_DOUBT` times the cells or steps in the
@@ -37,8 +38,8 @@ from ..errors import InputError, SolveError
 from ..scene.features.geometries import dimension_of
 from ..scene.scene import Scene
 
-ORDER = 2.0
-"""Of convergence, where a run is refined further."""
+ORDER, ORDER_OF_HIDDEN = 2.0, 1.0
+"""Of convergence, where a run is refined further; in a direction that coarser runs tell nothing of."""
 FIRST_FACTOR = 1.7
 """Largest factor on a refinement in the first run that is finer than the scene's own: it shows how good the estimates were."""
 LEAST_PART = 0.25
@@ -60,7 +61,8 @@ MOST_WORK = 2e6
 """Unknowns of flow and energy times time steps, beyond which no run is repeated: some 20 s of the first march (docs/growth.md),
 two minutes of the second."""
 MOST_WORK_AGAIN = 5e5
-"""The same of the second march, beyond which there is no third: some 40 s of that."""
+"""The same of the second march, beyond which there is no third of twice all cells and steps: some 40 s of that; of one of fewer
+in proportion."""
 CELLS_AND_STEPS = (
     *("mesh_refinement", "axial_refinement", "step_refinement"),
     *("axial_cells", "first_cell", "cell_growth", "wall_cells"),
@@ -109,7 +111,7 @@ COARSER = Refinements(along=0.5, across=0.7, steps=0.5)
 """What the runs have less that the errors are estimated from."""
 ALL_IN_DOUBT = Refinements(IN_DOUBT, IN_DOUBT, IN_DOUBT)
 """Where it is not known which of them an answer depends on."""
-OBSERVED_ORDERS = Refinements(along=2.25, across=2.5, steps=3.5)
+OBSERVED_ORDERS = Refinements(along=2.5, across=2.5, steps=2.5)
 """Of convergence from such runs."""
 ORDER_OF_SHARP_FRONTS = 4.0
 """The same by cells along the flow where fewer of them heat sooner."""
@@ -142,11 +144,14 @@ LARGEST_DIFFERENCE = 3e-3
 """From a coarser run, relative, above which a run is repeated, or warns: errors were up to twice that (docs/theory.md)."""
 
 
-def run_to_accuracy(scene: Scene, march: Callable[[Scene], Answers]) -> dict[str, float] | None:
+def run_to_accuracy(
+    scene: Scene, march: Callable[[Scene], Answers], hidden: Callable[[], Refinements] = Refinements
+) -> dict[str, float] | None:
     """March a scene as often as its `solver.accuracy` needs; gives the estimated relative errors of the last march's answers.
 
     `march(scene)` gives the answers that there are, or raises `SolveError`. Without an accuracy that is the scene itself, or if
     that fails on finer cells, and no error is estimated: None. An answer that one of the runs does not have has no estimate.
+    `hidden()` has factors above 1 in the directions in which coarser runs do not show the error of the last march.
     Raises `SolveError` where refinement does not help.
     """
     if scene.solver.accuracy is None:
@@ -172,7 +177,22 @@ def run_to_accuracy(scene: Scene, march: Callable[[Scene], Answers]) -> dict[str
         break
     now = runs[-1]
     errors = {name: estimated_errors(*(run[name] for run in runs)) for name in now if all(name in run for run in runs)}
-    most = FIRST_FACTOR
+    most, unseen = FIRST_FACTOR, hidden()
+    if errors and unseen != Refinements():
+        before, finer = now, present.times(*(min(factor, FIRST_FACTOR) for factor in unseen))
+        now = march(finer.of(scene))
+        left = {
+            name: difference(before[name], now[name]) / (FIRST_FACTOR**ORDER_OF_HIDDEN - 1.0)
+            for name in errors
+            if name in now
+        }
+        errors = {
+            name: Errors(
+                *(left[name] if factor > 1.0 else error for factor, error in zip(unseen, errors[name], strict=True))
+            )
+            for name in left
+        }
+        present, most = finer, FINEST
     while errors and max(one.all for one in errors.values()) > wanted and max(present) < FINEST:
         worst = (max(abs(error) for error in direction) for direction in zip(*errors.values(), strict=True))
         needed = Refinements(*(min(needed_factor(error, wanted), most) for error in worst))

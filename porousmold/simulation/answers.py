@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from .accuracy import AT_END, PEAKS, Answer, Answers
+from .accuracy import ALL_IN_DOUBT, AT_END, IN_DOUBT, PEAKS, Answer, Answers, Refinements
 from .recorder import Recorder
+from .regimes import turbulence_begins_at
 from .targets import highest_until_met
 
 HEATING_TIME = "heating_time"
@@ -20,6 +21,12 @@ UNSTABLE_DISPLACEMENT = 5.0
 """Ratio of resistances of the fluid displaced and that which enters beyond which answers may depend on the cells."""
 FINGERS = "a fluid that flows easily displaces one that does not"
 """The doubt that coarser cells do not settle: they may agree by accident."""
+LONGEST_ENTRANCE = 0.05
+"""Part of the bed's length behind the inlet in which turbulence may begin without a word."""
+BEGINS_LATE = "turbulence grows from the inlet's and begins within the bed, where depends on the cells along the flow"
+"""Another one: k grows exponentially there, on cells that are too coarse sooner."""
+AT_ONCE = {FINGERS: ALL_IN_DOUBT, BEGINS_LATE: Refinements(along=IN_DOUBT)}
+"""Doubts that are settled by finer cells alone, with their refinements."""
 EXOTHERM = 0.02
 """Part of all temperature differences by which a layer that cures is hotter than all that is given, that counts."""
 
@@ -52,8 +59,9 @@ def answers_of(recorder: Recorder) -> dict[str, Answer]:
 
 def doubt_of(recorder: Recorder, answers: Answers) -> str:
     """Why answers may be off by more than the default cells and steps are made for, '' where they should not (collective): a
-    front that stands in the bed at the end, a displacement that forms fingers, heat from elsewhere that brings the heated place
-    beyond the inlet, so that what comes last comes slowly, or heat of cure that makes a layer hotter than all that is given."""
+    front that stands in the bed at the end, a displacement that forms fingers, turbulence that begins late, heat from elsewhere
+    that brings the heated place beyond the inlet, so that what comes last comes slowly, or heat of cure that makes a layer hotter
+    than all that is given."""
     history, problem = recorder.history, recorder.problem
     span = max(history["highest_temperature"]) - min(history["lowest_temperature"])
     if span < LEAST_SPAN:
@@ -64,6 +72,8 @@ def doubt_of(recorder: Recorder, answers: Answers) -> str:
             return f"the temperature changes within one cell of the bed by {part:.0%} of all differences"
     if problem.medium.estimates.resistance_ratio > UNSTABLE_DISPLACEMENT:
         return FINGERS
+    if answers and turbulence_begins_at(problem) > LONGEST_ENTRANCE:
+        return BEGINS_LATE
     times = [answer.value for name, answer in answers.items() if name == HEATING_TIME or name.startswith(TARGETS)]
     if times and beyond_the_inlet(recorder, min(times)):
         return "heat from elsewhere brings the heated place beyond the inlet's temperature"
@@ -72,6 +82,11 @@ def doubt_of(recorder: Recorder, answers: Answers) -> str:
     peaks = [answer.value for name, answer in answers.items() if name.startswith(PEAKS)]
     is_exotherm = bool(peaks) and max(peaks) > given + EXOTHERM * span
     return "a layer's cure makes it hotter than all that is given" if is_exotherm else ""
+
+
+def hidden_directions(doubt: str) -> Refinements:
+    """Factors above 1 in the directions in which coarser cells do not show the error of answers in doubt, but finer ones do."""
+    return AT_ONCE[BEGINS_LATE] if doubt == BEGINS_LATE else Refinements()
 
 
 def beyond_the_inlet(recorder: Recorder, time: float) -> tuple[float, str] | None:

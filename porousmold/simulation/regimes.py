@@ -10,6 +10,8 @@ from ..mesh.point_values import nodal_values
 from .problem import Problem
 
 TURBULENT, LAMINAR = "turbulent", "laminar"
+BEGUN = 0.1
+"""Of the largest turbulent kinetic energy, from which on the flow counts as turbulent."""
 
 
 class Regimes:
@@ -53,6 +55,20 @@ def is_also_laminar(problem: Problem) -> bool:
     if model is None or not problem.flow.is_turbulent() or model.has_bead_sources(highest_reynolds_number(problem)):
         return False
     return problem.flow.is_also_laminar()
+
+
+def turbulence_begins_at(problem: Problem) -> float:
+    """Part of the bed's length behind the inlet from which on the flow is turbulent; 0 for a laminar flow, and on a mesh of one's
+    own, where the length is not along an axis (collective)."""
+    if problem.specs.mesh.own.mesh is not None or not problem.flow.is_turbulent():
+        return 0.0
+    energy = problem.flow.fields().get("turbulent_kinetic_energy")
+    if energy is None:
+        return 0.0
+    places, values = energy.function_space.tabulate_dof_coordinates()[:, 0], energy.x.array
+    _, most = ranks.extremes(problem.communicator, values)
+    begin, _ = ranks.extremes(problem.communicator, places[values >= BEGUN * most])
+    return begin / problem.domain.length
 
 
 def highest_reynolds_number(problem: Problem) -> float:

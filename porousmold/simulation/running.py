@@ -1,5 +1,6 @@
 """One run from scene to result: march, sum up, write."""
 
+import math
 import time as clock
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -31,7 +32,7 @@ from .accuracy import (
     refinements_in_doubt,
     run_to_accuracy,
 )
-from .answers import FINGERS, answers_of, doubt_of
+from .answers import AT_ONCE, FINGERS, answers_of, doubt_of, hidden_directions
 from .march import Simulation
 from .mesh_quality import few_cells
 from .observation import field_snapshots, profile_near_wall
@@ -40,6 +41,7 @@ from .result import Result
 from .specs import specs_of
 
 FAILED = "failed"
+ANSWERS, DOUBT = "answers", "doubt"
 SOONEST_SAVING, SAVING_PART = 1.0, 0.02
 """Seconds between two checkpoints at least, and the part of the time that they may take: a run that is killed loses little."""
 ROOM, FIELDS_KEPT = 10 * 2**20, 120
@@ -101,8 +103,8 @@ def run(
 class _Run:
     """The marches of one run: a single one, finer ones where its answers are in doubt, or those for `solver.accuracy`.
 
-    `_outcomes` holds what came of the marches before the present one: their answers, or `FAILED`. `_refined` is by how much the
-    last march has more cells and steps than the first, whose answers were in `_doubt`.
+    `_outcomes` holds what came of the marches before the present one: `ANSWERS` and `DOUBT`, or `FAILED`. `_refined` is by how
+    much the last march has more cells and steps than the first, whose answers were in `_doubt`.
     """
 
     def __init__(
@@ -138,7 +140,7 @@ class _Run:
         """March to the end, write everything, and give the `Result`."""
         failure = interruption = errors = None
         try:
-            errors = run_to_accuracy(self._scene, self._march)
+            errors = run_to_accuracy(self._scene, self._march, self._hidden)
             if errors is None:
                 errors = self._compared()
         except SolveError as problem:
@@ -165,21 +167,21 @@ class _Run:
         large, the march is repeated on finer cells, and compared with the one before; at once on a mesh that is a file, and where
         fingers form."""
         scene, own, found = self._marched, _as_answers(self._last[0]), None
-        if hasattr(self, "_simulation"):  # else the checkpoint is that of the second march
-            self._doubt = self._doubt_of(own)
-            if not self._doubt:
-                return None
+        self._doubt = self._last[0][DOUBT]
+        if not self._doubt:
+            return None
         coarsest: Answers = {}
         if scene.geometry.kind != "mesh":
             self._observe("comparing with coarser cells and steps")
             coarsest = coarser_answers(scene, COARSER, self._march_aside)
             found = differences(coarsest, own)
-            if self._doubt != FINGERS and (not found or max(found.values()) <= LARGEST_DIFFERENCE):
+            if self._doubt not in AT_ONCE and (not found or max(found.values()) <= LARGEST_DIFFERENCE):
                 return found
         if not may_be_repeated(scene, self._work()):
             return found
-        factors = ALL_IN_DOUBT
-        if self._doubt != FINGERS:
+        again = AT_ONCE.get(self._doubt, ALL_IN_DOUBT)
+        factors = again
+        if self._doubt not in AT_ONCE:
             factors = refinements_in_doubt(scene, own, coarsest, self._march_aside)
         while True:
             finer = self._refined.times(*factors)
@@ -188,11 +190,15 @@ class _Run:
             except SolveError:  # finer cells may have no steady flow
                 answers = self._march(self._refined.of(scene))
                 break
-            found, own, self._refined, factors = differences(answers, own), answers, finer, ALL_IN_DOUBT
-            if not is_still_in_doubt(found, finer) or not may_be_repeated(scene, self._work(), MOST_WORK_AGAIN):
+            found, own, self._refined, factors = differences(answers, own), answers, finer, again
+            most = MOST_WORK_AGAIN * math.prod(ALL_IN_DOUBT) / math.prod(again)
+            if not is_still_in_doubt(found, finer) or not may_be_repeated(scene, self._work(), most):
                 break
-        self._doubt = self._doubt or self._doubt_of(answers)  # after a checkpoint that of the first march is not known
         return found
+
+    def _hidden(self) -> Refinements:
+        """Of the last march."""
+        return hidden_directions(self._last[0][DOUBT])
 
     def _work(self) -> float:
         """Unknowns times steps of the present simulation; 0 where the checkpoint is that of a later march."""
@@ -238,8 +244,9 @@ class _Run:
         except SolveError:
             self._last = [FAILED]
             raise
-        self._last = [answers_of(simulation.recorder)]
-        return dict(self._last[0])
+        answers = answers_of(simulation.recorder)
+        self._last = [{ANSWERS: answers, DOUBT: self._doubt_of(answers)}]
+        return dict(answers)
 
     def _after_step(self, time: float, deficit: float) -> None:
         if self._folder is not None and self._communicator.bcast(clock.perf_counter() >= self._due):
@@ -267,7 +274,7 @@ class _Run:
             summary["warnings"] += (
                 _of_comparison(errors, self._doubt, self._refined)
                 if wanted is None
-                else _of_accuracy(errors, answers, wanted)
+                else _of_accuracy(errors, answers, wanted, self._last[0][DOUBT])
             )
         if wanted is None and failure is None and self._outcomes[:1] == [FAILED]:
             summary["warnings"].append(
@@ -298,7 +305,7 @@ class _Run:
 
 def _as_answers(outcome: Mapping[str, Any]) -> dict[str, Answer]:
     """Answers of a march, which in a checkpoint are pairs of numbers."""
-    return {name: Answer(*pair) for name, pair in outcome.items()}
+    return {name: Answer(*pair) for name, pair in outcome[ANSWERS].items()}
 
 
 def _profiles_along(simulation: Simulation) -> Columns | None:
@@ -347,7 +354,7 @@ def _in_words(name: str) -> str:
     )
 
 
-def _of_accuracy(errors: dict[str, float] | None, answers: Answers, wanted: float) -> list[str]:
+def _of_accuracy(errors: dict[str, float] | None, answers: Answers, wanted: float, doubt: str) -> list[str]:
     """What is to be said of the accuracy that was asked for."""
     if errors is None:
         return []
@@ -356,6 +363,7 @@ def _of_accuracy(errors: dict[str, float] | None, answers: Answers, wanted: floa
         for name, error in errors.items()
         if error > wanted
     ]
+    found += [f"{doubt}: the estimated error may be too small by far"] if doubt == FINGERS else []
     found += [
         f"solver.accuracy has no estimate for {_in_words(name)}: a coarser run does not reach it"
         for name in answers
