@@ -18,10 +18,10 @@ p_c = p_s = p_l = 2.5, near the order 2 of the cells. Where fewer cells along he
 than they resolve, and the error falls faster: p_l = 4 there.
 
 If the estimate exceeds the target, finer runs follow, with cells along, cells across and steps each refined as needed at order 2,
-the first of them by a factor of 1.7 at most. Its error estimate is e_l, e_c and e_s scaled at that order, all of them times what
-its difference from the run before was of what they foresaw, a quarter at least. In directions that coarser runs tell nothing of
-the first finer run has `FIRST_FACTOR` times as much, and their error is what is left of its difference at order 1. This is the
-discretisation error, not the model error.
+the first of them by a factor of 1.7 at most. Its error estimate is e_l, e_c and e_s scaled at that order, those of what was
+refined times what its difference from the run before was of what they foresaw, a quarter at least. In directions that coarser
+runs tell nothing of the first finer run has `FIRST_FACTOR` times as much, and their order is 1. This is the discretisation error,
+not the model error.
 
 Without an accuracy asked for, a run whose answers may be off (`answers.doubt_of`) compares itself with the coarsest of these
 runs. Where an answer differs by more than `LARGEST_DIFFERENCE`, it is repeated with `IN_DOUBT` times the cells or steps in the
@@ -31,7 +31,7 @@ error by experience (`studies.crossed_scenes`), not by theory.
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import NamedTuple, TypeAlias
 
 from ..errors import InputError, SolveError
@@ -111,6 +111,8 @@ COARSER = Refinements(along=0.5, across=0.7, steps=0.5)
 """What the runs have less that the errors are estimated from."""
 ALL_IN_DOUBT = Refinements(IN_DOUBT, IN_DOUBT, IN_DOUBT)
 """Where it is not known which of them an answer depends on."""
+ORDERS = Refinements(ORDER, ORDER, ORDER)
+"""Of convergence from the scene's own cells and steps on."""
 OBSERVED_ORDERS = Refinements(along=2.5, across=2.5, steps=2.5)
 """Of convergence from such runs."""
 ORDER_OF_SHARP_FRONTS = 4.0
@@ -177,30 +179,27 @@ def run_to_accuracy(
         break
     now = runs[-1]
     errors = {name: estimated_errors(*(run[name] for run in runs)) for name in now if all(name in run for run in runs)}
-    most, unseen = FIRST_FACTOR, hidden()
-    if errors and unseen != Refinements():
-        before, finer = now, present.times(*(min(factor, FIRST_FACTOR) for factor in unseen))
+    most, unseen = FIRST_FACTOR, [factor > 1.0 for factor in hidden()]
+    orders = Refinements(*(ORDER_OF_HIDDEN if one else ORDER for one in unseen))
+    if errors and any(unseen):
+        before, finer = now, present.times(*(FIRST_FACTOR if one else 1.0 for one in unseen))
         now = march(finer.of(scene))
-        left = {
-            name: difference(before[name], now[name]) / (FIRST_FACTOR**ORDER_OF_HIDDEN - 1.0)
-            for name in errors
-            if name in now
-        }
         errors = {
-            name: Errors(
-                *(left[name] if factor > 1.0 else error for factor, error in zip(unseen, errors[name], strict=True))
-            )
-            for name in left
+            name: _with_hidden(one, unseen, difference(before[name], now[name]))
+            for name, one in errors.items()
+            if name in now
         }
         present, most = finer, FINEST
     while errors and max(one.all for one in errors.values()) > wanted and max(present) < FINEST:
         worst = (max(abs(error) for error in direction) for direction in zip(*errors.values(), strict=True))
-        needed = Refinements(*(min(needed_factor(error, wanted), most) for error in worst))
+        needed = Refinements(
+            *(min(needed_factor(error, wanted, order), most) for error, order in zip(worst, orders, strict=True))
+        )
         finer = Refinements(*(min(FINEST, one) for one in present.times(*needed)))
         before, now = now, march(finer.of(scene))
         factors = Refinements(*(more / one for more, one in zip(finer, present, strict=True)))
         errors = {
-            name: errors_after(one, factors, difference(before[name], now[name]))
+            name: errors_after(one, factors, difference(before[name], now[name]), orders)
             for name, one in errors.items()
             if name in now
         }
@@ -279,14 +278,20 @@ def estimated_errors(coarse: Answer, coarse_but_across: Answer, coarse_but_steps
     )
 
 
-def needed_factor(error: float, wanted: float) -> float:
+def _with_hidden(errors: Errors, unseen: Iterable[bool], moved: float) -> Errors:
+    """Errors where the unseen ones are what is left of how far `FIRST_FACTOR` moved an answer."""
+    left = moved / (FIRST_FACTOR**ORDER_OF_HIDDEN - 1.0)
+    return Errors(*(left if one else error for one, error in zip(unseen, errors, strict=True)))
+
+
+def needed_factor(error: float, wanted: float, order: float = ORDER) -> float:
     """Factor on a refinement that brings its error down to a third of what is wanted in all, 1 at least."""
-    return max(1.0, MARGIN * (3.0 * error / wanted) ** (1.0 / ORDER))
+    return max(1.0, MARGIN * (3.0 * error / wanted) ** (1.0 / order))
 
 
-def errors_after(errors: Errors, factors: Refinements, moved: float) -> Errors:
+def errors_after(errors: Errors, factors: Refinements, moved: float, orders: Refinements = ORDERS) -> Errors:
     """Errors of a run refined by these factors, which `moved` by this, relative, from the run before."""
-    scaled = Errors(*(error / factor**ORDER for error, factor in zip(errors, factors, strict=True)))
+    scaled = [error / factor**order for error, factor, order in zip(errors, factors, orders, strict=True)]
     predicted = abs(sum(errors) - sum(scaled))
     part = max(LEAST_PART, moved / predicted) if predicted else 1.0
-    return Errors(*(part * error for error in scaled))
+    return Errors(*(part * error if factor > 1.0 else error for error, factor in zip(scaled, factors, strict=True)))
