@@ -290,11 +290,11 @@ def _without_none(tables: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def scene_of(number: int) -> Scene:
+def scene_of(number: int, seed: int = SEED) -> Scene:
     """A scene by its number."""
-    return Scene(_without_none(_all_tables()[number]))
+    return Scene(_without_none(_all_tables(seed)[number]))
 
 
 @functools.cache
-def _all_tables() -> list[dict[str, Any]]:
-    return [tables for _, tables in scenes()]
+def _all_tables(seed: int) -> list[dict[str, Any]]:
+    return [tables for _, tables in scenes(seed=seed)]
