@@ -237,7 +237,7 @@ def summary_text(scene: Scene, summary: Summary, out: Path, pictures: Sequence[P
             f"the inlet temperature, {summary['pumping_work'] / 1e6:.4g} MJ of pumping work"
         )
     else:
-        spent = f"energy of the whole tool, to the end of the last step at {summary['end_time']:.0f} s: {energy_text(energy)}"
+        spent = f"energy of the whole tool up to {energy['until']:.0f} s: {energy_text(energy)}"
     seconds, low_high = summary["wall_seconds"], summary["temperature_bounds"]
     targets = [
         f"{name}: {shown(time)} ({summary['target_meanings'][name]}){kept_text(summary['targets_kept'].get(name))}"

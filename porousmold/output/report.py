@@ -183,7 +183,7 @@ def _energy(summary: Summary) -> list[Block]:
     rows += [["largest power of heater and blower", energy["peak_power"] / 1e3, "kW", ""]]
     if energy["cost"] is not None:
         rows += [["cost of heater and blower", float(energy["cost"]), energy.get("currency") or "", ""]]
-    sentence = f"Of the whole tool, {energy['share']:g} times the modelled part, up to the end of the run."
+    sentence = f"Of the whole tool, {energy['share']:g} times the modelled part, up to {energy['until']:.0f} s."
     return [Sentence(sentence), Table(["of", "energy", "unit", ""], rows)]
 
 

@@ -90,8 +90,8 @@ RESULT_KEYS: Mapping[str, ResultKey] = {
     ),
     "energy": ResultKey(
         "object",
-        "energy (J) of the whole tool up to the end by source and use, spent (of heater and blower), peak_power (W), share (the "
-        "tool over the modelled part), cost and its currency",
+        "energy (J) of the whole tool by source and use, spent (of heater and blower), until when (s: the answer, or the end), "
+        "peak_power (W), share (the tool over the modelled part), cost and its currency",
         optional=True,
     ),
     "spread_at_end": _number(

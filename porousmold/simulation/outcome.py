@@ -215,42 +215,48 @@ def _imbalance(simulation: Simulation) -> float:
 
 
 def _spent_by_the_supply(simulation: Simulation, ideal_work: float | None) -> dict[str, float]:
-    """What heater and blower gave what is computed until the end of the run; of a given pressure drop the ideal work."""
-    balance, air_loop = simulation.problem.heat.balance, simulation.problem.air_loop
-    has_blower = air_loop is not None and air_loop.spec.blower is not None
-    work = balance.by_blower if has_blower else float(ideal_work or 0.0)
-    spent = balance.by_heater + work
+    """What heater and blower gave what is computed until the answer, or the end of the run; of a given pressure drop the ideal
+    work."""
+    air_loop, ended_at = simulation.problem.air_loop, simulation.recorder.ended_at
+    assert air_loop is not None
+    given = {name: value / air_loop.spec.share for name, value in _tool_energy(simulation).items()}
+    work = given["blower"] if air_loop.spec.blower is not None else float(ideal_work or 0.0)
+    spent = given["heater"] + work
     return {
-        "fluid_heat": balance.by_heater,
+        "fluid_heat": given["heater"],
         "pumping_work": work,
         "energy_spent": spent,
-        "mean_power": spent / simulation.time if simulation.time > 0.0 else 0.0,
+        "mean_power": spent / ended_at if ended_at > 0.0 else 0.0,
     }
+
+
+def _tool_energy(simulation: Simulation) -> dict[str, float]:
+    """Energies (J) of the whole tool by source and use up to the answer (collective)."""
+    recorder = simulation.recorder
+    assert recorder.tool_energy is not None
+    if len(recorder.history) < 2:
+        return recorder.tool_energy.until(1.0)
+    begun, end = recorder.history["time"][-2:]
+    return recorder.tool_energy.until((recorder.ended_at - begun) / (end - begun) if end > begun else 1.0)
 
 
 def _energy_of_the_tool(simulation: Simulation) -> dict[str, Any]:
-    """What heater and blower gave to the whole tool up to the end of the run and where it went (J), the largest power (W), and
-    the cost (collective)."""
-    problem, balance, history = simulation.problem, simulation.problem.heat.balance, simulation.recorder.history
+    """What heater and blower gave to the whole tool up to the answer and where it went (J), the largest power (W), and the
+    cost (collective)."""
+    problem, history = simulation.problem, simulation.recorder.history
     assert problem.air_loop is not None
-    kept = problem.heat_kept()
-    parts = {
-        "heater": balance.by_heater,
-        "blower": balance.by_blower,
-        "cure": kept.get("cure", 0.0),
-        "sources": balance.by_sources,
-        "wall": kept.get("wall", 0.0),
-        "beads": kept["beads"] - balance.by_beads,
-        "exhaust": balance.by_exhaust,
-        "return_duct": balance.by_duct,
-        "outer_wall": -balance.through_outer_wall,
-    }
-    share, price = problem.air_loop.spec.share, problem.air_loop.spec.price
-    energy: dict[str, Any] = {name: share * value for name, value in parts.items()}
+    energy: dict[str, Any] = dict(_tool_energy(simulation))
+    spec, spent = problem.air_loop.spec, energy["heater"] + energy["blower"]
     powers = np.array(history["heater_power"]) + np.array(history["blower_power"])
-    energy |= {"peak_power": float(np.max(powers)), "share": share, "loop_imbalance": balance.loop_imbalance}
-    spent = share * (balance.by_heater + balance.by_blower)
-    return energy | {"spent": spent, "cost": None if price is None else price * spent / JOULES_A_KWH}
+    energy |= {
+        "peak_power": float(np.max(powers)),
+        "until": simulation.recorder.ended_at if len(history) else 0.0,
+        "share": spec.share,
+        "loop_imbalance": problem.heat.balance.loop_imbalance,
+        "spent": spent,
+        "cost": None if spec.price is None else spec.price * spent / JOULES_A_KWH,
+    }
+    return energy
 
 
 def versions(ranks: int) -> dict[str, Any]:

@@ -9,11 +9,13 @@ from ..solvers.state import ArrayOf, Saved
 from .heating_time import crossing_time
 from .problem import Problem
 from .snapshots import Snapshots
+from .tool_energy import ToolEnergy
 
 
 class Recorder:
     """Of a `problem`: its `history` with a row for every step; the times at which the wall was heated and the `targets` were met,
-    None until then, of those to keep also where they were lost since (`first_met` keeps the first); and `snapshots`."""
+    None until then, of those to keep also where they were lost since (`first_met` keeps the first); `snapshots`; and of an air
+    supply the `tool_energy`."""
 
     def __init__(self, problem: Problem) -> None:
         self.problem, self._time, self._heat = problem, problem.specs.time, problem.specs.heat
@@ -24,6 +26,7 @@ class Recorder:
         self.targets: dict[str, float | None] = {target.name: None for target in self._time.targets}
         self.first_met: dict[str, float | None] = dict(self.targets)
         self.snapshots = Snapshots(problem)
+        self.tool_energy = None if problem.air_loop is None else ToolEnergy(problem)
         layers = self._heat.all_layers
         self._has_sources = any(layer.heat_source is not None or layer.solid.cure is not None for layer in layers)
         self._last_flow: list[float] | None = None
@@ -51,6 +54,8 @@ class Recorder:
             at_places=self._at_places(time),
         )
         self.history.append(row_of(now))
+        if self.tool_energy is not None:
+            self.tool_energy.record()
         self._look_at_targets()
         if not self.problem.specs.waits_for_heat:
             return  # the wall's temperature is given, or its heat comes from elsewhere: nothing to wait for
@@ -119,6 +124,14 @@ class Recorder:
         """Whether all targets are met, or without targets the wall is heated."""
         return None not in self.targets.values() if self.targets else self.heating_time is not None
 
+    @property
+    def ended_at(self) -> float:
+        """Time (s) of the answer that ended the run, which its last step has passed; else of the last row."""
+        last, answers = self.history["time"][-2:], list(self.targets.values()) or [self.heating_time]
+        known = [one for one in answers if one is not None]
+        is_answer = self.reached and not (self._course is not None and self._course.repeats)
+        return max(known) if is_answer and last[0] < max(known) else last[-1]
+
     def _direction(self, time: float) -> int:
         """1 where the fluid comes in at the inlet at a time (s), -1 where at the outlet."""
         return 1 if self._course is None else self._course.direction(time)
@@ -176,6 +189,7 @@ class Recorder:
             "first_met": self.first_met,
             "last_flow": self._last_flow,
             "snapshots": snapshots.numbers,
+            "tool_energy": None if self.tool_energy is None else self.tool_energy.save(),
         }
         return Saved(numbers, snapshots.arrays)
 
@@ -187,3 +201,5 @@ class Recorder:
         self.first_met |= numbers["first_met"]
         self._last_flow = numbers["last_flow"]
         self.snapshots.restore(numbers["snapshots"], array_of)
+        if self.tool_energy is not None:
+            self.tool_energy.restore(numbers["tool_energy"])

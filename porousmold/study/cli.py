@@ -141,17 +141,19 @@ def _sensitivity(options: argparse.Namespace) -> int:
         found = elasticities(scene, out, quantity, step=step, progress=progress, stop=signals.__bool__)
     finally:
         bar.close()
+    if found is None:
+        return _interrupted(out, first=first)
     if first:
         picture = write(found, out, quantity)
         if not options.quiet:
             printed(f"{'parameter':30s} change of the {quantity.words} in % for a change of 1 %")
             for entry in found:
-                printed(f"{entry.parameter:30s} {entry.value:+.3f}" if entry.value is not None
-                      else f"{entry.parameter:30s} none: {entry.reason}")  # fmt: skip
+                value = "none:" if entry.value is None else f"{entry.value:+.3f}"
+                printed(f"{entry.parameter:30s} {value} {entry.reason}".rstrip())
             if names := not_varied(scene):
                 printed(f"given, but not varied: {', '.join(names)}")
             printed(f"written to {out}: elasticities.json, {picture.name}")
-    return INTERRUPTED if signals else DONE
+    return DONE
 
 
 def _simplify(options: argparse.Namespace) -> int:

@@ -62,17 +62,23 @@ class ModelChoice:
         if self.note:
             return self.note
         left_out = [choice for choice in self.choices if choice.chosen]
+        keys = {choice.key for choice in left_out}
+        added = [one for one in self.choices if one.key not in keys and self.scene.is_given(one.key)]
         if not left_out:
             lines = [f"nothing can be left out within {self.accuracy:g} of the heating time"]
         else:
             lines = [
-                f"changes the heating time by {self.worth:.2%} at most (on coarse cells; allowed {self.accuracy:.2%}):",
-                "[model]",
+                f"changes the heating time by about {self.worth:.2%} (on coarse cells; allowed {self.accuracy:.2%}):"
             ]
+        if left_out or added:
+            lines.append("[model]")
         for choice in left_out:
             _, _, name = choice.key.partition(".")
             line = f'{name} = "{choice.value}"' if choice.value is not None else f"# no {name}"
             lines.append(f"{line:32s} # without {choice.leaves_out}: {choice.worth:+.2%}")
+        for choice in added:
+            line = f"{choice.key.partition('.')[2]} = {self.scene.value(choice.key)}"
+            lines.append(f"{line:32s} # with {choice.leaves_out}")
         for choice in self.choices:
             if not choice.chosen:
                 worth = f"{choice.worth:+.2%}, " if choice.worth is not None else ""

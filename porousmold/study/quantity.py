@@ -6,6 +6,7 @@ from ..errors import InputError
 from ..scene.features.targets import target_name
 from ..scene.scene import Scene
 from .definition import RECORDS, unit_of_record
+from .running import Row
 
 KEY = "--of"
 
@@ -29,11 +30,39 @@ class Quantity:
         """Whether it grows where things are slower."""
         return self.unit == "s"
 
+    @property
+    def is_answer(self) -> bool:
+        """Whether it is what a run waits for, not something that is counted up to that."""
+        return self.record == "heating_time" or self.record.startswith("targets.")
+
     def text(self, value: float) -> str:
         """A value with its unit."""
         return (
             f"{value:.0f} s" if self.unit == "s" and value >= 100.0 else f"{value:.5g} {self.unit}".removesuffix(" 1")
         )
+
+    def in_row(self, row: Row, here: Row) -> float | None:
+        """The positive value of a case beside that of the scene itself, None where there is none. What is no time is counted up
+        to the answer of a run: where the scene reaches that, a case that does not has none, and the other way round."""
+        if not self.is_answer and row.status == here.status == "done" and row.is_reached != here.is_reached:
+            return None
+        value = row.values[self.record]
+        return value if value is not None and value > 0.0 else None
+
+    def is_beyond(self, row: Row, here: Row) -> bool:
+        """Whether a case has no value as it does not reach an answer that the scene itself does: its value is larger."""
+        if row.status != "done" or self.in_row(row, here) is not None:
+            return False
+        return row.values[self.record] is None if self.is_answer else here.is_reached and not row.is_reached
+
+    def reason(self, row: Row, here: Row) -> str:
+        """Why `in_row` is None."""
+        if row.reason:
+            return row.reason
+        if row.status == "done" and row.is_reached != here.is_reached:
+            return "reaches what the scene itself does not"
+        value = row.values[self.record]
+        return "not reached" if value is None else f"{value:.6g} is not positive"
 
     def no_answer(self, scene: Scene, reason: str) -> InputError:
         """The refusal of a scene that has none."""

@@ -49,7 +49,8 @@ COARSER = {"solver.mesh_refinement": 0.7, "solver.step_refinement": 0.5}
 
 @dataclass(frozen=True)
 class Elasticity:
-    """Of the quantity of interest to one parameter: `value`, or None and the `reason` why there is none."""
+    """Of the quantity of interest to one parameter: `value`, or None and the `reason` why there is none; a `reason` beside a
+    value says that it is of one side alone."""
 
     parameter: str
     value: float | None
@@ -103,8 +104,9 @@ def parameters_of(scene: Scene) -> Any:
 
 
 def coarser(scene: Scene) -> Scene:
-    """The scene on `COARSER` cells and steps, where it does not ask for an accuracy of its own; a mesh stays as it is."""
-    if scene.solver.accuracy is not None:
+    """The scene on `COARSER` cells and steps, where it does not ask for an accuracy of its own; a mesh stays as it is, and so do
+    phases, whose number and ends depend on them."""
+    if scene.solver.accuracy is not None or scene.operation.phase:
         return scene
     chosen = {name: factor * scene.value(name) for name, factor in COARSER.items()}
     if scene.geometry.kind == "mesh":
@@ -132,33 +134,31 @@ def elasticities(
     step: float = STEP,
     progress: Any = None,
     stop: Callable[[], bool] = lambda: False,
-) -> list[Elasticity]:
+) -> list[Elasticity] | None:
     """Run what is missing in `out` and give the `Elasticity` of a quantity (default: `quantity_of`) to every parameter, largest
-    first (collective). Raises `InputError` where the scene itself has none.
+    first (collective); None where it was stopped. Raises `InputError` where the scene itself has none.
 
     Writes elasticities.json beside the tables of the study.
     """
     quantity = quantity or quantity_of(scene, None)
-    here = Study([case_around(coarser(scene), "as given", {})], [], [quantity.record])
-    (row,) = run_study(here, out, stop=stop)
-    if row.status in ("done", "refused", "failed") and not _is_positive(row.values[quantity.record]):
-        raise quantity.no_answer(scene, row.reason or "not reached")
+    (given,) = run_study(Study([case_around(coarser(scene), "as given", {})], [], [quantity.record]), out, stop=stop)
+    if given.status in ("done", "refused", "failed") and quantity.in_row(given, given) is None:
+        raise quantity.no_answer(scene, quantity.reason(given, given))
     study = Study(cases_around(scene, step), [], [quantity.record])
     rows = run_study(study, out, progress=progress, stop=stop)
-    found = []
-    for up, down in zip(rows[::2], rows[1::2], strict=True):
-        name = up.case.name.rsplit(",", 1)[0]
-        values = [row.values[quantity.record] for row in (up, down)]
-        if all(map(_is_positive, values)):
-            found.append(Elasticity(name, math.log(values[0] / values[1]) / (2.0 * math.log(1.0 + step))))
-        else:
-            reason = up.reason or down.reason or "not run to its end"
-            found.append(Elasticity(name, None, reason))
+    if any(row.status == "missing" for row in (given, *rows)):
+        return None
+    here, found = quantity.in_row(given, given), []
+    for pair in zip(rows[::2], rows[1::2], strict=True):
+        name = pair[0].case.name.rsplit(",", 1)[0]
+        up, down = (quantity.in_row(row, given) for row in pair)
+        lacking = "; ".join(quantity.reason(row, given) for row in pair if quantity.in_row(row, given) is None)
+        steps, (high, low) = 2 - (up is None) - (down is None), (up or here, down or here)
+        value = math.log(high / low) / (steps * math.log(1.0 + step)) if steps and high and low else None
+        found.append(
+            Elasticity(name, value, f"of one side alone: {lacking}" if value is not None and lacking else lacking)
+        )
     return sorted(found, key=lambda entry: -abs(entry.value or 0.0))
-
-
-def _is_positive(value: float | None) -> bool:
-    return value is not None and value > 0.0
 
 
 def write(found: Any, out: Path, quantity: Quantity) -> Path:

@@ -78,7 +78,7 @@ class Contribution:
 @dataclass(frozen=True)
 class Budget:
     """The `value` of a quantity as the scene gives it, its `middle` and 95 % interval, the contributions, largest first, and what
-    the scene gives but has no tolerance."""
+    the scene gives but has no tolerance; of what is counted up to an answer that the scene does not reach what is `unmet`."""
 
     quantity: Quantity
     value: float
@@ -88,6 +88,7 @@ class Budget:
     deviation: float
     contributions: tuple[Contribution, ...]
     without_tolerance: tuple[str, ...] = ()
+    unmet: str = ""
 
     @property
     def doubt(self) -> str:
@@ -95,7 +96,7 @@ class Budget:
         whole."""
         one_sided = [c for c in self.contributions if c.deviation is not None and c.reason]
         without = [c for c in self.contributions if c.deviation is None and c.reason != IN_TIME]
-        found = []
+        found = [f"counted up to the end of the run: {self.unmet}"] if self.unmet else []
         if one_sided:
             found.append(
                 f"{len(one_sided)} of {len(self.contributions)} have an answer on one side alone, which counts for both: the "
@@ -265,15 +266,16 @@ def budget(
     quantity = quantity or quantity_of(scene, None)
     cases, record = cases_of(scene), [quantity.record, *_error_record(quantity)]
     rows = run_study(Study(cases[:1], [], record), out, progress=progress, stop=stop)
-    here = _positive(rows[0].values[quantity.record])
-    if here is None and rows[0].status != "missing":
-        raise quantity.no_answer(scene, rows[0].reason or "not reached")
+    given = rows[0]
+    here = quantity.in_row(given, given)
+    if here is None and given.status != "missing":
+        raise quantity.no_answer(scene, quantity.reason(given, given))
     rows = run_study(Study(cases, [], record), out, progress=progress, stop=stop)
     if any(row.status == "missing" for row in rows):
         return None
     assert here is not None, "an answer that is missing has ended the study"
-    times = {row.case.name: _positive(row.values[quantity.record]) for row in rows}
-    reasons = {row.case.name: row.reason or "not reached" for row in rows}
+    times = {row.case.name: quantity.in_row(row, given) for row in rows}
+    reasons = {row.case.name: quantity.reason(row, given) for row in rows}
     found, shift = [], 0.0
     for name in inputs_of(scene):
         up, down = times[f"{name},up"], times[f"{name},down"]
@@ -310,13 +312,11 @@ def budget(
     deviation = math.sqrt(sum(c.deviation**2 for c in found if c.deviation is not None))
     middle, reach = here * math.exp(shift), math.exp(INSIDE_95 * deviation)
     ordered = tuple(sorted(found, key=lambda c: -abs(c.deviation or 0.0)))
+    unmet = "" if given.is_reached or quantity.is_answer else given.reason
     return Budget(
-        quantity, here, middle, middle / reach, middle * reach, deviation, ordered, tuple(without_tolerance(scene))
+        *(quantity, here, middle, middle / reach, middle * reach, deviation, ordered),
+        *(tuple(without_tolerance(scene)), unmet),
     )
-
-
-def _positive(value: float | None) -> float | None:
-    return value if value is not None and value > 0.0 else None
 
 
 def _error_record(quantity: Quantity) -> list[str]:
@@ -364,14 +364,14 @@ def sampled(
 ) -> Sample | None:
     """Run what is missing of a Latin hypercube in `out` and give its statistics (collective); None where it was stopped."""
     quantity = quantity or quantity_of(scene, None)
-    record = quantity.record
-    rows = run_study(Study(sample_cases(scene, count, seed), [], [record]), out, progress=progress, stop=stop)
-    if any(row.status == "missing" for row in rows):
+    cases = [case_around(scene, "as given", {}), *sample_cases(scene, count, seed)]
+    given, *rows = run_study(Study(cases, [], [quantity.record]), out, progress=progress, stop=stop)
+    if any(row.status == "missing" for row in (given, *rows)):
         return None
-    times: Floats = np.array([t for row in rows if (t := _positive(row.values[record])) is not None], float)
+    times: Floats = np.array([t for row in rows if (t := quantity.in_row(row, given)) is not None], float)
     if len(times) < 2:
         raise quantity.no_answer(scene, f"in {len(times)} of the sampled cases alone")
-    slow = sum(quantity.is_time and row.status == "done" and row.values[record] is None for row in rows)
+    slow = sum(quantity.is_beyond(row, given) for row in rows)
     low, median, high = np.quantile(
         [*times, *[np.inf] * slow], (0.025, 0.5, 0.975), method="lower" if slow else "linear"
     )

@@ -54,6 +54,19 @@ def test_a_loop_with_everything_balances():
     assert inlet[0] < 350.0 and np.max(inlet) == inlet[-1] == pytest.approx(363.15)
 
 
+def test_energy_and_cost_are_those_up_to_the_answer_not_to_the_end_of_its_step():
+    """They follow a margin that moves the answer within one step, and longer steps cost the same."""
+    supply = {"operation.heater_power": "5 kW", "operation.recirculation": 0.0, "operation.energy_price": 0.3}
+    late, early = (summary_of({**supply, "operation.heating_margin": margin}) for margin in (9.0, 9.2))
+    coarse = summary_of({**supply, "operation.heating_margin": 9.0, "solver.step_refinement": 0.25})
+    assert late.summary["energy"]["until"] == late.heating_time > early.heating_time
+    power = late.summary["energy"]["peak_power"]  # the heater's power is steady
+    spent = [result.summary["energy"]["spent"] for result in (late, early, coarse)]
+    assert spent[0] - spent[1] == pytest.approx(power * (late.heating_time - early.heating_time), rel=0.2)
+    assert spent[2] == pytest.approx(spent[0], rel=0.01)
+    assert late.summary["energy"]["cost"] == pytest.approx(0.3 * spent[0] / 3.6e6, rel=1e-12)
+
+
 def test_the_flow_stays_at_the_blowers_operating_point():
     changes = {**BLOWER, "solver.flow_tolerance": 1e-3}
     simulation = simulation_of(coarse_scene(ALUMINIUM, changes), MPI.COMM_SELF).march()

@@ -5,7 +5,9 @@ import pytest
 from porousmold import InputError, Scene
 from porousmold.cli import main
 from porousmold.scene.features.tolerances import TOLERANCES
-from porousmold.study.quantity import quantity_of
+from porousmold.study.definition import Case
+from porousmold.study.quantity import Quantity, quantity_of
+from porousmold.study.running import Row
 from porousmold.study.sensitivity import elasticities
 from porousmold.study.uncertainty import budget
 
@@ -23,6 +25,24 @@ def test_the_first_target_is_what_a_scene_with_targets_is_about():
     assert quantity.record.startswith("targets.") and quantity.unit == "s" and "target" in quantity.words
     assert quantity_of(curing(), "energy.cost").text(3.14159) == "3.1416"
     assert quantity_of(curing(), "spread_at_end").text(3.14159) == "3.1416 K"
+
+
+def row(status, reason, **values):
+    return Row(Case("one", {}, None), status, reason, values)
+
+
+def test_what_is_counted_up_to_an_answer_is_none_of_cases_without_it():
+    """A tool that never gets warm costs what its end_time says: uncertainties of the cost were several times too large."""
+    cost, late = Quantity("energy.cost", "1"), "target 'hot' not met by operation.end_time 10800 s"
+    met, unmet = (row("done", reason, **{"energy.cost": 0.7}) for reason in ("", late))
+    assert cost.in_row(met, met) == 0.7 and cost.in_row(unmet, met) is None and cost.is_beyond(unmet, met)
+    assert cost.in_row(unmet, unmet) == 0.7 and cost.in_row(met, unmet) is None and not cost.is_beyond(met, unmet)
+    assert cost.reason(unmet, met) == late and "what the scene itself does not" in cost.reason(met, unmet)
+    time = Quantity("targets.warm", "s")
+    warm, never = (row("done", late, **{"targets.warm": value}) for value in (100.0, None))
+    assert time.in_row(warm, met) == 100.0 and time.is_beyond(never, met)  # another target is not met
+    negative = row("done", "", heat_stored=-4e5)
+    assert "not positive" in Quantity("heat_stored", "J").reason(negative, negative)
 
 
 @pytest.mark.parametrize(

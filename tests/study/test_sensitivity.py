@@ -64,6 +64,16 @@ def test_a_temperature_is_varied_as_its_difference_from_the_initial_one():
     assert up - initial == pytest.approx(1.05 * (263.15 - initial))
 
 
+def test_at_a_bound_the_other_side_gives_the_elasticity(tmp_path, monkeypatch):
+    monkeypatch.setattr(sensitivity, "PARAMETERS", ())
+    monkeypatch.setattr(sensitivity, "_given_quantities", lambda scene: ["bed.emissivity", "operation.pressure_drop"])
+    scene = Scene.load(ALUMINIUM, CHEAP | {"bed.emissivity": 0.98, "model.bead_conduction": "zehner-bauer-schluender"})
+    found = {entry.parameter: entry for entry in elasticities(scene, tmp_path)}
+    assert not found["operation.pressure_drop"].reason and "of one side alone" in found["bed.emissivity"].reason
+    assert found["bed.emissivity"].value is not None
+    assert elasticities(scene, tmp_path / "stopped", stop=lambda: True) is None
+
+
 def test_elasticities_are_taken_on_coarser_cells():
     assert coarser(Scene.load(ALUMINIUM)).solver.mesh_refinement == 0.7
     assert coarser(Scene.load(ALUMINIUM, {"solver.accuracy": 0.01})).solver.accuracy == 0.01
