@@ -95,7 +95,9 @@ def beyond_the_inlet(recorder: Recorder, time: float) -> tuple[float, str] | Non
     heated, history = recorder.problem.specs.time.heated, recorder.history
     after, inlet = int(np.searchsorted(history["time"], time)), history["inlet_temperature"]
     rows = slice(min(after, len(history) - 1), len(history))
-    above = max(history[f"highest_{heated.place}"][rows]) - max(inlet)
-    below = min(inlet) - min(history[f"lowest_{heated.place}"][rows])
+    # what has not come to the inlet's temperature from where it started is not beyond it
+    hottest, coldest = max(*inlet, history["highest_temperature"][0]), min(*inlet, history["lowest_temperature"][0])
+    above = max(history[f"highest_{heated.place}"][rows]) - hottest
+    below = coldest - min(history[f"lowest_{heated.place}"][rows])
     beyond, side = (above, "hotter") if above >= below else (below, "colder")
     return (beyond, side) if beyond > BEYOND_THE_MARGIN * heated.margin else None

@@ -132,7 +132,8 @@ def _flow_text(estimates: Estimates, mass_flow: float) -> str:
     if not estimates.flows:
         return "no flow: nothing drives the fluid"
     return (
-        f"estimated flow: {estimates.speed:.3g} m/s between the beads, bead Reynolds number {estimates.reynolds_number:.3g}, "
+        f"estimated flow: {estimates.driven_part * estimates.speed:.3g} m/s between the beads, bead Reynolds number "
+        f"{estimates.reynolds_number:.3g}, "
         f"mass flow {mass_flow:.3g} kg/s of the modelled part"
     )
 

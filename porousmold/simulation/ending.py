@@ -42,6 +42,8 @@ class Ending:
         if self._specs.course is not None and not self._specs.course.waits_for_heat:
             changes += self._specs.flow.driven_by.breakpoints
         last_change = max(changes, default=0.0)
+        if any(target.keep for target in self._specs.time.targets):  # which may be lost when anything given changes
+            changes += self._specs.time.breakpoints
         return self._recorder.reached and time >= last_change * (1.0 - ROUNDING)
 
     def is_steady(self, time: float) -> bool:

@@ -76,8 +76,9 @@ class Estimates:
     `transfer_units` are those of the exchange between fluid and beads over the bed's length, `wall_biot_number` the largest of
     the wall's layers.
 
-    `speed` (m/s), `mass_flux` and `mass_flow` are those of Re = 1 at least: they are the scale of a flow that may be none, which
-    `flows` tells.
+    `speed` (m/s), `pressure_gradient`, `mass_flux` and `mass_flow` are those of Re = 1 at least: they are the scale of a flow
+    that may be none, which `flows` tells. `driven_part` of the speed is what drives it, of `driven_gradient` (Pa/m) and
+    `reynolds_number`.
 
     `flow_duration` (s) is the least time in which the fluid brings the heat that bed and wall take up, `conduction_time` (s) the
     slowest time constant of bed and wall that are heated from their outside, infinite where they are not: `heating_duration` is
@@ -93,6 +94,8 @@ class Estimates:
 
     flows: bool
     speed: float
+    driven_part: float
+    driven_gradient: float
     pressure_gradient: float
     mass_flux: float
     mass_flow: float
@@ -196,10 +199,12 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
     return Estimates(
         flows=flows,
         speed=speed,
+        driven_part=driven / speed,
+        driven_gradient=laws.drag.coefficient(phi, diameter, fluid.density, fluid.viscosity, driven) * driven / phi,
         pressure_gradient=gradient,
         mass_flux=fluid.density * phi * speed,
         mass_flow=fluid.density * phi * speed * size.area,
-        reynolds_number=reynolds,
+        reynolds_number=reynolds * driven / speed,
         exchange_coefficient=coefficient,
         bead_biot_number=coefficient * diameter / 6.0 / conductivity,
         transfer_units=exchange * size.length / advection,

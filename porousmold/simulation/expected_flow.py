@@ -27,10 +27,10 @@ LARGEST_POROSITY = 1.0 - 1e-6
 def expected_mass_flow(specs: Specs, size: BedSize, estimates: Estimates) -> float:
     """Mass flow (kg/s) of the modelled part, warm, at the strongest drive; what is given of it as it is given."""
     if specs.flow.drive != "pressure_drop" or specs.flow.model.kind == "plug" or not estimates.flows:
-        return estimates.mass_flow if estimates.flows else 0.0
+        return estimates.driven_part * estimates.mass_flow if estimates.flows else 0.0
     depths = np.concatenate([[0.0], np.geomspace(1e-4 * specs.mesh.bead_diameter, size.half_height, NODES)])
     porosity = np.minimum(specs.porosity.volume(depths, specs.mesh.bead_diameter), LARGEST_POROSITY)
-    speed = _profile(specs, depths, porosity, estimates.pressure_gradient)
+    speed = _profile(specs, depths, porosity, estimates.driven_gradient)
     around = size.half_height - depths if size.is_disk else np.ones_like(depths)
     mean = _integral(porosity * speed * around, depths) / _integral(around, depths)
     return float(estimates.mass_flow * mean / (specs.porosity.bulk_porosity * estimates.speed))

@@ -208,10 +208,11 @@ def materials_used(specs: Specs, *, has_wall: bool) -> dict[str, Any]:
 
 
 def _imbalance(simulation: Simulation) -> float:
-    """Of the heat, as a fraction of what was moved or set free (collective)."""
-    problem = simulation.problem
+    """Of the heat, as a fraction of the largest that was moved, set free or stored (collective)."""
+    problem, history = simulation.problem, simulation.recorder.history
     set_free = problem.heat_kept()["cure"] if problem.heat.curing else 0.0
-    return problem.heat.balance.imbalance_beside(set_free)
+    stored = float(np.max(np.abs(history["heat_stored"]))) if len(history) else 0.0
+    return problem.heat.balance.imbalance_beside(max(abs(set_free), stored))
 
 
 def _spent_by_the_supply(simulation: Simulation, ideal_work: float | None) -> dict[str, float]:
@@ -277,7 +278,7 @@ def warnings_of(scene: Scene, simulation: Simulation, bounds: list[float] | None
     found = (
         _of_the_outcome(simulation)
         + warnings_of_the_scene(scene, specs, medium.estimates, medium.size)
-        + _of_series(scene, simulation.time)
+        + _of_late_series(scene, simulation.time)
     )
     found += warnings_of_the_first_cell(specs, medium.estimates, first_cell(medium.domain))
     if bounds is not None:
@@ -285,17 +286,13 @@ def warnings_of(scene: Scene, simulation: Simulation, bounds: list[float] | None
     return found + outside_ranges(simulation.specs, simulation.problem.has_wall, {})
 
 
-def _of_series(scene: Scene, end: float) -> list[str]:
-    """Of values that a file lacks, and of series that had not begun when the run ended."""
-    found = []
-    for name, series in series_of(scene).items():
-        if series.gaps:
-            found.append(f"{name}: {series.gaps} missing value(s) of {series.source}, interpolated")
-        if len(series.times) > 1 and series.times[0] >= end:
-            found.append(
-                f"{name} begins at {series.times[0]:g} s, after the run's end: it was its first value all the time"
-            )
-    return found
+def _of_late_series(scene: Scene, end: float) -> list[str]:
+    """Of series that had not begun when the run ended."""
+    return [
+        f"{name} begins at {series.times[0]:g} s, after the run's end: it was its first value all the time"
+        for name, series in series_of(scene).items()
+        if len(series.times) > 1 and series.times[0] >= end
+    ]
 
 
 def outside_ranges(specs: Specs, has_wall: bool, reached: Mapping[str, tuple[float, float]]) -> list[str]:

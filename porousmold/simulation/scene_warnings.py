@@ -13,6 +13,7 @@ from ..mesh.point_values import nodal_values
 from ..scene.chosen_laws import width_ratio
 from ..scene.features.bed import SMALLEST_RATIO
 from ..scene.features.geometries import BedSize
+from ..scene.features.targets import series_of
 from ..scene.plausibility import implausible_values
 from ..scene.scene import Scene
 from ..scene.start import Profile
@@ -20,6 +21,8 @@ from .estimates import Estimates, flow_change
 from .specs import Specs
 
 HIGHEST_BIOT_NUMBER = 0.1
+LATEST_BEGIN = 0.05
+"""Part of the time of a series from the run's start to its first row without a word."""
 LONGEST_LAG = 5e-3
 """Of the heat through a wall lumped in thickness, over the time of heating: the error of that time is some two times as large."""
 LARGEST_POROSITY_ERROR = 0.02
@@ -60,14 +63,14 @@ def _knudsen_number(specs: Specs) -> float:
 
 def warnings_of_the_scene(scene: Scene, specs: Specs, estimates: Estimates, size: BedSize) -> list[str]:
     """A sentence for every limit of the model that the scene is beyond, before a run as after it."""
-    found = implausible_values(scene)
+    found = implausible_values(scene) + _of_series(scene)
     if estimates.bead_biot_number > HIGHEST_BIOT_NUMBER and specs.heat.model.bead_modes is None:
         found.append(
             f"bead Biot number {estimates.bead_biot_number:.2g} > {HIGHEST_BIOT_NUMBER}: "
             "the assumption of isothermal beads is not valid (see model.bead_modes)"
         )
     low, high = specs.laws.nusselt.reynolds_range
-    if not low <= estimates.reynolds_number <= high:
+    if estimates.flows and not low <= estimates.reynolds_number <= high:
         found.append(
             f"bead Reynolds number {estimates.reynolds_number:.3g} is outside {low:g} to {high:g}, "
             f"the range of model.nusselt {scene.model.nusselt!r}"
@@ -194,3 +197,14 @@ def warnings_of_the_first_cell(specs: Specs, estimates: Estimates, first: float)
     remedy = "see geometry.refine_wall" if specs.mesh.own.mesh is not None else "see solver.first_cell"
     wrong = "the flow near the wall, and with it the mass flow and every time, may be far off"
     return [f"the first cell at the wall is {first / estimates.first_cell:.0f} times too high: {wrong} ({remedy})"]
+
+
+def _of_series(scene: Scene) -> list[str]:
+    """Of values that a file lacks, and of series that begin after the run, which keep their first value until then."""
+    found = []
+    for name, series in series_of(scene).items():
+        if series.gaps:
+            found.append(f"{name}: {series.gaps} missing value(s) of {series.source}, interpolated")
+        if len(series.times) > 1 and series.times[0] > LATEST_BEGIN * (series.times[-1] - series.times[0]):
+            found.append(f"{name} begins at {series.times[0]:g} s: up to then it is its first value")
+    return found

@@ -194,11 +194,12 @@ class HeatBalance:
         """`imbalance_beside` nothing."""
         return self.imbalance_beside(0.0)
 
-    def imbalance_beside(self, set_free: float) -> float:
-        """What is missing, as a fraction of the heat put in (the largest of stored, brought in, and what a cure has `set_free`
-        (J), which is stored from the start; at least 1 mJ: more than what rounding leaves where nothing flows)."""
+    def imbalance_beside(self, other: float) -> float:
+        """What is missing, as a fraction of the heat put in (the largest of stored, brought in, and `other` heat (J) that counts,
+        such as what a cure has set free, or what was stored once; at least 1 mJ: more than what rounding leaves where nothing
+        flows)."""
         given = self.by_fluid + self.through_outer_wall + self.by_sources + self.by_beads
-        largest = max(abs(given), abs(self.stored), abs(self.by_beads), abs(set_free), 1e-3)
+        largest = max(abs(given), abs(self.stored), abs(self.by_beads), abs(other), 1e-3)
         return (given + self.by_rev_terms - self.stored) / largest
 
 

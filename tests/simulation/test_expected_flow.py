@@ -59,3 +59,10 @@ def test_plug_flow_and_a_given_mass_flow_are_what_they_are():
     assert expected == pytest.approx(found, rel=2e-3)
     expected, found, _ = both(ALUMINIUM, {"operation.pressure_drop": None, "operation.mass_flow": 0.03})
     assert expected == pytest.approx(0.03) == pytest.approx(found, rel=1e-6)
+
+
+def test_a_creeping_flow_is_not_that_of_a_reynolds_number_of_one():
+    """Water at 0.01 Pa: the flow of `check` was many times too large, and the bead Reynolds number of the result, too."""
+    water = {"fluid.material": "water", "operation.inlet_velocity": None, "operation.pressure_drop": 0.01, **LAMINAR}
+    expected, of_run, scale = both(PIPE, water | {"operation.outlet_pressure": "2 bar"})
+    assert expected == pytest.approx(of_run, rel=0.1) and scale > 3.0 * expected

@@ -223,3 +223,27 @@ def test_a_part_that_cures_at_rest_has_a_balance_of_the_heat_that_its_cure_sets_
         and abs(summary["energy_imbalance"]) < 1e-4
     )
     assert not any("heat balance is off" in text for text in summary["warnings"])
+
+
+def test_a_series_tells_when_it_begins_and_one_that_is_over_is_refused():
+    """A channel whose time_offset moved it before the run held its last value in silence."""
+    late = Scene.load(ALUMINIUM, {"operation.inlet_temperature": ([600.0, 4000.0], [363.15, 360.0])})
+    assert any(
+        "begins at 600 s: up to then it is its first value" in text for text in check(late, MPI.COMM_SELF).warnings
+    )
+    for times in ([-7200.0, -3600.0], [-60.0, 0.0]):
+        with pytest.raises(InputError, match="time_offset"):
+            Scene.load(ALUMINIUM, {"operation.inlet_temperature": (times, [363.15, 360.0])})
+
+
+def test_the_heat_balance_is_beside_the_largest_heat_that_was_stored():
+    """A mold that is heated and cooled again to where it was stores nothing at the end: its balance was off by 20 %."""
+    inlet = ([0.0, 1500.0, 1501.0, 5000.0], [363.15, 363.15, 293.15, 293.15])
+    scene = coarse_scene(
+        {"operation.initial_temperature": 293.15, "operation.inlet_temperature": inlet, "operation.end_time": 5000.0,
+         "model.flow": "plug", "model.turbulence": "none",
+         "target.list": [{"name": "never", "above": 400.0}]}
+    )  # fmt: skip
+    summary = run(scene, communicator=MPI.COMM_SELF).summary
+    assert abs(summary["heat_stored"]) < 1e3 and abs(summary["energy_imbalance"]) < 1e-4
+    assert not any("heat balance" in text for text in summary["warnings"])

@@ -157,3 +157,13 @@ def test_limits_that_a_heat_flux_passes_are_met_when_the_history_passes_them():
     for number in range(4, 30, 2):
         passed = np.interp(293.15 + number, finer["lowest_wall"], finer["time"])
         assert found.summary["targets"][f"above_{number}"] == pytest.approx(passed, rel=2e-3)
+
+
+def test_a_target_to_keep_waits_for_the_last_change_of_the_drive():
+    """A flow that stops later: the target is met before, and lost by the heat that leaves the skin."""
+    targets = [{"name": "warm", "above": "60 degC", "keep": True}]
+    given = {"operation.pressure_drop": ([0.0, 4000.0, 4001.0, 4002.0], [2000.0, 2000.0, 0.0, 0.0]),
+             "operation.outer_coefficient": 20.0, "operation.ambient_temperature": "15 degC",
+             "operation.end_time": 9000.0, "model.flow": "plug", "model.turbulence": "none"}  # fmt: skip
+    result = run(coarse_scene(given | {"target.list": targets}), communicator=MPI.COMM_SELF)
+    assert result.summary["end_time"] > 4000.0

@@ -30,8 +30,8 @@ TARGET: Mapping[str, Key] = {
     ),
     "keep": Key(
         "flag",
-        "it is met only as long as it holds: the run goes on until all such targets hold at once, and as any run up to the last "
-        "change of the inlet's temperature",
+        "it is met only as long as it holds: the run goes on until all such targets hold at once, and up to the last change of "
+        "what is given; cycles end where they do",
         False,
     ),
     "cured": Key("", "least degree of cure of a layer", low=0.0, high=1.0),
@@ -67,7 +67,8 @@ class Heated(Feature):
     )
 
     def check(self, scene: "Scene") -> None:
-        """There is such a place, no series begins when the run is over, and there is something to heat or to cool."""
+        """There is such a place, no series begins when the run is over or ends before it, and there is something to heat or to
+        cool."""
         known = [*RESERVED_PLACES, *map(name_of, scene.layers.values())]
         if self.place not in known:
             scene.refuse("operation.heated_place", f"must be one of {', '.join(known)}")
@@ -77,6 +78,12 @@ class Heated(Feature):
                 allowed = (
                     f"begins at {begins:.10g} s, after the run's end at {self.end_time:g} s: let its times count from the "
                     'run\'s start, or give { file = "...", time_offset = "first" }'
+                )
+                scene.refuse(name, allowed, value=series.source)
+            if len(series.times) > 1 and series.times[-1] <= 0.0:
+                allowed = (
+                    f"ends at {series.times[-1]:.10g} s, and the run starts at 0 s: give a smaller time_offset, or "
+                    '{ file = "...", time_offset = "first" }'
                 )
                 scene.refuse(name, allowed, value=series.source)
         self._check_differences(scene)
@@ -141,8 +148,10 @@ def target_name(target: Table) -> str:
 
 
 def series_of(scene: "Scene") -> dict[str, TimeSeries]:
-    """Every `TimeSeries` of a scene's operation, by the name of its key."""
-    return {f"operation.{name}": value for name, value in scene.operation if isinstance(value, TimeSeries)}
+    """Every `TimeSeries` of a scene's operation and of its layers' heat sources, by the name of its key."""
+    found = {f"operation.{name}": value for name, value in scene.operation if isinstance(value, TimeSeries)}
+    sources = {f"{place}.heat_source": layer.heat_source for place, layer in scene.layers.items()}
+    return found | {name: source for name, source in sources.items() if isinstance(source, TimeSeries)}
 
 
 def _is_heated_otherwise(scene: "Scene") -> bool:
