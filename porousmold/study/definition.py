@@ -138,9 +138,13 @@ def check_names(table: Iterable[str], known: Collection[str], prefix: str, where
 
 
 def _settings(table: Tables, place: str, where: str) -> Settings:
-    """{'table.key': value} from the nested tables that TOML makes of dotted keys."""
+    """{'table.key': value} from the nested tables that TOML makes of dotted keys, and from keys that are quoted."""
     settings: Settings = {}
     for group, content in table.items():
+        quoted, _, name = group.partition(".")
+        if name in KEYS.get(quoted, ()):
+            settings[group] = content
+            continue
         if LISTED.fullmatch(group):
             try:
                 key_of(KEYS, group)

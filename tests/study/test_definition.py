@@ -28,6 +28,12 @@ def test_a_grid_has_every_combination_and_one_at_a_time_each_value_alone(tmp_pat
     assert found == [(0.001, 8000.0), (0.002, 8000.0), (0.003, 2000.0), (0.003, 5000.0), (0.003, 8000.0)]
 
 
+def test_a_key_may_be_quoted_as_those_of_lists_must_be(tmp_path):
+    for key in ("bed.bead_diameter", '"bed.bead_diameter"'):
+        study = load(tmp_path, f'{HEAD}[vary]\n{key} = ["4 mm", "5 mm"]\n')
+        assert study.varied == ["bed.bead_diameter"] and len(study.cases) == 2
+
+
 def test_geometric_ranges_and_listed_cases(tmp_path):
     vary = '[vary]\nwall.conductivity = { from = 0.1, to = 1000, count = 5, spacing = "geometric" }\n'
     study = load(tmp_path, HEAD + vary)
