@@ -82,7 +82,10 @@ def _compare(options: argparse.Namespace) -> str:
     if Path(options.measured[0]).is_dir():
         return _beside(options)
     bounds = [Path(other) for other in options.bounds]
-    columns = dict(text.partition("=")[::2] for text in options.column)
+    pairs = [text.partition("=")[::2] for text in options.column]
+    columns = dict(pairs)
+    if len(columns) < len(pairs):
+        raise InputError("--column", ", ".join(options.column), "must name every sensor once")
     offset = {None: 0.0, "first": None}.get(options.time_offset, options.time_offset)
     offset = to_si("--time-offset", offset, "s") if isinstance(offset, str) else offset
     compared = [compare(folder, Path(path), bounds, columns, offset) for path in options.measured]

@@ -208,11 +208,9 @@ def outer_wall_text(operation: Mapping[str, Any]) -> str:
     coefficient, emissivity = operation.get("outer_coefficient"), operation.get("outer_emissivity")
     ways = [] if coefficient is None else [f"{coefficient:g} W/m2/K"]
     ways += [] if emissivity is None else [f"radiation with an emissivity of {emissivity:g}"]
-    if ways:
-        return f"{' and '.join(ways)} to the surroundings"
-    if operation.get("outer_heat_flux") is not None:
-        return "given heat flux"
-    return "adiabatic, no heat loss (see operation.outer_coefficient)"
+    parts = [f"{' and '.join(ways)} to the surroundings"] if ways else []
+    parts += [] if operation.get("outer_heat_flux") is None else ["given heat flux"]
+    return ", ".join(parts) or "adiabatic, no heat loss (see operation.outer_coefficient)"
 
 
 def _until(summary: Summary, change: str) -> str:

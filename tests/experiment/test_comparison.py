@@ -111,8 +111,9 @@ def test_a_gap_or_another_channel_costs_that_value_and_no_more(folder, capsys):
     assert (a.bias, b.bias) == pytest.approx((0.0, 2.0))
     assert main(["compare", str(folder), str(measured), "--column", "c=Kanal 1"]) == 2
     assert main(["compare", str(folder), str(measured), "--column", "a=Kanal 2"]) == 2
+    assert main(["compare", str(folder), str(measured), *columns, "--column", "a=Kanal 2"]) == 2  # the last one counted
     told = capsys.readouterr().err
-    assert "--column = 'c'" in told and "'Kanal 1'" in told
+    assert "--column = 'c'" in told and "'Kanal 1'" in told and "every sensor once" in told
 
 
 @pytest.mark.parametrize("offset", ["first", "36000 s"])

@@ -2,7 +2,7 @@
 
 import logging
 
-from porousmold.output.console import PART, Bar, MarchProgress, log_to_console, summary_text
+from porousmold.output.console import PART, Bar, MarchProgress, log_to_console, outer_wall_text, summary_text
 from porousmold.simulation.running import run
 
 from ..support import coarse_scene, problem_of
@@ -93,3 +93,10 @@ def test_verbosity_tells_steps_then_iterations_with_residuals(caplog):
     assert told and all("residuals" in text for text in told)
     first, last = (float(text.split("residuals ")[1].split()[0]) for text in (told[0], told[-1]))
     assert last < 1e-6 * first or last < 1e-12
+
+
+def test_all_that_the_outer_wall_exchanges_is_told():
+    """A given heat flux was left out beside radiation."""
+    both = outer_wall_text({"outer_emissivity": 0.9, "outer_heat_flux": -100.0})
+    assert both == "radiation with an emissivity of 0.9 to the surroundings, given heat flux"
+    assert "adiabatic" in outer_wall_text({})
