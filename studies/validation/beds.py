@@ -20,7 +20,7 @@ from scipy.linalg import eig
 from porousmold import Scene
 from porousmold.laws.conductivity import Anisotropic, LocalBed, added, wall_coefficient
 from porousmold.laws.nusselt import specific_surface
-from porousmold.mesh.fenicsx import nodal_values
+from porousmold.mesh.point_values import nodal_values
 from porousmold.simulation.assembly import assemble
 from porousmold.simulation.march import Simulation
 from porousmold.simulation.problem import Problem

@@ -475,10 +475,13 @@ def test_an_exotherm_is_in_doubt_whether_or_not_the_run_also_has_temperatures_at
         "lowest_temperature": [350.0, 340.0],
         "inlet_temperature": [400.0, 400.0],
     }
-    specs = SimpleNamespace(heat=SimpleNamespace(given_elsewhere=[]))
+    specs = SimpleNamespace(
+        heat=SimpleNamespace(given_elsewhere=[]), mesh=SimpleNamespace(own=SimpleNamespace(mesh=None))
+    )
     span = peak - 340.0
     medium = SimpleNamespace(estimates=SimpleNamespace(resistance_ratio=1.0))
-    problem = SimpleNamespace(specs=specs, medium=medium, largest_difference_in_a_cell=lambda: part * span)
+    flow = SimpleNamespace(is_turbulent=lambda: False)
+    problem = SimpleNamespace(specs=specs, medium=medium, flow=flow, largest_difference_in_a_cell=lambda: part * span)
     answers = {"peaks.part": Answer(peak, span), "end.heat_stored": Answer.by_itself(1e3)}
     doubt = doubt_of(SimpleNamespace(history=history, problem=problem), answers)
     assert word in doubt and bool(doubt) == bool(word)
