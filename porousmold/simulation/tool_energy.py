@@ -5,7 +5,6 @@ would make that jump from step to step. Of the last step counts the part up to t
 """
 
 from collections.abc import Mapping
-from typing import Any
 
 from .problem import Problem
 
@@ -44,7 +43,7 @@ class ToolEnergy:
         }
         return {name: share * value for name, value in parts.items()}
 
-    def save(self) -> Any:
+    def save(self) -> list[dict[str, float]]:
         """Both rows."""
         return [self._before, self._now]
 

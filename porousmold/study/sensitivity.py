@@ -86,10 +86,10 @@ def not_varied(scene: Scene) -> list[str]:
     return [name for name in names if name not in varied] + [f"materials.{name}" for name in scene.materials]
 
 
-def parameters_of(scene: Scene) -> Any:
+def parameters_of(scene: Scene) -> dict[str, float]:
     """{name: value (SI)} of the parameters that the scene has, temperatures as differences from the initial one; properties of
     materials as constants."""
-    laws, found = Laws.of(scene), {}
+    laws, found = Laws.of(scene), dict[str, float]()
     layers = [f"{place}.{key}" for place in scene.layers for key in OF_LAYERS]
     phases = [f"operation.phase[{number}].duration" for number, _ in enumerate(scene.operation.phase or (), start=1)]
     for name in dict.fromkeys((*PARAMETERS, *_given_quantities(scene), *layers, *phases)):
