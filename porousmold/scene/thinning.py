@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping
 
 from .features import KEYS
+from .features.targets import series_of
 from .features.wall import LAYER
 from .keys import Key, Table
 from .scene import Scene
@@ -14,7 +15,7 @@ def with_thinned_series(scene: Scene) -> Scene:
     """A copy whose series are thinned up to the end of the run (`TimeSeries.thinned`), in proportion to `scale_of` each, by more
     where it is the only one that varies."""
     operation, wall = scene.operation, scene.wall
-    varying = sum(len(series.times) > 1 for series, _ in series_of(scene))
+    varying = sum(len(series.times) > 1 for series in series_of(scene).values())
     little = LITTLE_ALONE if varying == 1 and not operation.phase else LITTLE
     end = math.inf if operation.phase else operation.end_time  # phases may last longer
     walls = {name: getattr(wall, name) for name in ("layer", "opposite_layer")}
@@ -33,13 +34,6 @@ def _thinned(table: Table, keys: Mapping[str, Key], scene: Scene, end: float, li
         if isinstance(series, TimeSeries):
             found[name] = series.thinned(end, scale_of(series, keys[name], scene), little)
     return table.with_values(found)
-
-
-def series_of(scene: Scene) -> list[tuple[TimeSeries, Key]]:
-    """The series of the operation, and those of what the wall's layers give off, each with its key."""
-    found = [(value, KEYS["operation"][name]) for name, value in scene.operation if isinstance(value, TimeSeries)]
-    sources = (layer.heat_source for layer in scene.layers.values())
-    return found + [(source, LAYER["heat_source"]) for source in sources if source is not None]
 
 
 def scale_of(series: TimeSeries, key: Key, scene: Scene) -> float:

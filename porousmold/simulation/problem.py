@@ -185,10 +185,14 @@ class Problem:
 
     def heat_kept(self) -> dict[str, float]:
         """Heat (J) gained by beads and wall since the start, and set free by cure (collective)."""
+        return {name: ranks.integral(self.communicator, form) for name, form in self._heat_kept_forms.items()}
+
+    @functools.cached_property
+    def _heat_kept_forms(self) -> dict[str, Form]:
         two = self.specs.heat.model.two_temperatures
         parts = ufl.split(self.heat.unknown) if two else (self.heat.unknown,) * 2
         forms = self.energy_equations.heat_kept(parts[0], parts[1], self._at_first)
-        return {name: ranks.integral(self.communicator, fenicsx.compiled_form(form)) for name, form in forms.items()}
+        return {name: fenicsx.compiled_form(form) for name, form in forms.items()}
 
     @functools.cached_property
     def _at_first(self) -> Value:

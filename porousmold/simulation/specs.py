@@ -14,6 +14,7 @@ from ..laws.porosity import Porosity
 from ..laws.turbulence_models import TurbulenceModel
 from ..mesh.gmsh_model import Conventions
 from ..scene.chosen_laws import Laws
+from ..scene.features import KEYS
 from ..scene.features.bed import SMALLEST_RATIO, AveragingVolume
 from ..scene.features.drive import Drive
 from ..scene.features.energy_model import EnergyModel
@@ -26,12 +27,13 @@ from ..scene.features.output import Output
 from ..scene.features.own_mesh import OwnMesh
 from ..scene.features.phases import reverses
 from ..scene.features.sensors import Sensors
-from ..scene.features.targets import Heated
+from ..scene.features.targets import Heated, series_of
 from ..scene.features.wall import BedWall, Layer
+from ..scene.keys import key_of
 from ..scene.scene import Scene
 from ..scene.series import TimeSeries
 from ..scene.start import Start
-from ..scene.thinning import scale_of, series_of, with_thinned_series
+from ..scene.thinning import scale_of, with_thinned_series
 from .air_loop_spec import AirLoopSpec, air_loop_of, first_point
 from .course import Course, followed
 from .targets import Target
@@ -315,8 +317,8 @@ def _heat(scene: Scene, laws: Laws, air_loop: AirLoopSpec | None, course: Course
 
 def _time(scene: Scene, course: Course | None) -> TimeSpec:
     kinks: dict[float, float] = {}
-    for each, key in series_of(scene):
-        for instant, change in each.kinks(scale_of(each, key, scene)).items():
+    for name, each in series_of(scene).items():
+        for instant, change in each.kinks(scale_of(each, key_of(KEYS, name), scene)).items():
             if instant > 0.0:
                 kinks[instant] = max(change, kinks.get(instant, 0.0))
     return TimeSpec(
