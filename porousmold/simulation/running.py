@@ -165,7 +165,7 @@ class _Run:
     def _compared(self) -> dict[str, float] | None:
         """Differences of the answers from those of a coarser run, where they are in doubt, else None (collective). If they are
         large, the march is repeated on finer cells, and compared with the one before; at once on a mesh that is a file, and where
-        fingers form."""
+        fingers form, which no number of repeats settles: one."""
         scene, own, found = self._marched, _as_answers(self._last[0]), None
         self._doubt = self._last[0][DOUBT]
         if not self._doubt:
@@ -192,7 +192,8 @@ class _Run:
                 break
             found, own, self._refined, factors = differences(answers, own), answers, finer, again
             most = MOST_WORK_AGAIN * math.prod(ALL_IN_DOUBT) / math.prod(again)
-            if not is_still_in_doubt(found, finer) or not may_be_repeated(scene, self._work(), most):
+            is_settled = self._doubt == FINGERS or not is_still_in_doubt(found, finer)
+            if is_settled or not may_be_repeated(scene, self._work(), most):
                 break
         return found
 

@@ -32,7 +32,7 @@ from porousmold.simulation.accuracy import (
     refinements_in_doubt,
     run_to_accuracy,
 )
-from porousmold.simulation.answers import BEGINS_LATE, doubt_of
+from porousmold.simulation.answers import BEGINS_LATE, FINGERS, doubt_of
 from porousmold.simulation.march import Simulation
 from porousmold.simulation.running import RunInterrupted
 from studies.accuracy import outcome_of, refinements_of
@@ -336,6 +336,14 @@ def test_a_second_march_that_followed_at_once_is_resumed(tmp_path, monkeypatch):
     resumed = run(scene, tmp_path / "run", resume=True)
     assert resumed.summary["refinements"] == whole.summary["refinements"]
     assert resumed["outlet_temperature"][-1] == pytest.approx(whole["outlet_temperature"][-1], abs=1e-6)
+
+
+def test_fingers_are_repeated_once_whatever_moved(monkeypatch):
+    """No number of repeats settles them; the third march takes most of the time."""
+    scene = front_in_the_bed(WITH_DEFAULT_CELLS | {"solver.mesh_refinement": None})
+    monkeypatch.setattr(running, "is_still_in_doubt", lambda moved, refined: max(refined) < FINEST_IN_DOUBT)
+    monkeypatch.setattr(running, "doubt_of", lambda recorder, answers: FINGERS)
+    assert run(scene).summary["refinements"] == {"along": 2.0, "across": 2.0, "steps": 2.0}
 
 
 TRANSITION = {
