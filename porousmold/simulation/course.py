@@ -150,6 +150,12 @@ class Course:
         self.heats.append(heat)
 
     @property
+    def last_cycle(self) -> float | None:
+        """How long (s) as many phases as a cycle has took last; None before there were so many."""
+        ends, count = [0.0, *self.ends], len(self.phases)
+        return ends[-1] - ends[-1 - count] if len(ends) > count else None
+
+    @property
     def is_periodic(self) -> bool:
         """Whether the last cycle gave every phase the heat of the one before, within the tolerance."""
         count = len(self.phases)

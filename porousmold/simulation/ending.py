@@ -28,7 +28,7 @@ class Ending:
         if time >= self._specs.time.end_time * (1.0 - ROUNDING):
             return True
         if course is not None and course.repeats:
-            is_met = bool(self._specs.time.targets) and self._recorder.reached
+            is_met = bool(self._specs.time.targets) and self._recorder.reached and self._is_kept(time)
             return course.is_over or course.has_waited(time) or is_met
         return self._is_heated_for_good(time) or self.is_steady(time)
 
@@ -44,7 +44,15 @@ class Ending:
         last_change = max(changes, default=0.0)
         if any(target.keep for target in self._specs.time.targets):  # which may be lost when anything given changes
             changes += self._specs.time.breakpoints
-        return self._recorder.reached and time >= last_change * (1.0 - ROUNDING)
+        return self._recorder.reached and time >= last_change * (1.0 - ROUNDING) and self._is_kept(time)
+
+    def _is_kept(self, time: float) -> bool:
+        """Whether the targets to keep, all met by a time (s), have held through a whole cycle of the flow, where it has cycles."""
+        course, targets = self._specs.course, self._specs.time.targets
+        met = [since for target in targets if target.keep and (since := self._recorder.targets[target.name]) is not None]
+        if course is None or not met or not (course.repeats or course.waits_for_heat):
+            return True
+        return course.last_cycle is not None and time - max(met) >= course.last_cycle * (1.0 - ROUNDING)
 
     def is_steady(self, time: float) -> bool:
         """Whether nothing has changed in the second half of the time (s), in a scene without operation.end_time: then what is

@@ -7,7 +7,7 @@ from mpi4py import MPI
 from porousmold import Scene, run
 from porousmold.simulation.targets import Target
 
-from ..support import COARSE, STUDIES, coarse_scene, cured_mold
+from ..support import COARSE, FIELD_CASES, STUDIES, coarse_scene, cured_mold
 
 TIMES = np.linspace(0.0, 400.0, 81)
 
@@ -167,3 +167,23 @@ def test_a_target_to_keep_waits_for_the_last_change_of_the_drive():
              "operation.end_time": 9000.0, "model.flow": "plug", "model.turbulence": "none"}  # fmt: skip
     result = run(coarse_scene(given | {"target.list": targets}), communicator=MPI.COMM_SELF)
     assert result.summary["end_time"] > 4000.0
+
+
+@pytest.mark.parametrize(("limit", "is_kept"), [(600.0, False), (320.0, True)])
+def test_a_target_to_keep_holds_through_a_whole_cycle(limit, is_kept, tmp_path):
+    """A store: its inlet's end is hot in every charge and cold in every discharge, and never as cold again as at the start."""
+    phases = [
+        {"name": "charge", "mass_flow": 0.01, "temperature": 773.15, "duration": "1 h"},
+        {"name": "discharge", "mass_flow": -0.01, "temperature": 323.15, "duration": "1 h"},
+    ]
+    given = dict.fromkeys(("operation.mass_flow", "operation.inlet_temperature", "operation.end_time"))
+    given |= {"operation.phase": phases, "operation.cycles": 4, "output.pictures": False, "output.fields": False}
+    (tmp_path / "sensors.csv").write_text("name, x [m], y [m]\ninlet, 0.1, 0.0\n")
+    given |= {"geometry.sensors": str(tmp_path / "sensors.csv")}
+    given |= {"target.list": [{"name": "hot", "place": "inlet", "above": limit, "keep": True}]}
+    result = run(Scene.load(FIELD_CASES / "17-tes-cycle" / "tes.toml", given), communicator=MPI.COMM_SELF)
+    met, end = result.summary["targets"]["hot"], result.summary["end_time"]
+    if is_kept:
+        assert met < 3600.0 and 7200.0 <= end - met < 1.2 * 7200.0
+    else:
+        assert met is None and end == pytest.approx(4 * 7200.0)
