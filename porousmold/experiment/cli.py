@@ -8,6 +8,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..files.atomic_files import output_file, output_folder
+from ..files.tables import time_offset
 from ..files.units import to_si
 from ..output.console import Commands
 
@@ -87,7 +88,7 @@ def _compare(options: argparse.Namespace) -> str:
     if len(columns) < len(pairs):
         raise InputError("--column", ", ".join(options.column), "must name every sensor once")
     offset = {None: 0.0, "first": None}.get(options.time_offset, options.time_offset)
-    offset = to_si("--time-offset", offset, "s") if isinstance(offset, str) else offset
+    offset = time_offset("--time-offset", offset) if isinstance(offset, str) else offset
     compared = [compare(folder, Path(path), bounds, columns, offset) for path in options.measured]
     found = [deviation for each in compared for deviation in each.deviations]
     if not found:

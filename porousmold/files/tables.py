@@ -272,6 +272,17 @@ def read_columns(
     return Columns(key, str(path), names, units, values, lines, gaps, others)
 
 
+def time_offset(key: str, text: str, where: str | None = None) -> float:
+    """Seconds of a time with its unit, or of a time of day like 10:01:30. Raises `InputError`."""
+    match = _TIME_OF_DAY.fullmatch(text.strip())
+    return to_si(key, text, "s", where) if match is None else _seconds(match)
+
+
+def _seconds(time_of_day: re.Match[str]) -> float:
+    hours, minutes, seconds = time_of_day.groups(default="0")
+    return 3600.0 * float(hours) + 60.0 * float(minutes) + float(seconds)
+
+
 def _clock(key: str, path: Path, cells: list[str], lines: list[int]) -> list[float] | None:
     """Seconds of times of day, h:mm:ss, as they stand, or of dates since the first row; None of other cells."""
     day = [_TIME_OF_DAY.fullmatch(cell.strip()) for cell in cells]
@@ -279,8 +290,7 @@ def _clock(key: str, path: Path, cells: list[str], lines: list[int]) -> list[flo
         for line, cell, match in zip(lines, cells, day, strict=True):
             if match is None:
                 raise InputError(key, str(path), f"row {line} has {cell.strip()!r}, which is no time like 10:01:30")
-        parts = (match.groups(default="0") for match in day if match is not None)
-        return [3600.0 * float(hours) + 60.0 * float(minutes) + float(seconds) for hours, minutes, seconds in parts]
+        return [_seconds(match) for match in day if match is not None]
     if not _DATE.match(cells[0].strip()):
         return None
     first, since = None, []

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..arrays import Floats, Integers
 from ..errors import InputError, first_line
-from ..files.tables import Columns, column_name, existing_file, read_columns
+from ..files.tables import Columns, column_name, existing_file, read_columns, time_offset
 from ..files.units import to_si
 
 SAMPLES, FINEST_SAMPLE, SAMPLING_TOLERANCE = 200, 0.05, 1e-4
@@ -264,7 +264,7 @@ def read_channel(
     key: str, table: Mapping[str, Any], base: Path, unit: str, *, along: bool, where: str | None
 ) -> TimeSeries:
     """`TimeSeries` of a table with the `file` (relative to `base`), which `column` of it, its `unit` where the head has none, and
-    the `time_offset` that is taken from its times: a time, or "first" for that of the first row.
+    the `time_offset` that is taken from its times: a time, one of day (10:01:30), or "first" for that of the first row.
 
     Raises `InputError` that names the key, the file and what is wrong.
     """
@@ -274,13 +274,19 @@ def read_channel(
             raise InputError(f"{key}.{name}", str(text), allowed, where)
     path = existing_file(f"{key}.file", table.get("file"), base, where)
     column, offset = table.get("column"), table.get("time_offset")
-    shift = 0.0 if offset in (None, "first") else to_si(f"{key}.time_offset", offset, "s", where)
+    shift = 0.0 if offset in (None, "first") else time_offset(f"{key}.time_offset", offset, where)
     wanted = None if column is None else column_name(column)
     columns = read_columns(key, path, None if wanted is None else lambda name: name == wanted, unit=table.get("unit"))
     if column is not None and len(columns.names) != 2:
         there = "has no such column" if len(columns.names) == 1 else "has it twice"
         names = ", ".join(map(repr, columns.others or columns.names))
         raise InputError(f"{key}.column", column, f"{there} ({names})", str(path))
+    own, head = (
+        [to_si(f"{key}.unit", f"{number} {one}", unit, where) for number in (0, 1)]
+        for one in (table.get("unit") or columns.units[-1], columns.units[-1])
+    )
+    if own != head:
+        raise InputError(f"{key}.unit", table["unit"], f"is not that of the head, {columns.units[-1]}", str(path))
     series = _series_of(columns, key, path, unit, along=along and column is None, named=column is not None)
     shift = series.times[0] if offset == "first" else shift
     times = tuple((np.array(series.times) - shift).tolist())

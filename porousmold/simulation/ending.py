@@ -47,9 +47,9 @@ class Ending:
         return self._recorder.reached and time >= last_change * (1.0 - ROUNDING) and self._is_kept(time)
 
     def _is_kept(self, time: float) -> bool:
-        """Whether the targets to keep, all met by a time (s), have held through a whole cycle of the flow, where it has cycles."""
-        course, targets = self._specs.course, self._specs.time.targets
-        met = [since for target in targets if target.keep and (since := self._recorder.targets[target.name]) is not None]
+        """Whether the targets to keep, all met by a time (s), have held through a whole cycle, where the flow has cycles."""
+        course, kept = self._specs.course, [target.name for target in self._specs.time.targets if target.keep]
+        met = [since for name in kept if (since := self._recorder.targets[name]) is not None]
         if course is None or not met or not (course.repeats or course.waits_for_heat):
             return True
         return course.last_cycle is not None and time - max(met) >= course.last_cycle * (1.0 - ROUNDING)

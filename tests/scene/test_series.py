@@ -92,6 +92,7 @@ def test_one_channel_of_a_logger_is_named_by_a_table(tmp_path):
         ({"channel": "1"}, "must be a text, and one of"),
         ({"time_offset": "3 m"}, "time"),
         ({"file": "no.csv"}, "must name an existing file"),
+        ({"column": "Abluft", "unit": "degF"}, "is not that of the head, degC"),
     ):
         with pytest.raises(InputError, match=words):
             read_channel(KEY, table | change, tmp_path, "K", along=False, where=None)
@@ -100,7 +101,7 @@ def test_one_channel_of_a_logger_is_named_by_a_table(tmp_path):
         read_channel(KEY, table, tmp_path, "K", along=False, where=None)
 
 
-@pytest.mark.parametrize("offset", ["first", "36000 s", "10 h"])
+@pytest.mark.parametrize("offset", ["first", "36000 s", "10 h", "10:00"])
 def test_a_clock_may_begin_at_its_first_row(tmp_path, offset):
     write(tmp_path, "time [h], T [K]\n10.0, 300\n10.5, 330\n")
     table = {"file": "series.csv", "time_offset": offset}
