@@ -87,8 +87,9 @@ def _compare(options: argparse.Namespace) -> str:
     columns = dict(pairs)
     if len(columns) < len(pairs):
         raise InputError("--column", ", ".join(options.column), "must name every sensor once")
-    offset = {None: 0.0, "first": None}.get(options.time_offset, options.time_offset)
-    offset = time_offset("--time-offset", offset) if isinstance(offset, str) else offset
+    known = {None: 0.0, "first": None}
+    given = options.time_offset
+    offset = known[given] if given in known else time_offset("--time-offset", given)
     compared = [compare(folder, Path(path), bounds, columns, offset) for path in options.measured]
     found = [deviation for each in compared for deviation in each.deviations]
     if not found:

@@ -274,7 +274,7 @@ def read_channel(
             raise InputError(f"{key}.{name}", str(text), allowed, where)
     path = existing_file(f"{key}.file", table.get("file"), base, where)
     column, offset = table.get("column"), table.get("time_offset")
-    shift = 0.0 if offset in (None, "first") else time_offset(f"{key}.time_offset", offset, where)
+    shift = 0.0 if offset is None or offset == "first" else time_offset(f"{key}.time_offset", offset, where)
     wanted = None if column is None else column_name(column)
     columns = read_columns(key, path, None if wanted is None else lambda name: name == wanted, unit=table.get("unit"))
     if column is not None and len(columns.names) != 2:
