@@ -280,8 +280,10 @@ def _run(options: argparse.Namespace) -> int:
     except RunInterrupted as error:
         return _end(INTERRUPTED, f"{error}; partial results are in {out}, continue with --resume")
     except SolveError:
-        if (out / "history.csv").is_file():
+        if rank == 0 and (out / "history.csv").is_file():
             _end(UNFINISHED, f"partial results are in {out}")
+            for warning in json.loads((out / "result.json").read_text(encoding="utf-8"))["warnings"]:
+                _end(UNFINISHED, f"warning: {warning}")  # some tell why: a fluid far beyond its range, say
         raise
     finally:
         bar.close()

@@ -1,6 +1,7 @@
 """The command line as people expect it: help with examples that can be parsed, completion, a log file, exit statuses."""
 
 import os
+import re
 import shlex
 import subprocess
 import sys
@@ -87,3 +88,13 @@ def test_a_run_takes_the_name_of_a_file_or_its_tables():
         run("no_such_scene.toml")
     with pytest.raises(InputError, match="must be the name of a file"):
         run(3)
+
+
+def test_a_failed_run_tells_what_its_answer_would_have_been_warned_of(tmp_path, capsys):
+    """Heat is taken out of the wall until a temperature falls to 0 K, far below the ranges of all materials."""
+    given = {"model.flow": "plug", "model.turbulence": "none", "operation.outer_heat_flux": -5e5, "output.pictures": "false"}
+    settings = [word for name, value in given.items() for word in ("--set", f"{name}={value}")]
+    status = main(["run", str(ALUMINIUM), "--out", str(tmp_path / "cold"), *SETTINGS, *settings])
+    told = capsys.readouterr().err
+    assert status == 3 and "falls to 0 K" in told
+    assert re.search(r"warning: .* is given for .*, used for", told)
