@@ -92,7 +92,12 @@ def test_a_run_takes_the_name_of_a_file_or_its_tables():
 
 def test_a_failed_run_tells_what_its_answer_would_have_been_warned_of(tmp_path, capsys):
     """Heat is taken out of the wall until a temperature falls to 0 K, far below the ranges of all materials."""
-    given = {"model.flow": "plug", "model.turbulence": "none", "operation.outer_heat_flux": -5e5, "output.pictures": "false"}
+    given = {
+        "model.flow": "plug",
+        "model.turbulence": "none",
+        "operation.outer_heat_flux": -5e5,
+        "output.pictures": "false",
+    }
     settings = [word for name, value in given.items() for word in ("--set", f"{name}={value}")]
     status = main(["run", str(ALUMINIUM), "--out", str(tmp_path / "cold"), *SETTINGS, *settings])
     told = capsys.readouterr().err
