@@ -1,8 +1,9 @@
-"""Full against locally developed flow, where the bed is not straight or has three dimensions: scenes drawn at random, of three
+"""Full against locally developed flow, where the bed is not straight or has three dimensions: scenes drawn at random, of five
 shapes. Writes docs/three-dimensions.md. Run: make three-dimensions (an hour).
 
-A plane bed below a curved skin, a narrow cavity with side walls, and half of a wide tool with a doubly curved skin; beads,
-pressure drop, temperatures, closures, turbulence and wall are drawn by a Latin hypercube.
+A plane bed below a curved skin, a narrow cavity with side walls, half of a wide tool with a doubly curved skin whose whole ends
+are open or that is fed through ports, and a pipe that turns a corner; beads, pressure drop, temperatures, closures, turbulence
+and wall are drawn by a Latin hypercube.
 """
 
 import argparse
@@ -22,7 +23,13 @@ from studies.page import Page
 
 MESHES = Path(__file__).parent.parent / "meshes"
 PAGE = Path(__file__).parent.parent / "docs" / "three-dimensions.md"
-SHAPES = ("plane, curved skin", "cavity with side walls", "doubly curved skin")
+PLANE, CAVITY, CURVED, PORTS, BENT = SHAPES = (
+    "plane, curved skin",
+    "cavity with side walls",
+    "doubly curved skin",
+    "the same, fed through ports",
+    "pipe that turns a corner",
+)
 RANGES = {
     "rise": (0.002, 0.02, False),
     "bead_diameter": (1.5e-3, 4.5e-3, True),
@@ -82,37 +89,44 @@ def _tables(shape: str, number: int, drawn: dict[str, Any], folder: Path) -> dic
         "model": {"closures": drawn["closures"], "turbulence": drawn["turbulence"]},
         "output": {"pictures": False, "fields": False},
     }
-    if shape == "cavity with side walls":
+    if shape == CAVITY:
         tables["geometry"] = {"kind": "mold", "length": 1.0, "cavity_height": 0.05, "width": drawn["width"]}
         tables["wall"]["thickness"] = 0.003
         return tables | {"solver": {"mesh_refinement": 0.35}}
     file = folder / f"{number}.geo"
-    if shape == "plane, curved skin":
+    if shape == PLANE:
         text = (MESHES / "curved_mold.geo").read_text()
         file.write_text(re.sub(r"rise = [0-9.]+", f"rise = {drawn['rise']:.6f}", text))
         return tables | {"geometry": {"kind": "mesh", "mesh": str(file), "symmetry": "planar"}}
-    text = (
-        (MESHES / "ports_mold.geo")
-        .read_text()
-        .replace("length = 1.2", "length = 0.6")
-        .replace("fine = 1;", "fine = 0.35;")
+    file.write_text(_bent_pipe(drawn) if shape == BENT else _wide_tool(drawn, open_ends=shape == CURVED))
+    return tables | {"geometry": {"kind": "mesh", "mesh": str(file), "symmetry": "none", "refine_wall": True}}
+
+
+def _bent_pipe(drawn: dict[str, Any]) -> str:
+    """A pipe a third as wide as what is drawn, that turns by an angle which grows with `rise`."""
+    text = (MESHES / "bent_pipe.geo").read_text()
+    radius, angle = drawn["width"] / 6.0, 30.0 + 7500.0 * drawn["rise"]
+    text = text.replace("radius = 0.02;", f"radius = {radius:.6f};").replace(
+        "bend = 0.12;", f"bend = {4.0 * radius:.6f};"
     )
+    text = text.replace("angle = Pi / 2;", f"angle = {angle:.3f} * Pi / 180;")
+    return text.replace("along = 24;", "along = 14;").replace("across = 5;", "across = 3;")
+
+
+def _wide_tool(drawn: dict[str, Any], *, open_ends: bool) -> str:
+    """Half of a tool half as long as `ports_mold.geo`, on fewer cells."""
+    text = (MESHES / "ports_mold.geo").read_text()
+    text = text.replace("length = 1.2", "length = 0.6").replace("fine = 1;", "fine = 0.35;")
     text = re.sub(r"crown = [0-9.]+", f"crown = {drawn['rise']:.6f}", text)
-    # the whole ends are open
-    text = re.sub(
-        r'Surface\("inlet"\) = \{[^}]*\}', 'Surface("inlet") = {end_in_0_0, end_in_1_0, end_in_2_0, end_in_3_0}', text
-    )
-    text = re.sub(
-        r'Surface\("outlet"\) = \{[^}]*\}',
-        'Surface("outlet") = {end_out_0_0, end_out_1_0, end_out_2_0, end_out_3_0}',
-        text,
-    )
-    text = re.sub(r'Physical Surface\("second_outlets"\)[^;]*;', "", text)
-    text = re.sub(r"section_4_0, section_4_1, end_in_0_0[^}]*end_out_3_0,\s*", "section_4_0, section_4_1, ", text)
     text = re.sub(r"(along|across) = (\d+) \* fine", r"\1 = Ceil(\2 * fine)", text)
     text = text.replace("{3 * fine, 8 * fine, 4 * fine, 9 * fine}", "{1, 3, 2, 3}")
-    file.write_text(text)
-    return tables | {"geometry": {"kind": "mesh", "mesh": str(file), "symmetry": "none", "refine_wall": True}}
+    if not open_ends:
+        return text
+    for name, end in (("inlet", "end_in"), ("outlet", "end_out")):
+        whole = ", ".join(f"{end}_{block}_0" for block in range(4))
+        text = re.sub(rf'Surface\("{name}"\) = {{[^}}]*}}', f'Surface("{name}") = {{{whole}}}', text)
+    text = re.sub(r'Physical Surface\("second_outlets"\)[^;]*;', "", text)
+    return re.sub(r"section_4_0, section_4_1, end_in_0_0[^}]*end_out_3_0,\s*", "section_4_0, section_4_1, ", text)
 
 
 def compared(shape: str, words: str, scene: Scene) -> Compared | None:
@@ -175,7 +189,7 @@ def write(known: list[Compared], count: int, path: Path) -> None:
 def main() -> None:
     """Run everything and write the page."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=21)
+    parser.add_argument("--count", type=int, default=20)
     parser.add_argument("--out", type=Path, default=PAGE)
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:

@@ -21,6 +21,14 @@ LEAST_GAP = 1e-6
 SHARPEST_EDGE = 0.5
 """Least cosine between the wall's normals at a node and their mean: of an edge of 120 degrees between two planes."""
 
+FACETS_OF = {
+    (3, 2): [[0, 1], [1, 2], [2, 0]],
+    (4, 2): [[0, 1], [1, 2], [2, 3], [3, 0]],
+    (4, 3): [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]],
+    (8, 4): [[0, 1, 2, 3], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]],
+}
+"""Corners of the facets of a cell, in gmsh's order, by the numbers of its corners and of theirs."""
+
 
 def gaps(mesh: PlainMesh, bed: int, interface: int) -> Floats:
     """Width (m) of the gap that can be opened at each node of the interface (sorted): a share of the height of the bed's first
@@ -157,13 +165,21 @@ def _normals(mesh: PlainMesh, bed: int, interface: int) -> tuple[Floats, float]:
 
 
 def _along_boundary(mesh: PlainMesh, bed: int, interface: int, nodes: Integers, moved: Floats) -> Floats:
-    """The displacements of the nodes, without their parts across the boundary's other facets of the bed: those stay in
-    their planes."""
+    """The displacements of the nodes, without their parts across the bed's boundary but for the interface, in a group or not: its
+    facets stay in their planes."""
     result = np.zeros_like(mesh.points)
     result[nodes] = moved
-    for tag in set(mesh.facets) - {interface}:
-        facets = mesh.facets[tag][_of_bed(mesh, bed, mesh.facets[tag])]
-        normals = _unit_normals(mesh.points[facets])
-        for at in facets.T:
-            result[at] -= np.einsum("nk,nk->n", result[at], normals)[:, None] * normals
+    facets = _boundary(mesh.cells[bed], mesh.facets[interface])
+    facets = facets[np.isin(facets, nodes).any(axis=1)]
+    for facet, normal in zip(facets, _unit_normals(mesh.points[facets]), strict=True):
+        result[facet] -= np.outer(result[facet] @ normal, normal)
     return result[nodes]
+
+
+def _boundary(cells: Integers, interface: Integers) -> Integers:
+    """The facets that one of the cells has alone, but for those of the interface."""
+    facets = cells[:, FACETS_OF[cells.shape[1], interface.shape[1]]].reshape(-1, interface.shape[1])
+    _, at, count = np.unique(np.sort(facets, axis=1), axis=0, return_index=True, return_counts=True)
+    of_wall = {tuple(sorted(facet)) for facet in interface.tolist()}
+    alone = facets[np.sort(at[count == 1])]
+    return alone[[tuple(sorted(facet)) not in of_wall for facet in alone.tolist()]]

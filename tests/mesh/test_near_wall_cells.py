@@ -41,6 +41,12 @@ def test_the_inlet_stays_in_its_plane_beside_a_sloping_wall():
     assert found.points[np.unique(found.facets[INLET]), 0] == pytest.approx(0.0, abs=1e-12)
 
 
+def test_an_end_without_a_group_stays_in_its_plane_too():
+    """The bed of a tool with closed ports was larger by a millionth, and refused for that."""
+    found = refined(strip(0.2), np.linspace(0.0, 1.0, 4))
+    assert np.sum(np.abs(found.points[:, 0] - 3.0) < 1e-12) == 2 + 3 and found.points[:, 0].max() == pytest.approx(3.0)
+
+
 def test_a_wall_with_a_sharp_edge_is_refused():
     points = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 0.3, 0.0]])
     wedge = PlainMesh(points, {BED: np.array([[0, 1, 2]])}, {INTERFACE: np.array([[0, 1], [0, 2]])})

@@ -1,0 +1,39 @@
+// Half of a pipe that turns a corner, cut by the plane in which it does (m): bed, wall, and their surfaces. Even cells across.
+SetFactory("OpenCASCADE");
+radius = 0.02;
+skin = 0.002;
+bend = 0.12;   // radius of the axis
+angle = Pi / 2;
+along = 24;    // cells
+across = 5;    // cells from the axis to the wall
+outside = radius + skin;
+Point(1) = {0, 0, 0};
+Point(2) = {0, -radius, 0};
+Point(3) = {0, radius, 0};
+Point(4) = {0, 0, radius};
+Point(5) = {0, -outside, 0};
+Point(6) = {0, outside, 0};
+Point(7) = {0, 0, outside};
+Line(1) = {2, 1};
+Line(2) = {1, 3};
+Circle(3) = {3, 1, 4};
+Circle(4) = {4, 1, 2};
+Line(5) = {5, 2};
+Line(6) = {3, 6};
+Circle(7) = {6, 1, 7};
+Circle(8) = {7, 1, 5};
+Curve Loop(1) = {1, 2, 3, 4};
+Plane Surface(1) = {1};
+Curve Loop(2) = {5, -4, -3, 6, 7, 8};
+Plane Surface(2) = {2};
+Transfinite Curve{1, 2} = across + 1;
+Transfinite Curve{3, 4, 7, 8} = 2 * across + 1;
+Transfinite Curve{5, 6} = 2;
+Extrude{{0, 0, 1}, {0, bend, 0}, angle} { Surface{1, 2}; Layers{along}; }
+Physical Volume("bed") = {1};
+Physical Volume("wall") = {2};
+Physical Surface("inlet") = {1};
+Physical Surface("outlet") = {7};
+Physical Surface("symmetry") = {3, 4, 8, 9};
+Physical Surface("interface") = {5, 6};
+Physical Surface("outer") = {10, 11};
