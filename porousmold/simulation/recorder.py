@@ -154,14 +154,16 @@ class Recorder:
         }
 
     def _deficit(self, low: float, high: float, time: float) -> float:
-        """Largest distance (K) of a place's lowest and highest temperature (K) from the inlet's, on either side; where heat from
-        elsewhere may carry it beyond the inlet's, on the side that it started from."""
-        inlet, outer = self._heat.inlet_temperature, self._heat.outer_wall
-        target = inlet(time)
-        below, above = float(target - low), float(high - target)
-        if outer.heat_flux is None and not self._has_sources:
-            return max(below, above)
-        return below if inlet.values[-1] >= self._heat.initial_temperature else above
+        """Largest distance (K) of a place's lowest and highest temperature (K) from the inlet's, on either side. What heat from
+        elsewhere brings beyond all that was given before does not count: it leads away from the start."""
+        heat, target = self._heat, float(self._heat.inlet_temperature(time))
+        if heat.outer_wall.heat_flux is None and not self._has_sources:
+            return max(target - low, high - target)
+        given = [target, *heat.first_temperatures, *(self.history["set_point"] if len(self.history) else ())]
+        start, inlet = heat.initial_temperature, heat.inlet_temperature.values
+        if max(inlet, key=lambda value: abs(value - start)) >= start:
+            return max(target - low, min(high, max(given)) - target)
+        return max(target - max(low, min(given)), high - target)
 
     def _at_end_of_step(self, time: float, flow_time: float) -> tuple[float, float]:
         """Mass flow and pressure drop at the end of the last step: a flow solved for its middle goes on as it did between the

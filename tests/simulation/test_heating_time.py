@@ -8,7 +8,7 @@ from porousmold import InputError, Scene, run
 from porousmold.files.tables import read_toml
 from porousmold.simulation.heating_time import crossing_time, root_in_last_step
 
-from ..support import ALUMINIUM, COARSE
+from ..support import ALUMINIUM, COARSE, coarse_scene
 
 
 def test_exact_for_an_exponential_approach():
@@ -98,3 +98,16 @@ def test_a_bed_is_heated_when_its_beads_are():
     beds = times["bed"]
     assert beds["lowest_bed"][-2] < beds["lowest_bed_side"][-2]
     assert 1.003 * times["bed_side"].heating_time < beds.heating_time < 1.1 * times["bed_side"].heating_time
+
+
+@pytest.mark.parametrize(("start", "inlet", "flux"), [(298.15, 363.15, 1.0), (363.15, 298.15, -1.0)])
+def test_an_inlet_that_dips_heats_nothing_where_heat_comes_from_elsewhere(start, inlet, flux):
+    """A heat flux far too small to count, and an inlet that falls below the cold wall for a minute, or rises above the hot one:
+    that minute was the heating time, with the wall 65 K away."""
+    dip = ([0.0, 300.0, 301.0, 360.0, 361.0, 1e4], [inlet, inlet, start, start, inlet, inlet])
+    given = {"model.flow": "plug", "model.turbulence": "none", "operation.initial_temperature": start}
+    given |= {"operation.inlet_temperature": dip}
+    plain = run(coarse_scene(given), communicator=MPI.COMM_SELF)
+    heated = run(coarse_scene(given | {"operation.outer_heat_flux": flux}), communicator=MPI.COMM_SELF)
+    assert plain.heating_time > 1000.0
+    assert heated.heating_time == pytest.approx(plain.heating_time, rel=0.01)
