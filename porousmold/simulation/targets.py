@@ -108,13 +108,14 @@ class Target:
             return high - self._cold
         if self.asks == "within":
             return max(self.final - low, high - self.final)
-        return high - low if self._is_under_way(history, row) else max(high - low, 2.0 * self.limit)
+        return high - low if self.is_under_way(history, row) else max(high - low, 2.0 * self.limit)
 
-    def _is_under_way(self, history: Rows, row: int) -> bool:
-        """Whether the place has been half-way to the set-point by a row of the history."""
-        if self.final == self.initial:
-            return True
+    def is_under_way(self, history: Rows, row: int) -> bool:
+        """Whether the place has been half-way to the set-point by a row of the history; where that is the temperature at the
+        start, whether it has been farther from it than the limit."""
         pairs = zip(*(history[column][: row + 1] for column in self._columns), strict=True)
+        if self.final == self.initial:
+            return any(max(abs(low - self.initial), abs(high - self.initial)) > self.limit for low, high in pairs)
         return any((0.5 * (low + high) - self.initial) / (self.final - self.initial) > HALF_WAY for low, high in pairs)
 
     def time(self, history: Rows) -> float | None:

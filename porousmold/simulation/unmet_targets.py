@@ -27,6 +27,9 @@ def why_not_met(simulation: Simulation, target: Target, energy: Mapping[str, flo
     last = len(history) - 1
     short = target.quantity(history, last) - target.margin
     parts = [f"{short:.3g} short" if target.asks == "cured" else f"{short:.1f} K short"] if short > 0.0 else []
+    if target.asks == "spread" and not target.is_under_way(history, last):
+        way = "farther than that from" if target.final == target.initial else "half-way to the set-point from"
+        parts = [f"its place has not been {way} the temperature at the start"]
     parts += supply_at_its_limit(simulation)
     parts += _losses(energy)
     return "; ".join(parts)

@@ -52,6 +52,16 @@ def test_a_spread_counts_from_half_way_on():
     assert found == pytest.approx(exact, rel=1e-6)
 
 
+def test_a_spread_counts_from_where_heat_of_its_own_has_warmed_a_place():
+    """The inlet is as warm as the start: what is even there has not been heated yet."""
+    high = 300.0 + 40.0 * (1.0 - np.exp(-TIMES / 50.0))
+    low = np.interp(TIMES, TIMES + 60.0, high, left=300.0)
+    asked = Target(name="even", place="wall", asks="spread", limit=10.0, initial=300.0, final=300.0)
+    found = first_time(asked, lowest_wall=low, highest_wall=high)
+    exact = 50.0 * np.log(4.0 * (np.exp(1.2) - 1.0))  # difference 40 exp(-t/50) (exp(1.2) - 1)
+    assert found == pytest.approx(exact, rel=1e-2)
+
+
 def test_a_place_that_follows_a_ramp_is_within_near_its_end():
     ramp = np.minimum(300.0 + TIMES, 400.0)
     assert first_time(target("within", 5.0), lowest_wall=ramp - 1.0, highest_wall=ramp) == pytest.approx(96.0, abs=0.5)
