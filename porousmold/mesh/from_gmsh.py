@@ -11,7 +11,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from ..arrays import Floats
+from ..arrays import Floats, Integers
 from ..errors import InputError
 from ..files.units import FARTHEST
 from . import fenicsx, gmsh_model
@@ -111,6 +111,8 @@ def _prepared(
     plain.points *= conventions.scale
     if conventions.join_nodes:
         plain = joined(plain)
+    require_own_parts(plain.cells, {tag: name for name, tag in regions.items()}, "cells")
+    require_own_parts(plain.facets, {tag: name for name, tag in BOUNDARY_NAMES.items()}, "sides of cells")
     require_place(plain, dimension, axisymmetric=axisymmetric)
     require_connection(plain, {tag: name for name, tag in regions.items()})
     if cells_at_wall is not None:
@@ -121,17 +123,23 @@ def _prepared(
     return plain
 
 
-SIDES = {  # corners of the sides of a cell, in gmsh's order, by dimension and number of its corners
-    (2, 3): ((0, 1), (1, 2), (2, 0)),
-    (2, 4): ((0, 1), (1, 2), (2, 3), (3, 0)),
-    (3, 4): ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3)),
-    (3, 8): ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
-}
 SAME_PLACE = 1e-7
 """Distance of nodes, over the extent of their mesh, below which they are one where that is asked for."""
 TOUCHING = 1e-3
 """Distance of sides of two regions, over their height, below which they are meant to be one: the sides of flat cells beside an
 interface come nearer to it than a part of their length."""
+
+
+def require_own_parts(parts: Mapping[int, Integers], names: Mapping[int, str], kind: str) -> None:
+    """Raise `ValueError` where two groups, by the tags of their `names`, share elements (each by its corners) of a kind."""
+    rows = np.sort(np.concatenate(list(parts.values())), axis=1)
+    owner = np.concatenate([np.full(len(part), tag) for tag, part in parts.items()])
+    element = np.unique(rows, axis=0, return_inverse=True)[1].reshape(-1)
+    owners = np.unique(np.column_stack([element, owner]), axis=0)
+    twice = np.flatnonzero(np.diff(owners[:, 0]) == 0)
+    if len(twice):
+        one, other = (names[int(owners[twice[0] + number, 1])] for number in (0, 1))
+        raise ValueError(f"its groups {one!r} and {other!r} share {len(twice)} {kind}: each belongs to one of them")
 
 
 def require_place(mesh: gmsh_model.PlainMesh, dimension: int, *, axisymmetric: bool) -> None:
@@ -160,7 +168,7 @@ def require_connection(mesh: gmsh_model.PlainMesh, names: Mapping[int, str]) -> 
     dimension = 2 if next(iter(mesh.facets.values())).shape[1] == 2 else 3
     sides, owners = [], []
     for tag, cells in mesh.cells.items():
-        corners = np.concatenate([cells[:, list(side)] for side in SIDES[dimension, cells.shape[1]]])
+        corners = np.concatenate([cells[:, list(side)] for side in gmsh_model.SIDES[dimension, cells.shape[1]]])
         sides.append(corners)
         owners.append(np.full(len(corners), tag))
     corners, owner = np.concatenate(sides), np.concatenate(owners)

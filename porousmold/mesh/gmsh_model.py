@@ -19,8 +19,13 @@ KINDS = {1: "physical curve", 2: "physical surface", 3: "physical volume"}
 """Of gmsh's groups, by their dimension."""
 ELEMENTS = {(1, 2): 1, (2, 3): 2, (2, 4): 3, (3, 4): 4, (3, 8): 5}
 """gmsh's number of a first-order element, by its dimension and the number of its nodes."""
-
-
+SIDES = {
+    (2, 3): ((0, 1), (1, 2), (2, 0)),
+    (2, 4): ((0, 1), (1, 2), (2, 3), (3, 0)),
+    (3, 4): ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3)),
+    (3, 8): ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
+}
+"""Corners of the sides of a cell, in gmsh's order, by dimension and number of its corners."""
 LONGEST_READING = 120
 """Seconds that gmsh may take for a mesh."""
 

@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 
 from ..arrays import Booleans, Floats, Integers
-from .gmsh_model import PlainMesh
+from .gmsh_model import SIDES, PlainMesh
 
 SHARE = 0.7
 """Of the height of the bed's first cells, which the new cells get."""
@@ -20,14 +20,6 @@ LEAST_GAP = 1e-6
 """Of the median, that the gap at a node must have."""
 SHARPEST_EDGE = 0.5
 """Least cosine between the wall's normals at a node and their mean: of an edge of 120 degrees between two planes."""
-
-FACETS_OF = {
-    (3, 2): [[0, 1], [1, 2], [2, 0]],
-    (4, 2): [[0, 1], [1, 2], [2, 3], [3, 0]],
-    (4, 3): [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]],
-    (8, 4): [[0, 1, 2, 3], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]],
-}
-"""Corners of the facets of a cell, in gmsh's order, by the numbers of its corners and of theirs."""
 
 
 def gaps(mesh: PlainMesh, bed: int, interface: int) -> Floats:
@@ -178,7 +170,8 @@ def _along_boundary(mesh: PlainMesh, bed: int, interface: int, nodes: Integers, 
 
 def _boundary(cells: Integers, interface: Integers) -> Integers:
     """The facets that one of the cells has alone, but for those of the interface."""
-    facets = cells[:, FACETS_OF[cells.shape[1], interface.shape[1]]].reshape(-1, interface.shape[1])
+    dimension = 2 if interface.shape[1] == 2 else 3
+    facets = cells[:, SIDES[dimension, cells.shape[1]]].reshape(-1, interface.shape[1])
     _, at, count = np.unique(np.sort(facets, axis=1), axis=0, return_index=True, return_counts=True)
     of_wall = {tuple(sorted(facet)) for facet in interface.tolist()}
     alone = facets[np.sort(at[count == 1])]

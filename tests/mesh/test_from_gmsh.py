@@ -1,6 +1,7 @@
 """Meshes of one's own: groups, the distance to the wall, cells put at the wall."""
 
 import functools
+import re
 
 import numpy as np
 import pytest
@@ -78,6 +79,23 @@ def test_a_mesh_of_the_other_dimension_is_refused():
     ):
         with pytest.raises(InputError, match=told):
             from_file(MPI.COMM_SELF, MESHES / path, dimension=dimension)
+
+
+@pytest.mark.parametrize(
+    ("group", "members", "told"),
+    [
+        ("inlet", "4, 2", "groups 'inlet' and 'outlet' share"),
+        ("inlet", "4, 1", "groups 'inlet' and 'symmetry' share"),
+        ("outer", "6, 3", "groups 'interface' and 'outer' share"),
+    ],
+)
+def test_groups_that_share_a_curve_are_refused(group, members, told, tmp_path):
+    """Each of them would count twice: a mass flow 5 times as large, or a crash."""
+    text = (MESHES / "curved_mold.geo").read_text()
+    path = tmp_path / "shared.geo"
+    path.write_text(re.sub(rf'Curve\("{group}"\) = {{[0-9]}}', f'Curve("{group}") = {{{members}}}', text))
+    with pytest.raises(InputError, match=told):
+        from_file(MPI.COMM_SELF, path)
 
 
 def test_a_mold_from_a_step_file_has_the_shape_that_was_drawn():

@@ -24,8 +24,8 @@ TARGET: Mapping[str, Key] = {
     "below": Key("K", "all of the place below this temperature", low=0.0, high=5000.0),
     "spread": Key(
         "delta_degC",
-        "largest temperature difference within the place, from half-way to the set-point on; where that is the initial temperature, "
-        "once the place has been farther from it than this",
+        "largest temperature difference within the place, from half-way to the set-point on; where that is the initial "
+        "temperature, once the place has been farther from it than this",
         low=0.0,
         high=1000.0,
     ),
