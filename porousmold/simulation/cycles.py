@@ -2,7 +2,8 @@
 
 The exergy that a flow leaves behind is m [h(T_in) - h(T_out) - T_0 (s(T_in) - s(T_out))], T_0 of the surroundings; that of its
 pressure is left to the pumping work. The thermocline is the part of the bed between 10 and 90 % of the temperature difference of
-the phases (its thickness); its place is where half of that is passed.
+the phases, or where all have one temperature of that and the bed's at the start (its thickness); its place is where half of that
+is passed.
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,6 +21,8 @@ SURROUNDINGS = 298.15
 """Temperature (K) of the surroundings of a scene that gives none."""
 FRONT = (0.1, 0.9)
 """Parts of the temperature difference between which the thermocline lies."""
+LEAST_DIFFERENCE = 0.01
+"""K between the phases' temperatures, below which they are one."""
 AT_REST = 1e-9
 """Of the largest mass flow, below which one is a rounding error."""
 POINTS, WEIGHTS = np.polynomial.legendre.leggauss(8)  # type: ignore[no-untyped-call]
@@ -49,6 +52,8 @@ def cycles_of(
     columns["mass_flow"] = np.where(at_rest, 0.0, columns["mass_flow"])
     known = {profile.number: profile for profile in profiles}
     warm = [float(value) for phase in course.phases for value in phase.temperature.values]
+    if max(warm) - min(warm) < LEAST_DIFFERENCE:  # a store that is charged alone: from what it was
+        warm += [float(columns["lowest_temperature"][0]), float(columns["highest_temperature"][0])]
     phases = []
     for number, (end, heat) in enumerate(zip(course.ends, course.heats, strict=True)):
         begun, before = (course.ends[number - 1], course.heats[number - 1]) if number else (0.0, 0.0)
@@ -96,8 +101,10 @@ def _exergy(fluid: Fluid, low: Floats, high: Floats, surroundings: float) -> Flo
 
 
 def _front(profile: Profile, low: float, high: float, length: float) -> dict[str, float | None]:
-    """Thickness and place (m) of the thermocline; no place where the bed has none."""
-    warm = (profile.fluid - low) / max(high - low, 1e-300)
+    """Thickness and place (m) of the thermocline; no place where the bed has none, and neither without a difference (K)."""
+    if high - low < LEAST_DIFFERENCE:
+        return {"thermocline": None, "thermocline_place": None}
+    warm = (profile.fluid - low) / (high - low)
     along = np.linspace(0.0, length, len(warm))
     finer = np.linspace(0.0, length, 20 * (len(warm) - 1) + 1)
     between = np.interp(finer, along, warm)

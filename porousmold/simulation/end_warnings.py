@@ -1,4 +1,7 @@
-"""What is to be said at the end of a run of the place that was to be heated, and of how even places are."""
+"""What is to be said at the end of a run of the place that was to be heated, of how even places are, and of phases."""
+
+from collections import Counter
+from itertools import pairwise
 
 import numpy as np
 
@@ -110,4 +113,20 @@ def of_heat_from_elsewhere(simulation: Simulation) -> list[str]:
     return [
         f"the time of {place.replace('_', ' ')} is that of its side that comes last: by then or later it is up to {beyond:.1f} K "
         f"{side} than the inlet, by heat from elsewhere"
+    ]
+
+
+def of_phases_over_at_once(simulation: Simulation) -> list[str]:
+    """Of phases whose limit what leaves was beyond before they began, or nearly: they last a step, with its heat."""
+    course, times = simulation.specs.course, np.array(simulation.recorder.history["time"])
+    if course is None:
+        return []
+    spans = enumerate(pairwise([0.0, *course.ends]))
+    short = [number for number, (begun, end) in spans if np.count_nonzero((times > begun) & (times <= end)) <= 1]
+    counts = Counter(number % len(course.phases) for number in short if course.phase_of(number).side is not None)
+    return [
+        f"phase {course.phases[number].name!r} ended with its first step, {count} times: what left was "
+        f"{course.phases[number].side} {course.phases[number].limit - 273.15:.4g} °C from its begin, or nearly; its time and "
+        "heat are those of that step"
+        for number, count in sorted(counts.items())
     ]

@@ -21,7 +21,7 @@ from ..scene.features.wall import RESERVED_PLACES
 from ..scene.scene import Scene
 from .accuracy import AT_END, PEAKS, refinements_of
 from .cycles import SURROUNDINGS, cycles_of
-from .end_warnings import of_heat_from_elsewhere, of_the_corner, why_not_heated
+from .end_warnings import of_heat_from_elsewhere, of_phases_over_at_once, of_the_corner, why_not_heated
 from .energy_use import energy_use
 from .estimates import rayleigh_darcy
 from .march import Simulation
@@ -86,7 +86,9 @@ def summarise(
         "temperature_bounds": bounds,
         **_work_done(simulation),
         **_provenance(scene, simulation),
-        "warnings": warnings_of(scene, simulation, bounds) + _gave_more_than_it_took(cycles["last_cycle"]),
+        "warnings": warnings_of(scene, simulation, bounds)
+        + _gave_more_than_it_took(cycles["last_cycle"])
+        + of_phases_over_at_once(simulation),
     }
 
 

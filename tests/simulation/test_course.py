@@ -410,3 +410,19 @@ def test_a_cycle_that_lives_on_what_was_stored_is_told():
     short = [{"name": "charge", "mass_flow": 0.01, "temperature": HOT, "duration": "30 min"}, *phases()[2:]]
     result = computed(store(short, initial_temperature=600.0))
     assert any("empties what was stored before" in text for text in result.summary["warnings"])
+
+
+def test_a_store_that_is_charged_alone_has_the_front_of_one_that_is_cycled():
+    """Phases of one temperature have no difference of their own: the front's was 0.0 m thick."""
+    alone = computed(store(phases()[:1])).summary["cycles"][0]["phases"][0]
+    cycled = computed(store(phases())).summary["cycles"][0]["phases"][0]
+    assert cycled["thermocline"] > 0.1 and 0.2 < cycled["thermocline_place"] < 0.9
+    for name in ("thermocline", "thermocline_place"):
+        assert alone[name] == pytest.approx(cycled[name], rel=1e-3)
+
+
+def test_a_phase_that_is_over_when_it_begins_is_told():
+    ended = [{"name": "charge", "mass_flow": 0.01, "temperature": HOT, "until_outlet_above": COLD - 20.0}, phases()[1]]
+    warnings = computed(store(ended)).summary["warnings"]
+    assert any("phase 'charge' ended with its first step, 1 times" in warning for warning in warnings)
+    assert not any("ended with its first step" in one for one in computed(store(phases()[:1])).summary["warnings"])
