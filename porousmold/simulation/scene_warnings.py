@@ -16,6 +16,7 @@ from ..scene.features.geometries import BedSize
 from ..scene.features.targets import series_of
 from ..scene.plausibility import implausible_values
 from ..scene.scene import Scene
+from ..scene.series import ProfileSeries
 from ..scene.start import Profile
 from .estimates import Estimates, flow_change
 from .specs import Specs
@@ -41,8 +42,8 @@ LARGEST_RADIATION = 0.2
 """Over what the bed conducts without it: about the scatter of measured conductivities of beds."""
 
 
-LONGEST_PROFILE = 1.5
-"""Of a bed's length, up to which a profile to start from may tell temperatures without a word."""
+LONGEST_PROFILE, SHORTEST_PROFILE = 1.5, 0.1
+"""Of a bed's length, up to which a profile along it may, and has to, tell its values without a word."""
 FEWEST_TRANSFER_UNITS = 200.0
 """Between fluid and beads over the bed, where they count as of one temperature: a front is wider by a tenth of the bed (aluminium
 mold: 104 units, 11 % of the heating time)."""
@@ -120,18 +121,15 @@ def warnings_of_the_scene(scene: Scene, specs: Specs, estimates: Estimates, size
             "fingers form between them (viscous fingering) that follow cells and steps, heating times are good to some 5 to 15 % "
             "on any mesh, and no estimated error tells"
         )
-    if isinstance(scene.start, Profile) and scene.start.positions[-1] > LONGEST_PROFILE * size.length:
-        found.append(
-            f"operation.initial_temperature tells temperatures up to {scene.start.positions[-1]:.4g} m from the inlet of a bed "
-            f"of {size.length:.4g} m: distances in another unit?"
-        )
     if not specs.heat.model.two_temperatures and estimates.flows and estimates.transfer_units < FEWEST_TRANSFER_UNITS:
         found.append(
             f"with one temperature the exchange between fluid and beads counts as perfect, and here it has "
             f"{estimates.transfer_units:.2g} transfer units over the bed: a front is wider by some "
             f"{math.sqrt(2.0 / estimates.transfer_units):.0%} of the bed, and heating longer (see model.energy 'two-temperature')"
         )
-    found += _of_the_porosity(scene, specs, size) + _of_a_thin_wall(specs, estimates)
+    found += (
+        _of_positions(scene, size.length) + _of_the_porosity(scene, specs, size) + _of_a_thin_wall(specs, estimates)
+    )
     if specs.mesh.is_too_narrow:
         found.append(
             f"the bed is {specs.mesh.beads_across:.1f} beads wide, below {SMALLEST_RATIO:g}: "
@@ -191,12 +189,25 @@ def first_cell(domain: Domain) -> float:
 
 
 def warnings_of_the_first_cell(specs: Specs, estimates: Estimates, first: float) -> list[str]:
-    """Whether the bed's cells at the wall, of a height `first` (m), are too high for the flow there."""
-    if specs.flow.model.kind == "plug" or first <= COARSEST_FIRST_CELL * estimates.first_cell:
+    """Whether the bed's cells at the wall, of a height `first` (m), are too high for flow and heat there."""
+    if estimates.uniform_across or first <= COARSEST_FIRST_CELL * estimates.first_cell:
         return []
     remedy = "see geometry.refine_wall" if specs.mesh.own.mesh is not None else "see solver.first_cell"
-    wrong = "the flow near the wall, and with it the mass flow and every time, may be far off"
+    is_plug = specs.flow.model.kind == "plug"
+    part, results = ("the exchange of heat", "every time") if is_plug else ("the flow", "the mass flow and every time")
+    wrong = f"{part} near the wall, and with it {results}, may be far off"
     return [f"the first cell at the wall is {first / estimates.first_cell:.0f} times too high: {wrong} ({remedy})"]
+
+
+def _of_positions(scene: Scene, length: float) -> list[str]:
+    """Of profiles along a bed of a `length` (m) whose positions are not those of such a bed."""
+    series = {name: one.positions for name, one in series_of(scene).items() if isinstance(one, ProfileSeries)}
+    profiles = series | ({scene.start.key: scene.start.positions} if isinstance(scene.start, Profile) else {})
+    return [
+        f"{name} tells values up to {positions[-1]:.4g} m from the inlet of a bed of {length:.4g} m: distances in another unit?"
+        for name, positions in profiles.items()
+        if not SHORTEST_PROFILE <= positions[-1] / length <= LONGEST_PROFILE
+    ]
 
 
 def _of_series(scene: Scene) -> list[str]:

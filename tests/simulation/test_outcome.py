@@ -247,3 +247,22 @@ def test_the_heat_balance_is_beside_the_largest_heat_that_was_stored():
     summary = run(scene, communicator=MPI.COMM_SELF).summary
     assert abs(summary["heat_stored"]) < 1e3 and abs(summary["energy_imbalance"]) < 1e-4
     assert not any("heat balance" in text for text in summary["warnings"])
+
+
+@pytest.mark.parametrize(("unit", "is_told"), [("m", True), ("mm", False)])
+def test_a_heat_flux_told_far_beyond_the_bed_is_told(unit, is_told, tmp_path):
+    """Its first column held all along the bed: 27 % of the heat, in silence."""
+    (tmp_path / "flux.csv").write_text(
+        f"time [s], 0 {unit} [W/m^2], 500 {unit} [W/m^2], 900 {unit} [W/m^2]\n0, 10, 20, 5\n"
+    )
+    given = {"operation.outer_heat_flux": str(tmp_path / "flux.csv"), "operation.end_time": 1.0}
+    warnings = run(coarse_scene(PLUG, given)).summary["warnings"]
+    assert any("distances in another unit?" in text for text in warnings) == is_told
+
+
+def test_too_high_a_first_cell_is_told_of_plug_flow_too():
+    """Heat passes to the wall through cells as low as a tenth of a millimetre: 4 % of the heating time, in silence."""
+    given = {"operation.end_time": 1.0, "solver.cell_growth": None}
+    low, high = (run(coarse_scene(PLUG, given | {"solver.first_cell": cell})).summary for cell in (5e-5, 5e-4))
+    assert not any("first cell" in text for text in low["warnings"])
+    assert any("the exchange of heat near the wall" in text for text in high["warnings"])
