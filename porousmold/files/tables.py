@@ -28,6 +28,7 @@ LONGEST_GAP = 5
 """Such cells in succession that are interpolated."""
 _NAME_AND_UNIT = re.compile(r"\s*(?P<name>[^\[\]()]*?)\s*(?:\[(?P<a>[^\[\]]*)\]|\((?P<b>[^()]*)\))\s*")
 _TIME_OF_DAY = re.compile(r"(\d{1,4}):(\d\d)(?::(\d\d(?:\.\d+)?))?")
+_DECIMAL = re.compile(r"[-+]?\d+([.,])\d+")
 _DATE = re.compile(r"\d{4}-\d\d-\d\d")
 LARGEST_TEXT, DEEPEST_TOML = 200 * 2**20, 20
 """Bytes of a text file, and levels of tables and lists in TOML, that are read."""
@@ -261,10 +262,11 @@ def read_columns(
     if len(chosen) < len(heads):
         heads, rows = [heads[at] for at in chosen], [[row[at] for at in chosen] for row in rows]
     if separator != ",":
+        _require_one_decimal_sign(key, path, rows, lines)
         rows = [[cell.replace(",", ".") for cell in row] for row in rows]
     names = [name for name, _ in heads]
     units = [(unit or "") if own is None else own for _, own in heads]
-    if (seconds := _clock(key, path, [row[0] for row in rows], lines)) is not None:
+    if (seconds := _clock(key, path, [row[0] for row in rows], lines, heads[0][1])) is not None:
         units[0], rows = "s", [[repr(time), *row[1:]] for time, row in zip(seconds, rows, strict=True)]
     elif heads[0][1] is None:
         raise InputError(key, str(path), "needs a head with units, like 'time [s], temperature [degC]'")
@@ -283,13 +285,30 @@ def _seconds(time_of_day: re.Match[str]) -> float:
     return 3600.0 * float(hours) + 60.0 * float(minutes) + float(seconds)
 
 
-def _clock(key: str, path: Path, cells: list[str], lines: list[int]) -> list[float] | None:
-    """Seconds of times of day, h:mm:ss, as they stand, or of dates since the first row; None of other cells."""
+def _require_one_decimal_sign(key: str, path: Path, rows: list[list[str]], lines: list[int]) -> None:
+    """Raise `InputError` where some numbers have a comma and some a point: one of them separates thousands."""
+    found: dict[str, tuple[int, str]] = {}
+    for line, row in zip(lines, rows, strict=True):
+        for cell in row:
+            if match := _DECIMAL.fullmatch(cell.strip()):
+                found.setdefault(match[1], (line, cell.strip()))
+    if len(found) == 2:
+        (one, first), (other, second) = found.values()
+        allowed = f"has {first!r} in row {one} and {second!r} in row {other}: which is the decimal sign? Write no thousands' sign"
+        raise InputError(key, str(path), allowed)
+
+
+def _clock(key: str, path: Path, cells: list[str], lines: list[int], unit: str | None) -> list[float] | None:
+    """Seconds of times of day, h:mm:ss, as they stand, or of dates since the first row; None of other cells. `unit` is that of
+    the head."""
     day = [_TIME_OF_DAY.fullmatch(cell.strip()) for cell in cells]
     if day[0] is not None:
         for line, cell, match in zip(lines, cells, day, strict=True):
             if match is None:
                 raise InputError(key, str(path), f"row {line} has {cell.strip()!r}, which is no time like 10:01:30")
+        if day[0][3] is None and unit not in (None, "", "h", "hh:mm"):
+            allowed = f"row {lines[0]} has {cells[0].strip()!r} [{unit}]: h:mm, or min:s? Write h:mm:ss, and no unit"
+            raise InputError(key, str(path), allowed)
         return [_seconds(match) for match in day if match is not None]
     if not _DATE.match(cells[0].strip()):
         return None
