@@ -9,7 +9,7 @@ import numpy as np
 from ..errors import InputError
 from ..files.atomic_files import output_file, output_folder
 from ..files.tables import time_offset
-from ..files.units import to_si
+from ..files.units import given_in_si, to_si
 from ..output.console import Commands
 
 
@@ -54,7 +54,7 @@ def _rotameter(options: argparse.Namespace) -> str:
     from .rotameter import averaged, inlet_velocity, read_log
 
     diameter = to_si("--diameter", options.diameter, "m")
-    reference = to_si("--reference-temperature", options.reference_temperature, "K")
+    reference = given_in_si("--reference-temperature", options.reference_temperature, "K")
     interval = to_si("--interval", options.interval, "s")
     if min(diameter, reference, interval) <= 0.0:
         raise InputError("--diameter", options.diameter, "and the other values must be > 0")

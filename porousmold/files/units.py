@@ -27,6 +27,8 @@ LONGEST_UNIT = 60
 
 _LARGE = 2.0**100
 """A number that leaves the zero of a unit behind, and only shifts the exponent of its size."""
+COLDEST_WITHOUT_UNIT = 150.0
+"""Temperature (K) below which a number needs a unit."""
 
 
 @functools.cache
@@ -95,6 +97,19 @@ def to_si(key: str, value: Any, unit: str, where: str | None = None) -> float:
     if not finite:
         raise InputError(key, value, "must be a finite number", where)
     return float(value)
+
+
+def given_in_si(key: str, value: Any, unit: str, where: str | None = None) -> float:
+    """`to_si` of what a user gives: a temperature without a unit that no mold has is refused, as it is likely to be meant in
+    degrees Celsius."""
+    number = to_si(key, value, unit, where)
+    try:
+        is_bare = unit == "K" and 0.0 < float(value) < COLDEST_WITHOUT_UNIT
+    except ValueError:
+        is_bare = False
+    if is_bare:
+        raise InputError(key, value, f"needs a unit: '{number:g} degC' or '{number:g} K'", where)
+    return number
 
 
 def whole_number(key: str, text: str, least: int = 0, most: int = 10**15) -> int:

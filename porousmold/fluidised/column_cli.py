@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError
-from ..files.units import to_si, whole_number
+from ..files.units import given_in_si, to_si, whole_number
 from .cli import write_tables
 from .column_run import add_run_options, ran
 
@@ -70,7 +70,9 @@ def _input(options: argparse.Namespace) -> "ColumnInput":
     from .column_input import ColumnInput
 
     beads, fluid = named("--beads", options.beads, SOLIDS), named("--fluid", options.fluid, FLUIDS)
-    start, inlet, wall = (to_si(f"--{name}", getattr(options, name.replace("-", "_")), "K") for name in TEMPERATURES)
+    start, inlet, wall = (
+        given_in_si(f"--{name}", getattr(options, name.replace("-", "_")), "K") for name in TEMPERATURES
+    )
     for name, value in zip(TEMPERATURES, (start, inlet, wall), strict=True):
         if not 150.0 < value < 5000.0:
             raise InputError(f"--{name}", value, "must be > 150 and < 5000 K")

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError
-from ..files.units import to_si, whole_number
+from ..files.units import given_in_si, whole_number
 from .cli import write_tables
 from .column_run import add_run_options, ran
 
@@ -74,7 +74,7 @@ def _input(options: argparse.Namespace) -> "DropletInput":
     from .droplet_input import DropletInput
 
     def value(option: str, unit: str) -> float:
-        return to_si(f"--{option}", getattr(options, option.replace("-", "_")), unit)
+        return given_in_si(f"--{option}", getattr(options, option.replace("-", "_")), unit)
 
     temperature = value("bed-temperature", "K")
     if not temperature < 2000.0:

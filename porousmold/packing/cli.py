@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from ..errors import InputError
 from ..files.atomic_files import output_file
-from ..files.units import to_si, whole_number
+from ..files.units import given_in_si, to_si, whole_number
 from ..output.console import PART, Bar, Commands
 from .packing import Packing
 
@@ -283,7 +283,7 @@ def _conductivity(options: argparse.Namespace) -> str:
     from .files import check_writable
     from .pictures import draw_conduction
 
-    temperature, height = to_si("--temperature", options.temperature, "K"), _optional(options, "bed-height", "m")
+    temperature, height = given_in_si("--temperature", options.temperature, "K"), _optional(options, "bed-height", "m")
     share = _optional(options, "contact-radius", "") or 0.0
     pressure, modulus = _optional(options, "pressure", "Pa"), _optional(options, "youngs-modulus", "Pa")
     if (pressure is None) != (modulus is None) or (pressure is not None and options.contact_radius is not None):

@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 
 from ..errors import InputError
 from ..files.tables import existing_file
-from ..files.units import to_si
+from ..files.units import given_in_si, to_si
 from .series import TimeSeries, read_channel, read_series
 from .start import LastState, Profile
 
@@ -25,8 +25,6 @@ Tables: TypeAlias = Mapping[str, Any]
 """Tables as a TOML file has them."""
 
 INFINITY = float("inf")
-COLDEST_WITHOUT_UNIT = 150.0
-"""Temperature (K) below which a number needs a unit."""
 WITHOUT_UNIT = ("choice", "flag", "file", "run", "times", "text", "line", "names", "list", "tolerance", "integer")
 LONGEST_SPAN = 1e5
 """Time (s) up to which a given function of the time is sampled."""
@@ -239,7 +237,7 @@ def _checked_value(name: str, key: Key, value: Any, base: Path, where: str | Non
         return Profile.read(existing_file(name, value, base, where))
     if key.series:
         return _checked_series(name, key, value, base, where)
-    number = _number(name, value, key, where)
+    number = given_in_si(name, value, key.kind, where)
     _check_bounds(name, number, key, where, value)
     return number
 
@@ -279,22 +277,10 @@ def _checked_series(name: str, key: Key, value: Any, base: Path, where: str | No
     elif isinstance(value, list | tuple):
         series = TimeSeries.of_pair(name, value, key.kind, where)
     else:
-        series = TimeSeries.constant(_number(name, value, key, where))
+        series = TimeSeries.constant(given_in_si(name, value, key.kind, where))
     for number in series.range:
         _check_bounds(name, number, key, series.source or where)
     return series
-
-
-def _number(name: str, value: Any, key: Key, where: str | None) -> float:
-    """The value in SI. A temperature without a unit that no mold has is refused: it is likely to be meant in degrees Celsius."""
-    number = to_si(name, value, key.kind, where)
-    try:
-        is_bare = key.kind == "K" and 0.0 < float(value) < COLDEST_WITHOUT_UNIT
-    except ValueError:
-        is_bare = False
-    if is_bare:
-        raise InputError(name, value, f"needs a unit: '{number:g} degC' or '{number:g} K'", where)
-    return number
 
 
 def _check_bounds(name: str, number: float, key: Key, where: str | None, given: Any = None) -> None:

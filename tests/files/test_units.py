@@ -5,7 +5,7 @@ import pytest
 
 from porousmold.errors import InputError
 from porousmold.files import units
-from porousmold.files.units import preferred_unit, to_si
+from porousmold.files.units import given_in_si, preferred_unit, to_si
 
 
 @pytest.mark.parametrize(
@@ -101,3 +101,11 @@ def test_no_arithmetic_is_evaluated(text):
 )
 def test_products_of_units_are_read(text, unit, value):
     assert to_si("key", text, unit) == pytest.approx(value)
+
+
+@pytest.mark.parametrize("given", ["80", "25.0", 80.0])
+def test_a_temperature_without_a_unit_that_no_mold_has_is_refused(given):
+    with pytest.raises(InputError, match="needs a unit"):
+        given_in_si("--temperature", given, "K")
+    assert given_in_si("--temperature", "80 degC", "K") == pytest.approx(353.15)
+    assert given_in_si("--temperature", "300", "K") == 300.0 and given_in_si("--time", "80", "s") == 80.0
