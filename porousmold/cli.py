@@ -135,6 +135,9 @@ def _on_one_rank(command: Callable[..., Any], options: argparse.Namespace) -> in
     """A command without parallel work, which gives its text: rank 0 does it, the others wait for its status."""
     from .mpi import MPI
 
+    if MPI.COMM_WORLD.size > 1:
+        from petsc4py import PETSc  # noqa: F401  all ranks initialise it together, or rank 0 waits for the others in there
+
     def printing(options: argparse.Namespace) -> int:
         try:
             text = command(options)

@@ -1,6 +1,7 @@
 """The command `porousmold fluidise`."""
 
 import argparse
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -129,6 +130,7 @@ def _write(column: Any, out: Path, pictures: list[Any]) -> str:
         "heat_imbalance": rows[-1]["heat_imbalance"],
         "time": rows[-1]["time"],
         "steps": len(rows),
+        "input": asdict(column.given),
     }
     write_tables(out, summary, UNITS, ([f"{row[name]:.9g}" for name in UNITS] for row in rows))
     files = [

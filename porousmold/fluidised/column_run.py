@@ -1,8 +1,10 @@
 """Runs of a column of beads: progress, checkpoints on the way, and the pictures of an animation."""
 
 import argparse
+import json
 import math
 from collections.abc import Callable
+from dataclasses import asdict
 from pathlib import Path
 from time import monotonic
 from typing import Any
@@ -11,7 +13,7 @@ from zipfile import BadZipFile
 import numpy as np
 
 from ..errors import InputError, SolveError
-from ..files.atomic_files import output_folder
+from ..files.atomic_files import locked, output_folder
 from ..files.stop_signals import StopSignals
 from ..files.units import to_si
 from ..output.console import SECONDS_AND_PARTS, Bar
@@ -28,6 +30,7 @@ def add_run_options(command: argparse.ArgumentParser, name: str, animation: str)
     command.add_argument("--time", default="1 s", metavar="VALUE", help="simulated (default 1 s)")
     command.add_argument("--seed", default="1", metavar="VALUE", help="same seed, same packing")
     command.add_argument("--out", default=f"runs/{name}", metavar="DIR", help=f"folder to write (default runs/{name})")
+    command.add_argument("--force", action="store_true", help="replace the result of another column in the folder")
     command.add_argument("--animate", action="store_true", help=f"also {animation}")
     command.add_argument("--quiet", action="store_true", help="no progress bar, no summary")
 
@@ -36,12 +39,42 @@ def ran(kind: Any, given: Any, write: Callable[[Any, Path, list[Any]], str], opt
     """March a column of a `kind` (a class), or go on from the checkpoint in its folder, and have `write` put there what came out
     of it, given the column, the folder and the pictures of its animation; gives its text.
 
-    Raises `InputError` for --time that is not above 0 and for a checkpoint of something else, `SolveError` after what there is
-    has been written, KeyboardInterrupt when it is stopped."""
+    Raises `InputError` for --time that is not above 0, for a checkpoint of something else, for a folder in use and, unless it is
+    to be replaced, for one with the result of another column; `SolveError` after what there is has been written,
+    KeyboardInterrupt when it is stopped."""
     end, out = to_si("--time", options.time, "s"), Path(options.out)
     if not 0.0 < end < 1e4:
         raise InputError("--time", options.time, "must be > 0 and < 10000 s")
     output_folder(out)
+    try:
+        lock = locked(out / ".lock")
+    except OSError as error:
+        raise InputError("--out", str(out), "is in use by another run of porousmold") from error
+    with lock:
+        if not options.force and is_of_another(out, given):
+            raise InputError("--out", str(out), "holds the result of another column: use --force to replace it")
+        return _marched(kind, given, write, options, end, out)
+
+
+def is_of_another(out: Path, given: Any) -> bool:
+    """Whether the result in a folder is not that of what is given."""
+    try:
+        known = json.loads((out / "result.json").read_text(encoding="utf-8")).get("input")
+    except FileNotFoundError:
+        return False
+    except (OSError, ValueError, AttributeError):
+        return True
+    return bool(known != json.loads(json.dumps(asdict(given))))
+
+
+def _marched(
+    kind: Any,
+    given: Any,
+    write: Callable[[Any, Path, list[Any]], str],
+    options: argparse.Namespace,
+    end: float,
+    out: Path,
+) -> str:
     signals, bar = StopSignals(), Bar(quiet=options.quiet)
     bar.phase("beads come to rest")
     path, identity = out / "checkpoint.npz", f"{given} {code_digest((*COMPUTING, 'packing', 'fluidised'))}"

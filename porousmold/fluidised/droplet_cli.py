@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -133,6 +134,7 @@ def _write(column: Any, out: Path, pictures: list[Any]) -> str:
         "grains_a_bead": column.beads.fill * (given.bead_diameter / given.grain_diameter) ** 3,
         "time": rows[-1]["time"],
         "steps": len(rows),
+        "input": asdict(column.given),
         "depth": mean("depth"),
         "depth_in_diameters": mean("depth") / given.droplet_diameter,
         "deepest": max(row["depth"] for row in rows),

@@ -9,6 +9,7 @@ import pytest
 
 from porousmold.cli import main
 from porousmold.errors import InputError
+from porousmold.files.atomic_files import locked
 from porousmold.fluidised.column import Column
 from porousmold.fluidised.column_beads import ColumnBeads
 from porousmold.fluidised.column_input import ColumnInput
@@ -21,6 +22,8 @@ from porousmold.laws.fluidisation import (
     terminal_reynolds_number,
 )
 from porousmold.packing import dynamics
+
+from ..support import under_mpirun
 
 AIR = {"density": 1.2, "viscosity": 2e-5, "heat_capacity": 1010.0, "conductivity": 0.025}
 GLASS = {"bead_density": 2500.0, "bead_heat_capacity": 840.0}
@@ -234,6 +237,29 @@ def test_the_command_writes_history_summary_and_pictures(tmp_path, capsys):
     assert "--time" in capsys.readouterr().err
     assert main([*command(out, 0.01), "--fluid", "honey"]) == 2
     assert "--fluid = 'honey'" in capsys.readouterr().err
+
+
+def test_a_folder_keeps_the_result_of_another_column(tmp_path, capsys):
+    out = tmp_path / "column"
+    assert main([*command(out, 0.005), "--quiet"]) == 0
+    kept = json.loads((out / "result.json").read_text())
+    assert kept["input"]["velocity"] == 0.8
+    with locked(out / ".lock"):
+        assert main([*command(out, 0.005), "--quiet"]) == 2
+    assert "in use" in capsys.readouterr().err
+    assert main([*command(out, 0.005), "--friction", "0.1", "--quiet"]) == 2
+    assert (
+        "result of another column" in capsys.readouterr().err and json.loads((out / "result.json").read_text()) == kept
+    )
+    assert main([*command(out, 0.005), "--friction", "0.1", "--quiet", "--force"]) == 0
+    assert json.loads((out / "result.json").read_text())["input"]["friction"] == 0.1
+
+
+def test_the_command_runs_on_two_ranks_as_on_one(tmp_path):
+    """PETSc is initialised by all ranks: rank 0 alone got what the others waited for, and they died."""
+    assert under_mpirun(2, "-m", "porousmold", *command(tmp_path / "two", 0.005), "--quiet").returncode == 0
+    assert main([*command(tmp_path / "one", 0.005), "--quiet"]) == 0
+    assert (tmp_path / "two" / "history.csv").read_text() == (tmp_path / "one" / "history.csv").read_text()
 
 
 STOPPED = """
