@@ -26,7 +26,6 @@ import numpy as np
 from scipy.stats import norm, qmc
 
 from ..arrays import Floats
-from ..errors import InputError
 from ..files.atomic_files import output_file
 from ..files.tables import text_cells
 from ..laws.porosity import POROSITY_MODELS
@@ -134,27 +133,35 @@ class Sample:
 def inputs_of(scene: Scene) -> dict[str, tuple[float, float]]:
     """{name: (value, standard deviation)} in SI of what the scene has of [tolerance]; properties of materials as constants.
 
-    Raises `InputError` for a tolerance that is given of what has no single value, such as a time series or phases.
+    Raises `InputError` for a tolerance that is given of what has no single value, such as a time series or phases, or is no
+    input of the scene, and for one that is not below half of the value.
     """
     laws, found = Laws.of(scene), {}
-    for name in unvaried(scene):
-        if scene.is_given(f"tolerance.{name}"):
-            allowed = f"has no effect: {name} has no single value in this scene"
-            raise InputError(f"tolerance.{name}", str(getattr(scene.tolerance, name)), allowed, scene.source)
+    in_time = unvaried(scene)
     for name in TOLERANCES:
         of_phases = [abs(value) for value in phase_values(scene, name).values()]
         value = max(of_phases) if of_phases else value_of(scene, laws, name)
-        if not _counts(scene, name):
+        if not _counts(scene, name) or value is None:
+            if scene.is_given(f"tolerance.{name}") and not (name == "wall.thickness" and scene.layers):
+                why = "has no single value in" if name in in_time else "is no input of"
+                scene.refuse(f"tolerance.{name}", f"has no effect: {name} {why} this scene")
             continue
-        if value is None:
-            continue
-        size = _tolerance(scene, name).of(value)
-        if size > 0.0:
+        if (size := _size(scene, name, value)) > 0.0:
             found[name] = (value, 0.5 * size)
     for place, layer in scene.layers.items():
-        if layer.thickness is not None and (size := _tolerance(scene, f"{place}.thickness").of(layer.thickness)) > 0.0:
+        if layer.thickness is not None and (size := _size(scene, f"{place}.thickness", layer.thickness)) > 0.0:
             found[f"{place}.thickness"] = (layer.thickness, 0.5 * size)
     return found
+
+
+def _size(scene: Scene, name: str, value: float) -> float:
+    """The tolerance of an input of a value, in SI."""
+    size, key = _tolerance(scene, name).of(value), _tolerance_key(name)
+    if size >= 0.5 * abs(value):
+        scene.refuse(
+            f"tolerance.{key}", f"must be below half of {name} = {value:g} {TOLERANCES[key].tolerated}".rstrip()
+        )
+    return size
 
 
 def _tolerance(scene: Scene, name: str) -> Tolerance:

@@ -181,6 +181,20 @@ def test_a_tolerance_of_what_changes_in_time_is_refused():
         )
 
 
+@pytest.mark.parametrize(
+    ("name", "given", "told"),
+    [
+        ("wall.thickness", 0.1, "must be below half of wall.thickness = 0.003 m"),
+        ("operation.inlet_temperature", "1 %", "must be in K"),
+        ("operation.mass_flow", "2 %", "is no input of this scene"),
+    ],
+)
+def test_a_tolerance_that_cannot_be_meant_is_refused(name, given, told):
+    """0.1 for 0.1 mm counted as nothing and made the interval narrower; 1 % of a temperature counted from 0 K."""
+    with pytest.raises(InputError, match=told):
+        inputs_of(Scene.load(ALUMINIUM, {f"tolerance.{name}": given}))
+
+
 def test_an_input_with_an_answer_on_one_side_alone_is_told(found):
     """Its interval is mirrored: no run has shown the other side; and what has no answer counts as 0."""
     assert found.doubt == "" and "warning" not in summary_text(found, None)

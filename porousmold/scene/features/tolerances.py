@@ -79,6 +79,8 @@ def tolerance_of(name: str, given: Any, where: str | None = None) -> Tolerance:
     size = to_si(key, text.strip().removesuffix("%"), "", where) / 100.0 if relative else 0.0
     if not relative:
         size = to_si(key, given, TOLERANCES[name].tolerated, where)
+    if relative and TOLERANCES[name].tolerated == "delta_degC":
+        raise InputError(key, given, "must be in K: a part of a temperature would count from 0 K", where)
     if not 0.0 <= size < (0.5 if relative else float("inf")):
         raise InputError(key, given, "must be >= 0, and < 50 % where it is relative", where)
     return Tolerance(size, relative)
