@@ -226,7 +226,8 @@ def _run_case(
     """Run a case and record its outcome in its folder; gives what kept that from being written."""
     folder, status, reason = out / case.name, "refused", case.reason
     if case.scene is not None:
-        begun = workers.bcast(_recorded(folder).get("identity") == identity(case))
+        recorded = _recorded(folder)  # what is done, but no longer as it was written, begins anew
+        begun = workers.bcast(recorded.get("identity") == identity(case) and recorded.get("status") == BEGUN)
         problem = _on_leader(workers, _record_outcome, case, folder, BEGUN, "")[1]
         if problem:
             return problem

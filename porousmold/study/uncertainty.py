@@ -142,7 +142,8 @@ def inputs_of(scene: Scene) -> dict[str, tuple[float, float]]:
         of_phases = [abs(value) for value in phase_values(scene, name).values()]
         value = max(of_phases) if of_phases else value_of(scene, laws, name)
         if not _counts(scene, name) or value is None:
-            if scene.is_given(f"tolerance.{name}") and not (name == "wall.thickness" and scene.layers):
+            is_of_layers = name == "wall.thickness" and scene.layers
+            if scene.is_given(f"tolerance.{name}") and _tolerance(scene, name).size > 0.0 and not is_of_layers:
                 why = "has no single value in" if name in in_time else "is no input of"
                 scene.refuse(f"tolerance.{name}", f"has no effect: {name} {why} this scene")
             continue

@@ -127,6 +127,17 @@ def test_starting_again_runs_only_what_is_missing_or_changed(study_file, tmp_pat
     assert all(row_of(case, out, ["heating_time"]).status == "missing" for case in Study.load(study_file).cases[:2])
 
 
+def test_a_case_whose_tables_were_edited_is_computed_again(study_file, tmp_path):
+    """It stayed missing, whatever was done."""
+    study, out = Study.load(study_file), tmp_path / "out"
+    rows = run_study(study, out)
+    done = next(row for row in rows if row.status == "done")
+    table = out / done.case.name / "history.csv"
+    table.write_text("\n".join(table.read_text().splitlines()[:-1]) + "\n")
+    assert {row.status for row in collect(study, out)} >= {"missing"}
+    assert [(row.status, row.values) for row in run_study(study, out)] == [(row.status, row.values) for row in rows]
+
+
 def test_a_case_that_another_process_has_taken_is_left_to_it(study_file, tmp_path):
     out, study = tmp_path / "out", Study.load(study_file)
     (out / study.cases[0].name).mkdir(parents=True)
