@@ -11,7 +11,7 @@ from scipy.interpolate import PchipInterpolator
 from ..arrays import Floats
 from ..errors import InputError
 from ..files.tables import column_name, read_columns
-from ..output.stored import read_table
+from ..output.stored import read_table, require_run
 
 SENSOR_ERROR = 1.1
 """K, of the thesis's thermocouples (section 6.4)."""
@@ -151,6 +151,7 @@ def _read_run(key: str, folder: Path) -> tuple[Any, ...]:
     """(history, {sensor: temperatures in K}) of a run's folder."""
     if not (folder / "history.csv").is_file():
         raise InputError(key, str(folder), "is not the folder of a run (no history.csv)")
+    require_run(folder, key)
     try:
         history = {name: np.array(values) for name, values in read_table(folder / "history.csv").items()}
     except (ValueError, LookupError) as error:

@@ -32,12 +32,22 @@ def read_table(path: Path) -> Columns:
     return Columns({name: [float(row[i]) for row in rows] for i, name in enumerate(names)})
 
 
-def require_run(folder: Path) -> None:
-    """Raise `InputError` for a folder whose result.json is not that of `porousmold run`."""
-    if (folder / "result.json").is_file() and not (folder / "scene.toml").is_file():
+def require_run(folder: Path, key: str = "RUN") -> None:
+    """Raise `InputError` naming the key for a folder whose result.json is not that of `porousmold run`, or which is no longer as
+    that has written it."""
+    if not (folder / "result.json").is_file():
+        return
+    if not (folder / "scene.toml").is_file():
         raise InputError(
-            "RUN", str(folder), "is the folder of another command than `porousmold run`: it has no scene.toml"
+            key, str(folder), "is the folder of another command than `porousmold run`: it has no scene.toml"
         )
+    try:
+        summary = json.loads((folder / "result.json").read_text(encoding="utf-8"))
+        is_as_written = summary.get("checksum") == checksum_of(summary, folder)
+    except (OSError, ValueError, AttributeError):
+        return  # which those who read it tell
+    if not is_as_written:
+        raise InputError(key, str(folder), "has tables that are not what was written: run the scene again")
 
 
 def read_study(folder: Path) -> tuple[list[dict[str, Any]], list[str]]:

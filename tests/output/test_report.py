@@ -11,6 +11,7 @@ from porousmold import InputError, Scene, run
 from porousmold.cli import main
 from porousmold.output.report import write_report
 from porousmold.output.report_page import Markup, Section, Sentence, Table, rendered
+from porousmold.output.stored import require_run
 from porousmold.study.definition import Study
 from porousmold.study.running import run_study
 
@@ -183,3 +184,14 @@ def test_pictures_in_other_formats(tmp_path, capsys):
         assert main(["show", str(tmp_path / "run"), "--format", kind]) == 0
         assert f"temperatures.{kind}" in capsys.readouterr().out
         assert (tmp_path / "run" / f"temperatures.{kind}").read_bytes().startswith(begin)
+
+
+def test_a_run_whose_tables_were_edited_is_not_reported(tmp_path):
+    """A cut history and a heating time changed by hand were taken as they stood."""
+    run(coarse_scene({"model.flow": "plug", "model.turbulence": "none", "operation.end_time": 50.0}), tmp_path / "run")
+    require_run(tmp_path / "run")
+    table = tmp_path / "run" / "history.csv"
+    table.write_text("\n".join(table.read_text().splitlines()[:-1]) + "\n")
+    with pytest.raises(InputError, match="not what was written"):
+        require_run(tmp_path / "run")
+    assert main(["report", str(tmp_path / "run")]) == 2
