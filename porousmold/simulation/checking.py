@@ -112,11 +112,12 @@ def expected_steps(specs: Specs, estimates: Estimates) -> float:
 
 
 def _repeat_text(scene: Scene, specs: Specs, estimates: Estimates, work: float) -> str:
-    """That a run may be repeated, where it ends before all is heated, or is by a fluid that forms fingers in another."""
+    """That a run may be repeated, where it ends before all is heated, as it does where beads move against the flow, or is by a
+    fluid that forms fingers in another."""
     if estimates.resistance_ratio > UNSTABLE_DISPLACEMENT and may_be_repeated(scene, work):
         return "; some ten times that, as it is repeated on finer cells (solver.refine_in_doubt)"
     is_short = specs.course is None and specs.time.end_time < HEATING_TIMES * estimates.heating_duration
-    if not (is_short and may_be_repeated(scene, work)):
+    if not ((is_short or estimates.beads_against) and may_be_repeated(scene, work)):
         return ""
     return "; several times that if a front stands in the bed at the end (solver.refine_in_doubt)"
 
