@@ -12,6 +12,7 @@ from typing import Any, TypeAlias
 
 from ..errors import InputError
 from ..scene.features.geometries import modelled_part
+from ..scene.features.phases import phases_of
 from ..scene.scene import Scene
 from .quantities import ENERGY_GIVEN, ENERGY_NAMES, JOULES_A_KWH
 from .result_keys import Summary
@@ -244,7 +245,8 @@ def summary_text(scene: Scene, summary: Summary, out: Path, pictures: Sequence[P
     whole, bed_side = summary["heating_time"], summary["heating_time_bed_side"]
     lines = targets
     lines += [cycle_text(summary["last_cycle"], summary["cycles"][-1]["phases"])] if summary["cycles"] else []
-    if whole is not None or not (targets or scene.operation.phase):
+    reverses = phases_of(scene) and scene.operation.reversal_period is None  # such a run has no heating time
+    if whole is not None or not (targets or reverses):
         lines.append(f"{change} time ({place} within {margin:g} K of the inlet): {shown(whole)}")
     if bed_side is not None and (whole is None or abs(bed_side - whole) > LEAST_DIFFERENCE * whole):
         lines.append(f"  bed side of the wall: {shown(bed_side)}")

@@ -100,3 +100,11 @@ def test_all_that_the_outer_wall_exchanges_is_told():
     both = outer_wall_text({"outer_emissivity": 0.9, "outer_heat_flux": -100.0})
     assert both == "radiation with an emissivity of 0.9 to the surroundings, given heat flux"
     assert "adiabatic" in outer_wall_text({})
+
+
+def test_a_flow_that_reverses_has_no_heating_time_to_be_told(tmp_path):
+    """It was "not reached", at a wall as warm as the inlet."""
+    given = {"model.flow": "plug", "model.turbulence": "none", "operation.end_time": 20.0}
+    given |= {"operation.pressure_drop": ([0.0, 10.0, 20.0], [500.0, -500.0, -500.0])}
+    scene = coarse_scene(given)
+    assert "not reached" not in summary_text(scene, run(scene).summary, tmp_path, [])
