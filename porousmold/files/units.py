@@ -25,6 +25,8 @@ FARTHEST = 1e6
 LONGEST_UNIT = 60
 """Characters of a unit."""
 
+_AS_WRITTEN = str.maketrans({"\N{GREEK SMALL LETTER MU}": "\N{MICRO SIGN}", "\N{MINUS SIGN}": "-", "℃": "degC"})
+"""Characters that texts come with, by those that stand for them here."""
 _LARGE = 2.0**100
 """A number that leaves the zero of a unit behind, and only shifts the exponent of its size."""
 COLDEST_WITHOUT_UNIT = 150.0
@@ -121,7 +123,7 @@ def whole_number(key: str, text: str, least: int = 0, most: int = 10**15) -> int
 
 
 def _converted(key: str, text: str, unit: str, where: str | None) -> float:
-
+    text = text.translate(_AS_WRITTEN)
     match = _NUMBER_AND_UNIT.match(text)
     if re.match(r"\s*[-+]?\d+,\d", text):
         raise InputError(key, text, "must have a decimal point, not a comma", where)

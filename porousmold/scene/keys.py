@@ -13,6 +13,8 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, TypeAlias
 
+import numpy as np
+
 from ..errors import InputError
 from ..files.tables import existing_file
 from ..files.units import given_in_si, to_si
@@ -181,6 +183,8 @@ def checked_names(tables: Tables, schema: Schema, where: str | None) -> Settings
 
 
 def _checked_value(name: str, key: Key, value: Any, base: Path, where: str | None) -> Any:
+    if isinstance(value, np.generic | np.ndarray) and value.ndim == 0:
+        value = value.item()
     if value is None:
         value = key.default
         if value is None:

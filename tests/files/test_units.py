@@ -109,3 +109,10 @@ def test_a_temperature_without_a_unit_that_no_mold_has_is_refused(given):
         given_in_si("--temperature", given, "K")
     assert given_in_si("--temperature", "80 degC", "K") == pytest.approx(353.15)
     assert given_in_si("--temperature", "300", "K") == 300.0 and given_in_si("--time", "80", "s") == 80.0
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"), [("3000 μm", "m", 3e-3), ("3000 µm", "m", 3e-3), ("−20 ℃", "K", 253.15)]
+)
+def test_characters_that_texts_come_with_are_read(text, unit, value):
+    assert to_si("q", text, unit) == pytest.approx(value, rel=1e-12)

@@ -106,5 +106,6 @@ def test_a_flow_that_reverses_has_no_heating_time_to_be_told(tmp_path):
     """It was "not reached", at a wall as warm as the inlet."""
     given = {"model.flow": "plug", "model.turbulence": "none", "operation.end_time": 20.0}
     given |= {"operation.pressure_drop": ([0.0, 10.0, 20.0], [500.0, -500.0, -500.0])}
+    given |= {"operation.return_temperature": 363.15}
     scene = coarse_scene(given)
     assert "not reached" not in summary_text(scene, run(scene).summary, tmp_path, [])

@@ -4,6 +4,7 @@ import subprocess
 import sys
 import tomllib
 
+import numpy as np
 import pytest
 import tomli_w
 from hypothesis import example, given, settings
@@ -183,3 +184,15 @@ def test_a_scene_shows_what_it_was_given():
 def test_a_value_in_a_list_is_named_by_its_number_in_brackets(name, words):
     with pytest.raises(InputError, match=words.replace("layer[1]", r"layer\[1\]")):
         Scene.load(ALUMINIUM, {name: "2 mm"})
+
+
+def test_numbers_of_numpy_are_numbers():
+    """Loops over np.linspace give them."""
+    values = {
+        "wall.thickness": np.float32(0.002),
+        "solver.axial_cells": np.int64(8),
+        "output.pictures": np.bool_(False),
+    }
+    scene = Scene.load(ALUMINIUM, values | {"bed.bead_diameter": np.array(0.004)})
+    assert scene.wall.thickness == pytest.approx(0.002) and scene.solver.axial_cells == 8
+    assert scene.output.pictures is False and scene.bed.bead_diameter == 0.004
