@@ -80,6 +80,12 @@ REFUSED = [
     ({"solver.first_cell": "30 mm"}, "solver.first_cell"),
     ({"fluid.density": 1000.0}, "all four"),
     ({"output.pictures": "maybe"}, "true or false"),
+    ({"operation.blower_efficiency": 0.9}, "no meaning without a blower"),
+    (
+        {"operation.duct_conductance": 3.0, "operation.heater_power": "5 kW"},
+        "no meaning without operation.recirculation",
+    ),
+    ({"bed.stirring_coefficient": 0.1}, "no meaning without bed.shear_rate"),
 ]
 
 

@@ -114,8 +114,11 @@ class AirLoop(Feature):
             self._check_blower(scene)
         if self.blower_flow is not None and self.blower_pressure is None:
             scene.require("operation.blower_pressure")
-        if self.duct_resistance and not self.has_blower:
-            scene.refuse("operation.duct_resistance", "has no meaning without a blower")
+        for name in ("duct_resistance", "blower_efficiency"):
+            if scene.differs_from_default(f"operation.{name}") and not self.has_blower:
+                scene.refuse(f"operation.{name}", "has no meaning without a blower")
+        if self.duct_conductance and not self.recirculation:
+            scene.refuse("operation.duct_conductance", "has no meaning without operation.recirculation")
         geometry = dict(scene.geometry)
         if self.mold_width is not None and not geometry_of(geometry).is_per_width(geometry):
             allowed = f"has no place here: what is modelled is {geometry_of(geometry).modelled_part(geometry)}"

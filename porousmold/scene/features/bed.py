@@ -118,6 +118,11 @@ class Stirring(Feature):
         high=1.0,
     )
 
+    def check(self, scene: "Scene") -> None:
+        """The coefficient has a shear rate to go with."""
+        if scene.differs_from_default("bed.stirring_coefficient") and not self.shear_rate:
+            scene.refuse("bed.stirring_coefficient", "has no meaning without bed.shear_rate")
+
 
 @dataclass(frozen=True, kw_only=True)
 class AveragingVolume(Feature):
