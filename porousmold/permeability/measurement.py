@@ -59,6 +59,8 @@ LARGE_SCATTER = 0.3
 """Relative standard deviation of the instantaneous values beyond which their mean is biased."""
 SMALLEST_FALL = 0.01
 """Part of all the mass by which a reading may fall below an earlier one before it counts as an error of handling."""
+IDLE, LEAST_IDLE = 0.01, 0.02
+"""Part of the largest flow rate that is none, and of the time of a test for which there may be none without a word."""
 LONG_GAP = 10.0
 """Times the usual interval between readings that counts as a gap."""
 
@@ -161,9 +163,21 @@ def read_levels(path: Path, setup: Setup, averaging_time: float, key: str = "DAT
             f"{path.name}: more runs out than stood above the bed; readings after the level reaches it do not count"
         )
     try:
-        return levels_of(setup, times, mass, averaging_time), tuple(warnings)
+        levels = levels_of(setup, times, mass, averaging_time)
     except ValueError as error:
         raise InputError(key, str(path), str(error)) from error
+    return levels, (*warnings, *(f"{path.name}: {text}" for text in _idle_readings(levels)))
+
+
+def _idle_readings(levels: Levels) -> list[str]:
+    """Of readings at begin and end between which nothing runs out, which count as part of the fall."""
+    runs = np.flatnonzero(levels.flow_rate > IDLE * np.max(levels.flow_rate))
+    ends = {"first": (levels.time[0], levels.time[runs[0]]), "last": (levels.time[runs[-1] + 1], levels.time[-1])}
+    return [
+        f"nothing runs out in the {side} {last - first:.3g} s: cut these readings, they count as part of the fall"
+        for side, (first, last) in ends.items()
+        if last - first > LEAST_IDLE * (levels.time[-1] - levels.time[0])
+    ]
 
 
 def evaluate(test: Test, levels: Levels) -> dict[str, Any]:

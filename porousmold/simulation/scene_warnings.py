@@ -125,7 +125,8 @@ def warnings_of_the_scene(scene: Scene, specs: Specs, estimates: Estimates, size
         found.append(
             f"with one temperature the exchange between fluid and beads counts as perfect, and here it has "
             f"{estimates.transfer_units:.2g} transfer units over the bed: a front is wider by some "
-            f"{math.sqrt(2.0 / estimates.transfer_units):.0%} of the bed, and heating longer (see model.energy 'two-temperature')"
+            f"{math.sqrt(2.0 / estimates.transfer_units):.0%} of the bed, and heating longer, by more than that where "
+            "the wall takes its heat from the fluid alone (see model.energy 'two-temperature')"
         )
     found += (
         _of_positions(scene, size.length) + _of_the_porosity(scene, specs, size) + _of_a_thin_wall(specs, estimates)

@@ -127,6 +127,21 @@ def test_gaps_are_bridged_and_told(tmp_path):
     assert evaluate(test, levels)["approaches"]["complete"]["global"].permeability == pytest.approx(1e-8, rel=5e-3)
 
 
+@pytest.mark.parametrize("side", ["first", "last"])
+def test_readings_while_nothing_runs_out_are_told(tmp_path, side):
+    """Half a minute before the valve opens made the permeability 40 % too small, a plateau at the end 20 %."""
+    given = np.array([[float(cell) for cell in line] for line in pairs(rows()[:280])])  # the valve is closed then
+    span = given[-1, 0]
+    still = np.linspace(0.005, 0.3, 60)[:, None] * span
+    if side == "first":
+        given = np.vstack([np.hstack([still - still[0], 0.0 * still]), given + np.array([0.3 * span, 0.0])])
+    else:
+        given = np.vstack([given, np.hstack([span + still, np.full_like(still, given[-1, 1])])])
+    _, _, warnings = read(tmp_path, HEAD + "\n".join(f"{t:.6f}, {m:.4f}" for t, m in given))
+    assert [f"nothing runs out in the {side}" in text for text in warnings] == [True]
+    assert read(tmp_path, HEAD + "\n".join(rows()))[2] == ()
+
+
 def test_a_million_rows_take_seconds(tmp_path):
     start = time.perf_counter()
     _, levels, _ = read(tmp_path, HEAD + "\n".join(rows(1_000_000)))
