@@ -239,6 +239,13 @@ def test_the_command_writes_history_summary_and_pictures(tmp_path, capsys):
     assert "--fluid = 'honey'" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(("velocity", "is_told"), [("0.2 m/s", True), ("0.9 m/s", False)])
+def test_few_cells_of_a_bed_at_rest_are_told(tmp_path, capsys, velocity, is_told):
+    """Its pressure drop was 18 % below Ergun's in 4 cells, in silence."""
+    assert main([*command(tmp_path / "bed", 0.03), "--velocity", velocity]) == 0
+    assert ("cells high" in capsys.readouterr().out) == is_told
+
+
 def test_a_folder_keeps_the_result_of_another_column(tmp_path, capsys):
     out = tmp_path / "column"
     assert main([*command(out, 0.005), "--quiet"]) == 0
