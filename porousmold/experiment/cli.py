@@ -56,8 +56,9 @@ def _rotameter(options: argparse.Namespace) -> str:
     diameter = to_si("--diameter", options.diameter, "m")
     reference = given_in_si("--reference-temperature", options.reference_temperature, "K")
     interval = to_si("--interval", options.interval, "s")
-    if min(diameter, reference, interval) <= 0.0:
-        raise InputError("--diameter", options.diameter, "and the other values must be > 0")
+    for name, value in (("diameter", diameter), ("reference-temperature", reference), ("interval", interval)):
+        if value <= 0.0:
+            raise InputError(f"--{name}", getattr(options, name.replace("-", "_")), "must be > 0")
     time, log = read_log(Path(options.log))
     velocity = inlet_velocity(**log, area=0.25 * np.pi * diameter**2, reference_temperature=reference)
     if not np.all(np.isfinite(velocity)):

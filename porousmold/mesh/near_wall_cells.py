@@ -51,14 +51,15 @@ def with_cells_at_wall(mesh: PlainMesh, bed: int, interface: int, widths: Floats
     """The mesh with cells between wall and bed, their nodes at these fractions (from 0 to 1) of the gap of `widths`, as `gaps`
     gives them.
 
-    Raises `ValueError` where no gap can be opened: beside an edge too sharp, or where the interface ends in one plane with
-    another part of the boundary, such as a port.
+    Raises `ValueError` where no gap can be opened: beside an edge too sharp, one that points into the bed, or where the interface
+    ends in one plane with another part of the boundary, such as a port.
     """
     nodes = np.unique(mesh.facets[interface])
     if not widths.min() > LEAST_GAP * np.median(widths):
         where = ", ".join(f"{value:.4g}" for value in mesh.points[nodes[np.argmin(widths)]])
         raise ValueError(
-            f"its interface ends within a side of the bed, at ({where}) m: there is no room for cells along it"
+            f"its interface ends within a side of the bed, or turns a corner that points into it, at ({where}) m: there is no room "
+            "for cells along it"
         )
     normals, least_cosine = _normals(mesh, bed, interface)
     if least_cosine < SHARPEST_EDGE:

@@ -50,7 +50,7 @@ def test_impossible_targets_are_refused(target, named):
         aim_of(target)
 
 
-@pytest.mark.parametrize("target", ["heating_time = 60 h", "targets.nothing = 3 s"])
+@pytest.mark.parametrize("target", ["heating_time = 60 h", "targets.nothing = 3 s", "energy.cost = 3"])
 def test_targets_that_the_scene_cannot_have_are_refused(target, tmp_path):
     with pytest.raises(InputError, match="--target"):
         solve_for(coarse_scene(), ["wall.thickness"], aim_of(target), tmp_path)

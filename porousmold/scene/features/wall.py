@@ -142,6 +142,12 @@ class BedWall(Feature):
         if has_two and not self.opposite_layer:
             key = "geometry.cavity" if is_whole else "geometry.kind"
             scene.refuse(key, "needs the other wall's layers, [[wall.opposite_layer]]")
+        if self.opposite_layer and not has_two and scene.geometry.kind == "mesh":
+            scene.refuse(
+                "wall.opposite_layer",
+                "has no place in a mesh: list the layers of all walls under wall.layer",
+                value=None,
+            )
         if self.opposite_layer and not has_two:
             allowed = "must be 'whole' with [[wall.opposite_layer]]: half a cavity has equal walls"
             scene.refuse("geometry.cavity", allowed)
