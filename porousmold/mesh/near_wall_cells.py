@@ -58,8 +58,8 @@ def with_cells_at_wall(mesh: PlainMesh, bed: int, interface: int, widths: Floats
     if not widths.min() > LEAST_GAP * np.median(widths):
         where = ", ".join(f"{value:.4g}" for value in mesh.points[nodes[np.argmin(widths)]])
         raise ValueError(
-            f"its interface ends within a side of the bed, or turns a corner that points into it, at ({where}) m: there is no room "
-            "for cells along it"
+            f"its interface ends within a side of the bed, or turns a corner that points into it, at ({where}) m: there is no "
+            "room for cells along it"
         )
     normals, least_cosine = _normals(mesh, bed, interface)
     if least_cosine < SHARPEST_EDGE:
