@@ -51,7 +51,7 @@ def add_commands(commands: Commands) -> None:
         ("--width", "8", "of the periodic sides, in bead diameters (default 8)"),
         ("--strains", "100", "shear strain that is measured (default 100)"),
         ("--steps-per-contact", "16", "time steps of a collision (default 16)"),
-        ("--seed", "1", "same seed, same motion"),
+        ("--seed", "1", "same seed, same motion, but for a run that compiles, the first one (docs/sheared-bed.md)"),
     ):
         shear.add_argument(option, default=default, metavar="X", help=text)
     shear.add_argument("--walls", default="rough", metavar="KIND", help="rough (default) or flat")
