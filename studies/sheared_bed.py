@@ -60,7 +60,8 @@ def main():
         "unless said, coefficient of restitution 0.9. The numbers of the paper's figures are not at hand; its text is quoted.",
         "",
         "A seed gives the same last digits, but for the first run after an installation: it compiles, its sums are rounded in",
-        "another order (in the 14th digit after ten strains), and the motion is chaotic. Means differ within their standard errors.",
+        "another order (in the 14th digit after ten strains), and the motion is chaotic. Means differ within their",
+        "standard errors.",
     )
     _statements(page, runs)
     _tables(page, runs)
