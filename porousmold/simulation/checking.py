@@ -23,8 +23,8 @@ from .estimates import Estimates
 from .expected_flow import expected_mass_flow
 from .mesh_quality import few_cells
 from .meshing import BYTES_AN_UNKNOWN, build_domain
-from .outcome import outside_ranges
 from .problem import sensors_of
+from .run_warnings import outside_ranges
 from .scene_warnings import first_cell, warnings_of_the_first_cell, warnings_of_the_scene
 from .specs import Specs, specs_of
 

@@ -10,7 +10,7 @@ from mpi4py import MPI
 from porousmold import InputError, Scene, run
 from porousmold.errors import SolveError
 from porousmold.simulation.checking import check
-from porousmold.simulation.outcome import _of_the_openings
+from porousmold.simulation.run_warnings import _of_the_openings
 
 from ..support import ALUMINIUM, RESIN, STUDIES, coarse_scene
 

@@ -1,0 +1,275 @@
+"""Warnings about a run that has ended: what it left out, what it was not made for, and what may be off."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ..laws.natural_convection import ONSET, carried_from_below, carried_from_the_side
+from ..laws.phases import LARGEST_DEPARTURE, departure, other_phase
+from ..laws.real_gas import RealGasDensity
+from ..scene.features.targets import series_of
+from ..scene.scene import Scene
+from .end_warnings import of_heat_from_elsewhere, of_the_corner, why_not_heated
+from .energy_of_run import energy_of_the_tool, imbalance_of
+from .estimates import rayleigh_darcy
+from .march import Simulation
+from .scene_warnings import first_cell, warnings_of_the_first_cell, warnings_of_the_scene
+from .specs import Specs
+from .step_rules import given_bounds, is_open
+from .unmet_targets import kept_targets, why_not_met
+
+HIGHEST_MACH_NUMBER = 0.3
+LARGEST_PRESSURE_ERROR = 5e-3
+"""Of a given pressure drop, up to which that of the flow may differ without a word."""
+LARGEST_EXPANSION = 8.0
+"""Density at the inlet over that at the outlet pressure, beyond which the pressure drop was off by half a per cent and more on
+default cells (plug flow of air, against the exact isothermal one: 0.38 % at 8, 0.67 % at 12, 2.2 % at 23)."""
+LARGEST_OVERSHOOT = 0.1
+LARGEST_UNDERSHOOT = 0.05
+LEAST_SURPLUS = 0.02
+"""Of the heat that a cycle took, which it may give beyond that without a word."""
+LARGEST_IMBALANCE = 1e-3
+"""Of the heat put in, above which the balance is warned of."""
+
+
+def warnings_of(scene: Scene, simulation: Simulation, bounds: list[float] | None) -> list[str]:
+    """Warnings of a run: limits of the model that it exceeds (collective)."""
+    specs, medium = simulation.specs, simulation.problem.medium
+    found = (
+        _of_the_outcome(simulation)
+        + warnings_of_the_scene(scene, specs, medium.estimates, medium.size)
+        + _of_late_series(scene, simulation.time)
+    )
+    found += warnings_of_the_first_cell(specs, medium.estimates, first_cell(medium.domain))
+    if bounds is not None:
+        return found + _of_what_was_reached(simulation, bounds)
+    return found + outside_ranges(simulation.specs, simulation.problem.has_wall, {})
+
+
+def _of_late_series(scene: Scene, end: float) -> list[str]:
+    """Of series that had not begun when the run ended."""
+    return [
+        f"{name} begins at {series.times[0]:g} s, after the run's end: it was its first value all the time"
+        for name, series in series_of(scene).items()
+        if len(series.times) > 1 and series.times[0] >= end
+    ]
+
+
+def outside_ranges(specs: Specs, has_wall: bool, reached: Mapping[str, tuple[float, float]]) -> list[str]:
+    """A sentence for every property that was used outside the temperatures (K) that it is given for: `reached` by each material,
+    where nothing is known of it initial and inlet temperatures."""
+    given = [*specs.heat.first_temperatures, *specs.heat.inlet_temperature.range]
+    found = []
+    for use, material in specs.laws.materials(has_wall).items():
+        low, high = reached.get(use, (min(given), max(given)))
+        for name, law in material.laws().items():
+            first, last = law.temperature_range
+            if low < first - LARGEST_OVERSHOOT or high > last + LARGEST_OVERSHOOT:
+                known, used = (f"{a - 273.15:.1f} to {b - 273.15:.1f} °C" for a, b in ((first, last), (low, high)))
+                found.append(f"{material.name} {name} is given for {known}, used for {used}")
+    return found + _of_the_phase(specs, reached.get("fluid", (min(given), max(given))))
+
+
+def _of_the_phase(specs: Specs, temperatures: tuple[float, float]) -> list[str]:
+    """Of a fluid that is no ideal gas, or of another phase, at these temperatures (K)."""
+    name, pressure = specs.laws.fluid.name, specs.flow.outlet_pressure
+    highest = pressure + (specs.flow.driven_by.range[1] if specs.flow.drive == "pressure_drop" else 0.0)
+    found = [text for one in temperatures if (text := other_phase(name, pressure, one)) is not None]
+    largest, where = max(((departure(name, highest, one), one) for one in temperatures), key=lambda pair: abs(pair[0]))
+    if not found and not isinstance(specs.laws.fluid.density, RealGasDensity) and abs(largest) > LARGEST_DEPARTURE:
+        more = "more" if largest < 0.0 else "less"
+        state = f"{highest / 1e5:.4g} bar and {where - 273.15:.1f} °C"
+        found.append(
+            f"{name} is no ideal gas at {state}: its density is about {abs(largest):.1%} {more} (Peng-Robinson); "
+            "fluid.real_gas"
+        )
+    return found
+
+
+def _reached_by_materials(simulation: Simulation) -> dict[str, tuple[float, float]]:
+    """Lowest and highest temperature (K) of every material."""
+    history = simulation.recorder.history
+
+    def of(place: str) -> tuple[float, float]:
+        return min(history[f"lowest_{place}"]), max(history[f"highest_{place}"])
+
+    uses = simulation.specs.laws.materials(simulation.problem.has_wall)
+    layers = {use: use if f"lowest_{use}" in history else "wall" for use in uses}
+    return {use: of("bed" if use in ("fluid", "beads") else place) for use, place in layers.items()}
+
+
+def of_a_store_that_empties(cycle: Mapping[str, Any] | None) -> list[str]:
+    """Of a last cycle that lives on what was stored before it."""
+    efficiency = None if cycle is None else cycle["energy_efficiency"]
+    if efficiency is None or efficiency <= 1.0 + LEAST_SURPLUS:
+        return []
+    return [
+        f"the last cycle gave {efficiency:.0%} of the heat that it took: it empties what was stored before, and its efficiencies "
+        "are not those of a store that repeats itself (operation.cycles, operation.cycle_tolerance)"
+    ]
+
+
+def _of_the_outcome(simulation: Simulation) -> list[str]:
+    time, found = simulation.specs.time, []
+    at_end, steady = simulation.time >= time.end_time * (1 - 1e-9), simulation.ending.is_steady(simulation.time)
+    course = simulation.specs.course
+    waiting = simulation.recorder.heating_time is None and simulation.specs.waits_for_heat
+    if course is not None and course.repeats:
+        if not course.is_over and course.has_waited(simulation.time):
+            waited = simulation.time - course.begun
+            found.append(f"phase {course.phase.name!r} waits for a temperature that had not come after {waited:.3g} s")
+        elif not course.is_over and at_end:
+            found.append(
+                f"operation.end_time {time.end_time:g} s came in phase {course.phase.name!r}, which had not ended"
+            )
+        elif course.tolerance is not None and not course.is_periodic:
+            found.append(f"the state is not periodic within operation.cycle_tolerance after {course.cycles} cycles")
+    if waiting and (at_end or steady) and not time.targets:
+        found.append(why_not_heated(simulation))
+    if simulation.specs.heat.is_wall_held and time.heated.place != "bed" and not (time.targets or course):
+        found.append(
+            "there is no heating time: the wall is held at operation.wall_temperature; operation.heated_place = 'bed' or a "
+            "[[target]] asks for one of the bed"
+        )
+    found += of_heat_from_elsewhere(simulation) + of_the_corner(simulation)
+    kept = kept_targets(simulation)
+    is_unmet = None in simulation.recorder.targets.values() and (at_end or steady)
+    energy = energy_of_the_tool(simulation) if is_unmet and simulation.problem.air_loop is not None else None
+    for target in time.targets:
+        if simulation.recorder.targets[target.name] is None and (at_end or steady):
+            by = (
+                f"by operation.end_time {time.end_time:g} s"
+                if at_end
+                else f"in the steady state at {simulation.time:.4g} s"
+            )
+            if course is not None and course.is_over:
+                by = f"when the phases were through, at {simulation.time:.6g} s"
+            why = why_not_met(simulation, target, energy)
+            found.append(f"target {target.name!r} not met {by}{f': {why}' if why else ''}")
+        elif target.name in kept and kept[target.name]["kept_from"] is None:
+            met, lost = kept[target.name]["met"], kept[target.name]["lost"]
+            off = target.quantity(simulation.recorder.history, len(simulation.recorder.history) - 1) - target.margin
+            found.append(
+                f"target {target.name!r} was met at {met:.0f} s and lost at {lost:.0f} s: at the end it is off by {off:.3g} "
+                f"{'' if target.asks == 'cured' else 'K'} (target.keep = true waits until it holds)".replace("  ", " ")
+            )
+    imbalance = imbalance_of(simulation)
+    if abs(imbalance) > LARGEST_IMBALANCE:
+        found.append(
+            f"the heat balance is off by {imbalance:.1%}: heat and temperatures are less accurate (finer cells and steps)"
+        )
+    undershoot = simulation.problem.flow.counts.largest_undershoot
+    if undershoot > LARGEST_UNDERSHOOT:
+        found.append(f"k undershoots by {undershoot:.0%} of its largest value in single cells, where it counts as 0")
+    if simulation.regimes.is_also_laminar:
+        found.append(
+            "with these settings a laminar flow is steady, too; the turbulent solution is used, as for a tripped flow"
+        )
+    return found
+
+
+def _of_rest(simulation: Simulation, bounds: list[float]) -> list[str]:
+    """What natural convection would carry where the bed rests: the equations have none."""
+    specs, size, course = simulation.specs, simulation.specs.mesh.size, simulation.specs.course
+    strength = specs.flow.driven_by.range[0] if course is None else min(abs(phase.sign) for phase in course.phases)
+    if size is None or (simulation.problem.medium.estimates.flows and strength > 0.0 and not specs.flow.by_blower):
+        return []
+    if specs.flow.by_blower and course is None:
+        return []
+    low, high = bounds
+    upright = rayleigh_darcy(specs, low, high, size.length)
+    if upright <= ONSET:
+        return []
+    across = carried_from_the_side(upright, 0.5 * size.length / size.half_height)
+    return [
+        "natural convection in the bed at rest is left out: its Rayleigh-Darcy number is up to "
+        f"{upright:.2g} over its length; upright and hot below it would carry about {carried_from_below(upright):.2g} times what "
+        f"conducts along it (onset at {ONSET:.0f}), hot at a side {across:.2g} times what conducts across it"
+    ]
+
+
+def _of_the_beads_weight(simulation: Simulation) -> list[str]:
+    """Whether a flow against gravity would lift the beads: its pressure drop beyond the fluid's own weight carries them."""
+    specs, history = simulation.specs, simulation.recorder.history
+    if specs.flow.gravity >= 0.0:
+        return []
+    temperature = specs.heat.inlet_temperature.values[-1]
+    density = specs.laws.fluid.density(specs.flow.outlet_pressure, temperature)
+    heavier = specs.laws.beads.density(temperature) - density
+    weight = (1.0 - specs.porosity.bulk_porosity) * heavier * -specs.flow.gravity * simulation.problem.domain.length
+    drop = max(history["pressure_drop"]) + density * specs.flow.gravity * simulation.problem.domain.length
+    if drop <= weight:
+        return []
+    return [
+        f"the upward flow fluidises the beads: its pressure drop of {drop:.4g} Pa exceeds their weight, {weight:.4g} Pa "
+        "(see 'porousmold fluidised')"
+    ]
+
+
+def _beyond_what_can_be(simulation: Simulation) -> tuple[float, float]:
+    """By how much (K) temperatures anywhere, and those of the bed, were beyond what can be: what is given, and beside a wall that
+    gets hotter or colder by itself, which has no bound, what the wall had been until then."""
+    history, heat = simulation.recorder.history, simulation.specs.heat
+    lowest, highest = given_bounds(heat)
+    warm = np.maximum(
+        highest, np.maximum.accumulate(history["inlet_temperature"])
+    )  # air may come back warmer than its set-point
+    cold, (colder, hotter) = np.full_like(warm, lowest), is_open(heat)
+    in_wall = []
+    if hotter:
+        warm = np.maximum(warm, np.maximum.accumulate(history["highest_wall"]))
+    else:
+        in_wall.append(np.max(np.array(history["highest_wall"]) - warm))
+    if colder:
+        cold = np.minimum(cold, np.minimum.accumulate(history["lowest_wall"]))
+    else:
+        in_wall.append(np.max(cold - np.array(history["lowest_wall"])))
+    in_bed = max(np.max(np.array(history["highest_bed"]) - warm), np.max(cold - np.array(history["lowest_bed"])))
+    return float(max([in_bed, *in_wall])), float(in_bed)
+
+
+def _of_the_openings(simulation: Simulation) -> list[str]:
+    """Of a mesh of one's own whose cells at the ends of an opening are too coarse for the pressure that is given there."""
+    flow, history = simulation.specs.flow, simulation.recorder.history
+    if simulation.specs.mesh.own.mesh is None or flow.drive != "pressure_drop" or flow.by_blower:
+        return []
+    given, found = abs(float(flow.driven_by(history["time"][-1]))), abs(history["pressure_drop"][-1])
+    if not given or abs(found / given - 1.0) < LARGEST_PRESSURE_ERROR:
+        return []
+    return [
+        f"the mean pressures at the openings differ by {found:.4g} Pa where {given:.4g} Pa are given: cells are too coarse "
+        "there, and mass flow and times off by some part of that (solver.mesh_refinement, or a finer mesh)"
+    ]
+
+
+def _of_the_expansion(simulation: Simulation) -> list[str]:
+    """Of a gas that expands so much along the bed that most of its pressure drop lies in the last cells."""
+    outlet, history = simulation.specs.flow.outlet_pressure, simulation.recorder.history
+    drop, warm = max(abs(one) for one in history["pressure_drop"]), history["inlet_temperature"][-1]
+    thin, dense = (float(simulation.specs.laws.fluid.density(pressure, warm)) for pressure in (outlet, outlet + drop))
+    if dense <= LARGEST_EXPANSION * thin:
+        return []
+    return [
+        f"the gas expands {dense / thin:.3g}-fold, most of that within the last cells: pressure drop, mass flow and times may be "
+        "off by a per cent and more (solver.axial_cells)"
+    ]
+
+
+def _of_what_was_reached(simulation: Simulation, bounds: list[float]) -> list[str]:
+    problem, found = simulation.problem, _of_the_beads_weight(simulation) + _of_rest(simulation, bounds)
+    mach = problem.highest_mach_number()
+    if mach > HIGHEST_MACH_NUMBER:
+        found.append(f"Mach number {mach:.2g} > {HIGHEST_MACH_NUMBER}: the energy balance is that of low Mach numbers")
+    found += _of_the_expansion(simulation) + _of_the_openings(simulation)
+    found += outside_ranges(simulation.specs, problem.has_wall, _reached_by_materials(simulation))
+    beyond, in_bed = _beyond_what_can_be(simulation)
+    if beyond > LARGEST_OVERSHOOT:
+        if in_bed < LARGEST_OVERSHOOT:
+            remedy = "in the wall, where heat has entered less than a cell: solver.mesh_refinement lessens"
+        elif simulation.specs.mesh.own.mesh is None:
+            remedy = "behind the sharp first front: more solver.axial_cells lessen"
+        else:
+            remedy = "behind the sharp first front: a finer mesh along the flow lessens"
+        found.append(f"temperatures reached {beyond:.2g} K beyond those given, {remedy} it")
+    return found
