@@ -42,6 +42,9 @@ LARGEST_RADIATION = 0.2
 """Over what the bed conducts without it: about the scatter of measured conductivities of beds."""
 
 
+THINNEST_CORE = 5.0
+"""Radius of a wall in bead diameters, below which profiles beside plane walls are told (1.1 % of a heating time at 2.5 with a
+porosity that rises towards the wall)."""
 LONGEST_PROFILE, SHORTEST_PROFILE = 1.5, 0.1
 """Of a bed's length, up to which a profile along it may, and has to, tell its values without a word."""
 FEWEST_TRANSFER_UNITS = 200.0
@@ -187,6 +190,23 @@ def first_cell(domain: Domain) -> float:
     touching = np.sum(of_cells <= 1e-9 * scale, axis=1) >= domain.mesh.topology.dim
     heights = of_cells[touching].max(axis=1)
     return float(np.median(np.concatenate(domain.communicator.allgather(heights)) if scale else [0.0]))
+
+
+def of_a_thin_core(scene: Scene, domain: Domain) -> list[str]:
+    """Whether locally developed flow, whose profiles are those beside a plane wall, is off beside a thin core (collective)."""
+    if not (scene.is_locally_developed and domain.axisymmetric):
+        return []
+    space = fenicsx.lagrange_space(domain.mesh)
+    distance, radius = nodal_values(domain.wall_distance, space), space.tabulate_dof_coordinates()[:, 1]
+    nodes = fenicsx.dof_table(space)[domain.cells(geometry.BED)].ravel()
+    at_wall = nodes[distance[nodes] <= 1e-9 * ranks.largest_magnitude(domain.communicator, distance)]
+    smallest = ranks.extremes(domain.communicator, radius[at_wall])[0]
+    if smallest >= THINNEST_CORE * scene.bed.bead_diameter:
+        return []
+    return [
+        f"developed flow has the profile beside a plane wall, and the bed's wall has a radius of {1e3 * smallest:.3g} mm: times "
+        "may be off by a per cent (model.flow 'full', or geometry.kind 'annulus')"
+    ]
 
 
 def warnings_of_the_first_cell(specs: Specs, estimates: Estimates, first: float) -> list[str]:

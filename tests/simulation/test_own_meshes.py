@@ -254,3 +254,23 @@ def test_a_rarefied_gas_is_warned_of():
     scene = coarse_scene({**thin, "bed.bead_diameter": "0.1 mm", "model.flow": "plug", "model.turbulence": "none"})
     assert any("mean free path" in text for text in check(scene, MPI.COMM_SELF).warnings)
     assert not any("mean free path" in text for text in check(coarse_scene(), MPI.COMM_SELF).warnings)
+
+
+@pytest.mark.parametrize(("core", "is_told"), [(0.01, True), (0.03, False)])
+def test_developed_flow_beside_a_thin_core_is_told(core, is_told, tmp_path):
+    """Its profiles are those beside a plane wall: 1.1 % of a time at a radius of 2.5 bead diameters, in silence."""
+    text = (MESHES / "pipe.geo").read_text().replace("across = 24;", f"across = 24; core = {core};")
+    text = text.replace("Point(1) = {0, 0, 0}", "Point(1) = {0, core, 0}").replace(
+        "{length, 0, 0}", "{length, core, 0}"
+    )
+    text = text.replace('"interface") = {3}', '"interface") = {1, 3}').replace('Physical Curve("symmetry") = {1};', "")
+    (tmp_path / "annulus.geo").write_text(text)
+    given = dict.fromkeys(("geometry.length", "geometry.diameter", "wall.thickness"))
+    given |= {
+        "geometry.kind": "mesh",
+        "geometry.mesh": str(tmp_path / "annulus.geo"),
+        "geometry.symmetry": "axisymmetric",
+    }
+    given |= {"model.flow": "developed", "model.turbulence": "none", "bed.bead_diameter": 0.004}
+    warnings = check(Scene.load(PIPE, given), MPI.COMM_SELF).warnings
+    assert any("profile beside a plane wall" in text for text in warnings) == is_told
