@@ -29,8 +29,8 @@ RESULT_KEYS: Mapping[str, ResultKey] = {
     "failure": ResultKey("string", "reason of the failure: time, equations, residuals, advice", optional=True),
     "heating_time": _number(
         "s",
-        "time at which all of operation.heated_place is within operation.heating_margin of the inlet temperature, or by heat from "
-        "elsewhere beyond all temperatures given until then",
+        "time at which all of operation.heated_place is within operation.heating_margin of the inlet temperature, or by heat "
+        "from elsewhere beyond all temperatures given until then",
         optional=True,
     ),
     "heating_time_error": _number(
