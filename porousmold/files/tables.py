@@ -28,6 +28,7 @@ LONGEST_GAP = 5
 """Such cells in succession that are interpolated."""
 _NAME_AND_UNIT = re.compile(r"\s*(?P<name>[^\[\]()]*?)\s*(?:\[(?P<a>[^\[\]]*)\]|\((?P<b>[^()]*)\))\s*")
 _TIME_OF_DAY = re.compile(r"(\d{1,4}):(\d\d)(?::(\d\d(?:\.\d+)?))?")
+_OTHER_DATE = re.compile(r"\d{1,2}[./-]\d{1,2}[./-]\d{2,4}")
 _DECIMAL = re.compile(r"[-+]?\d+([.,])\d+")
 _DATE = re.compile(r"\d{4}-\d\d-\d\d")
 LARGEST_TEXT, DEEPEST_TOML = 200 * 2**20, 20
@@ -310,6 +311,10 @@ def _clock(key: str, path: Path, cells: list[str], lines: list[int], unit: str |
             allowed = f"row {lines[0]} has {cells[0].strip()!r} [{unit}]: h:mm, or min:s? Write h:mm:ss, and no unit"
             raise InputError(key, str(path), allowed)
         return [_seconds(match) for match in day if match is not None]
+    if _OTHER_DATE.match(cells[0].strip()):  # day or month first?
+        raise InputError(
+            key, str(path), f"row {lines[0]} has {cells[0].strip()!r}: write dates like 2024-03-05 10:01:30"
+        )
     if not _DATE.match(cells[0].strip()):
         return None
     first, since = None, []

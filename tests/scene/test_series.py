@@ -42,6 +42,8 @@ def test_constant_has_no_kinks():
         ("time [s], T [K]\n0, 300\n10, 310\n5, 320\n", "row 4"),
         ("time [s], T [K]\n0, abc\n", "row 2"),
         ("time [s];T [K]\n0;300,5\n1.000;310\n", "which is the decimal sign"),
+        ("time;T [K]\n05.03.2024 10:00;300\n05.03.2024 11:00;310\n", "write dates like"),
+        ("time,T [K]\n3/5/2024 10:00,300\n3/5/2024 11:00,310\n", "write dates like"),
         ("time [min],T [K]\n00:00,300\n00:30,310\n", "h:mm, or min:s"),
         ("time [s], T [m]\n0, 300\n", "temperature"),
         ("time [s], T [K], x [m]\n0, 300, 1\n", "two columns"),
