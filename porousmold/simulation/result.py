@@ -42,6 +42,11 @@ class Result:
         """Heating time of the whole wall, s; None if not reached."""
         return self.summary["heating_time"]
 
+    @property
+    def warnings(self) -> list[str]:
+        """What the run says of its own numbers, a sentence each."""
+        return list(self.summary["warnings"])
+
     def plot(self, axes: "Axes | None" = None) -> "Axes":
         """Draw the temperatures against time into axes of matplotlib, new ones by default; gives the axes."""
         from ..output.figures import plt
@@ -77,7 +82,7 @@ class Result:
     def _repr_html_(self) -> str:
         """A table of the main results and the picture of the temperatures, for notebooks."""
         rows = "".join(f"<tr><th>{html.escape(n)}</th><td>{html.escape(v)}</td></tr>" for n, v in self._main().items())
-        warnings = "".join(f"<li>{html.escape(text)}</li>" for text in self.summary["warnings"])
+        warnings = "".join(f"<li>{html.escape(text)}</li>" for text in self.warnings)
         return f"<table>{rows}</table><ul>{warnings}</ul>{self._picture()}"
 
     def _main(self) -> Mapping[str, str]:

@@ -28,6 +28,7 @@ def test_every_key_of_the_summary_is_described(result):
 
 
 def test_a_result_shows_itself(result):
+    assert result.warnings == result.summary["warnings"]
     assert f"{result.heating_time:.1f} s" in repr(result) and len(repr(result)) < 300
     page = result._repr_html_()
     assert f"{result.heating_time:.1f} s" in page and "data:image/png;base64," in page
