@@ -118,9 +118,10 @@ def of_heat_from_elsewhere(simulation: Simulation) -> list[str]:
 
 def of_phases_over_at_once(simulation: Simulation) -> list[str]:
     """Of phases whose limit what leaves was beyond before they began, or nearly: they last a step, with its heat."""
-    course, times = simulation.specs.course, np.array(simulation.recorder.history["time"])
-    if course is None:
+    course, history = simulation.specs.course, simulation.recorder.history
+    if course is None or not len(history):
         return []
+    times = np.array(history["time"])
     spans = enumerate(pairwise([0.0, *course.ends]))
     short = [number for number, (begun, end) in spans if np.count_nonzero((times > begun) & (times <= end)) <= 1]
     counts = Counter(number % len(course.phases) for number in short if course.phase_of(number).side is not None)
