@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from .answers import beyond_the_inlet
+from .answers import BEYOND_THE_MARGIN, beyond_the_inlet
 from .march import Simulation
 from .unmet_targets import supply_at_its_limit
 
@@ -37,7 +37,11 @@ def _distance_left(simulation: Simulation) -> str:
     named = {"wall": wall, "bed_side": "the wall's bed side", "bed": "the bed"}.get(place, f"layer {place!r}")
     cools = heat.inlet_temperature.values[-1] < heat.initial_temperature
     changed, farthest = ("cooled", "hottest") if cools else ("heated", "coldest")
-    text = f"not {changed} to within {time.heated.margin:g} K {end}: {named} is {_kelvin(history[column][-1])} away"
+    begins = f"not {changed} to within {time.heated.margin:g} K {end}"
+    if history[column][-1] <= time.heated.margin:  # it never lagged behind
+        low, high, inlet = (history[name][-1] for name in (f"lowest_{place}", f"highest_{place}", "set_point"))
+        return f"{begins}: heat from elsewhere has {named} ahead of the inlet, {_kelvin(max(inlet - low, high - inlet))} from it"
+    text = f"{begins}: {named} is {_kelvin(history[column][-1])} away"
     times, deficits = (np.array(history[name]) for name in ("time", column))
     if len(times) < 3:
         return text
@@ -113,6 +117,22 @@ def of_heat_from_elsewhere(simulation: Simulation) -> list[str]:
     return [
         f"the time of {place.replace('_', ' ')} is that of its side that comes last: by then or later it is up to {beyond:.1f} K "
         f"{side} than the inlet, by heat from elsewhere"
+    ]
+
+
+def of_an_earlier_set_point(simulation: Simulation) -> list[str]:
+    """Of a place that was heated once, and is not as warm as an inlet that was changed since."""
+    time, recorder, heat = simulation.specs.time, simulation.recorder, simulation.specs.heat
+    if recorder.heating_time is None or time.targets or not simulation.specs.waits_for_heat:
+        return []
+    away = recorder.history[f"deficit_{time.heated.place}"][-1]
+    last = max(heat.inlet_temperature.breakpoints, default=0.0)
+    if last < recorder.heating_time or away <= BEYOND_THE_MARGIN * time.heated.margin:
+        return []
+    place = time.heated.place.replace("_", " ")
+    return [
+        f"the heating time is that of an earlier set-point: at the end, {simulation.time:.4g} s, {place} is {_kelvin(away)} from "
+        "the present one (a [[target]] asks for another)"
     ]
 
 

@@ -29,6 +29,7 @@ class Ending:
             return True
         if course is not None and course.repeats:
             is_met = bool(self._specs.time.targets) and self._recorder.reached and self._is_kept(time)
+            is_met = is_met and time >= self._last_kept_change * (1.0 - ROUNDING)
             return course.is_over or course.has_waited(time) or is_met
         return self._is_heated_for_good(time) or self.is_steady(time)
 
@@ -41,10 +42,16 @@ class Ending:
         changes = list(self._specs.heat.inlet_temperature.breakpoints)
         if self._specs.course is not None and not self._specs.course.waits_for_heat:
             changes += self._specs.flow.driven_by.breakpoints
-        last_change = max(changes, default=0.0)
-        if any(target.keep for target in self._specs.time.targets):  # which may be lost when anything given changes
-            changes += self._specs.time.breakpoints
+        last_change = max([self._last_kept_change, *changes])
         return self._recorder.reached and time >= last_change * (1.0 - ROUNDING) and self._is_kept(time)
+
+    @property
+    def _last_kept_change(self) -> float:
+        """When (s) what anything given changes for the last time has come through, where a target is to be kept, which may then
+        be lost; else 0."""
+        last = max(self._specs.time.breakpoints, default=0.0)
+        is_any = last > 0.0 and any(target.keep for target in self._specs.time.targets)
+        return last + self._estimates.heating_duration if is_any else 0.0
 
     def _is_kept(self, time: float) -> bool:
         """Whether the targets to keep, all met by a time (s), have held through a whole cycle, where the flow has cycles."""
@@ -65,6 +72,9 @@ class Ending:
         range_of_all = max(history["highest_temperature"]) - min(history["lowest_temperature"])
         stored = max(abs(heat) for heat in history["heat_stored"])
         scales: dict[str, float] = {"temperature": range_of_all, "heat_stored": stored, "cure": 1.0}
+        if any(one.asks == "cured" and self._recorder.targets[one.name] is None for one in spec.targets):
+            cures = [history[name][-1] for name in history if _kind_of(name) == "cure"]
+            scales["cure"] = min(cures, default=1.0)  # one that is waited for may begin slowly
         return all(
             max(history[name][half:]) - min(history[name][half:]) <= STEADY_CHANGE * scales[kind]
             for name in history

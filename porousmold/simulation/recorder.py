@@ -154,16 +154,16 @@ class Recorder:
         }
 
     def _deficit(self, low: float, high: float, time: float) -> float:
-        """Largest distance (K) of a place's lowest and highest temperature (K) from the inlet's, on either side. What heat from
-        elsewhere brings beyond all that was given before does not count: it leads away from the start."""
+        """Largest distance (K) of a place's lowest and highest temperature (K) from the inlet's, on either side. Where heat from
+        elsewhere may carry it beyond the inlet's, it is enough that all of it is as far from the start as what was given."""
         heat, target = self._heat, float(self._heat.inlet_temperature(time))
+        distance = max(target - low, high - target)
         if heat.outer_wall.heat_flux is None and not self._has_sources:
-            return max(target - low, high - target)
+            return distance
         given = [target, *heat.first_temperatures, *(self.history["set_point"] if len(self.history) else ())]
         start, inlet = heat.initial_temperature, heat.inlet_temperature.values
-        if max(inlet, key=lambda value: abs(value - start)) >= start:
-            return max(target - low, min(high, max(given)) - target)
-        return max(target - max(low, min(given)), high - target)
+        is_heated = max(inlet, key=lambda value: abs(value - start)) >= start
+        return min(distance, max(given) - low if is_heated else high - min(given))
 
     def _at_end_of_step(self, time: float, flow_time: float) -> tuple[float, float]:
         """Mass flow and pressure drop at the end of the last step: a flow solved for its middle goes on as it did between the

@@ -10,7 +10,7 @@ from ..laws.phases import LARGEST_DEPARTURE, departure, other_phase
 from ..laws.real_gas import RealGasDensity
 from ..scene.features.targets import series_of
 from ..scene.scene import Scene
-from .end_warnings import of_heat_from_elsewhere, of_the_corner, why_not_heated
+from .end_warnings import of_an_earlier_set_point, of_heat_from_elsewhere, of_the_corner, why_not_heated
 from .energy_of_run import energy_of_the_tool, imbalance_of
 from .estimates import rayleigh_darcy
 from .march import Simulation
@@ -134,17 +134,20 @@ def _of_the_outcome(simulation: Simulation) -> list[str]:
             "[[target]] asks for one of the bed"
         )
     found += of_heat_from_elsewhere(simulation) + of_the_corner(simulation)
+    found += of_an_earlier_set_point(simulation)
     kept = kept_targets(simulation)
-    is_unmet = None in simulation.recorder.targets.values() and (at_end or steady)
+    is_through = course is not None and course.repeats and (course.is_over or course.has_waited(simulation.time))
+    has_ended = at_end or steady or is_through
+    is_unmet = None in simulation.recorder.targets.values() and has_ended
     energy = energy_of_the_tool(simulation) if is_unmet and simulation.problem.air_loop is not None else None
     for target in time.targets:
-        if simulation.recorder.targets[target.name] is None and (at_end or steady):
+        if simulation.recorder.targets[target.name] is None and has_ended:
             by = (
                 f"by operation.end_time {time.end_time:g} s"
                 if at_end
                 else f"in the steady state at {simulation.time:.4g} s"
             )
-            if course is not None and course.is_over:
+            if is_through:
                 by = f"when the phases were through, at {simulation.time:.6g} s"
             why = why_not_met(simulation, target, energy)
             found.append(f"target {target.name!r} not met {by}{f': {why}' if why else ''}")

@@ -4,6 +4,7 @@ Every target is a quantity that falls below a margin; when it does so is interpo
 the run serve as the reference, from which the quantities fall off nearly exponentially where heat comes with the flow.
 """
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -38,8 +39,8 @@ class Target:
     most as much (K), or "cured" to that degree.
 
     `initial` (K) is the temperature that the run starts from, `final` (K) the set-point that is farthest from it: of a programme
-    that cools down again the hottest. What lies between the two counts as "below", or "above", only after it was passed. One to
-    `keep` is met only as long as it holds.
+    that cools down again the hottest; `hottest` and `coldest` (K) are its ends. What lies between the initial temperature and
+    those counts as "below", or "above", only after it was passed. One to `keep` is met only as long as it holds.
     """
 
     name: str
@@ -48,6 +49,8 @@ class Target:
     limit: float
     initial: float
     final: float
+    hottest: float = -math.inf
+    coldest: float = math.inf
     is_sensor: bool = False
     keep: bool = False
 
@@ -66,6 +69,8 @@ class Target:
                 is_sensor=target.place in sensors and target.place not in others,
                 initial=initial,
                 final=final,
+                hottest=max(scene.operation.inlet_temperature.values),
+                coldest=min(scene.operation.inlet_temperature.values),
                 keep=target.keep,
             )
             for target in scene.target.list or ()
@@ -122,7 +127,7 @@ class Target:
         """When it was first met (s) in the last step of the history, None where that was not then."""
         rows = len(history["time"])
         quantities = [self.quantity(history, row) for row in range(max(0, rows - 3), rows)]
-        if not self._was_passed(history):
+        if not self.was_passed(history):
             return None
         if len(quantities) == 1:
             return 0.0 if quantities[0] < self.margin else None
@@ -150,11 +155,11 @@ class Target:
             kept = crossing
         return lost, kept if rows and self.holds(history, rows[-1]) else None
 
-    def _was_passed(self, history: Rows) -> bool:
+    def was_passed(self, history: Rows) -> bool:
         """Whether the place has been on the other side of a limit that the run goes through twice."""
-        if self.asks == "below" and self.initial < self.limit < self.final:
+        if self.asks == "below" and self.initial < self.limit < max(self.final, self.hottest):
             return max(history[self._columns[1]]) > self.limit
-        if self.asks == "above" and self.final < self.limit < self.initial:
+        if self.asks == "above" and min(self.final, self.coldest) < self.limit < self.initial:
             return min(history[self._columns[0]]) < self.limit
         return True
 

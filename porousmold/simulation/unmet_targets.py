@@ -30,6 +30,8 @@ def why_not_met(simulation: Simulation, target: Target, energy: Mapping[str, flo
     if target.asks == "spread" and not target.is_under_way(history, last):
         way = "farther than that from" if target.final == target.initial else "half-way to the set-point from"
         parts = [f"its place has not been {way} the temperature at the start"]
+    if not target.was_passed(history):  # nothing keeps it from being met
+        return "it held from the start, and counts only after the place has been on the other side of the limit"
     parts += supply_at_its_limit(simulation)
     parts += _losses(energy)
     return "; ".join(parts)

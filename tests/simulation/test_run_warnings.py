@@ -287,3 +287,50 @@ def test_a_pressure_drop_that_is_not_the_one_given_is_told(found, count):
     assert (
         len(_of_the_openings(SimpleNamespace(specs=SimpleNamespace(flow=flow, mesh=mesh), recorder=recorder))) == count
     )
+
+
+def test_a_heating_time_of_an_earlier_set_point_is_told():
+    """60 degC, and 180 degC later: the run ends with the last change, with the wall 100 K and more from the inlet."""
+    given = {"operation.inlet_temperature": ([0.0, 5000.0, 5060.0], [333.15, 333.15, 453.15])}
+    result = run(coarse_scene(PLUG, given))
+    assert result.heating_time < 5000.0
+    assert any("that of an earlier set-point" in text for text in result.summary["warnings"])
+    assert not any("earlier set-point" in text for text in run(coarse_scene(PLUG)).summary["warnings"])
+
+
+def test_a_wall_that_a_source_keeps_ahead_of_the_inlet_is_not_said_to_lag():
+    given = {"operation.inlet_temperature": ([0.0, 600.0, 601.0, 2000.0], [298.15, 363.15, 363.15, 362.15])}
+    given |= {"operation.outer_heat_flux": 2000.0, "operation.end_time": 2500.0}
+    warnings = run(coarse_scene(PLUG, given)).summary["warnings"]
+    assert any("heat from elsewhere has the wall ahead of the inlet" in text for text in warnings)
+
+
+def test_a_target_that_phases_end_without_is_told():
+    """Without operation.end_time nothing was said of it."""
+    phase = {"name": "charge", "pressure_drop": 8000.0, "temperature": 363.15, "until_outlet_above": 320.0}
+    given = dict.fromkeys(("operation.pressure_drop", "operation.inlet_temperature", "operation.end_time"))
+    given |= {"operation.phase": [phase], "target.list": [{"name": "hot", "above": "89 degC"}]}
+    warnings = run(coarse_scene(PLUG, given)).summary["warnings"]
+    assert any("target 'hot' not met when the phases were through" in text for text in warnings)
+
+
+def test_a_target_that_held_from_the_start_says_so():
+    given = {"operation.initial_temperature": 363.15, "operation.inlet_temperature": 298.15, "operation.end_time": 50.0}
+    given |= {"target.list": [{"name": "warm", "above": "40 degC"}]}
+    warnings = run(coarse_scene(PLUG, given)).summary["warnings"]
+    assert any("it held from the start" in text for text in warnings)
+
+
+def test_pumping_work_beside_a_heater_is_that_up_to_the_answer():
+    """A target that is met long after the wall is heated: the work was that up to the heating time, half of it."""
+    given = {"operation.heater_power": "200 kW", "operation.end_time": None}
+    given |= {"target.list": [{"name": "even", "place": "wall", "within": 0.2}]}
+    result = run(coarse_scene(PLUG, given))
+    until, history = result.summary["energy"]["until"], result.history
+    assert until == pytest.approx(result.summary["targets"]["even"]) and until > 1.3 * result.heating_time
+    density = (101325.0 + history["pressure_drop"]) / (287.05 * history["inlet_temperature"])
+    before = history["time"] < until
+    power = history["mass_flow"] * history["pressure_drop"] / density
+    times, powers = np.append(history["time"][before], until), np.append(power[before], power[-1])
+    work = np.sum(0.5 * (powers[1:] + powers[:-1]) * np.diff(times))
+    assert result.summary["pumping_work"] == pytest.approx(work, rel=0.02)

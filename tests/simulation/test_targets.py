@@ -7,7 +7,7 @@ from mpi4py import MPI
 from porousmold import Scene, run
 from porousmold.simulation.targets import Target
 
-from ..support import COARSE, FIELD_CASES, STUDIES, coarse_scene, cured_mold
+from ..support import COARSE, FIELD_CASES, RESIN, STUDIES, coarse_scene, cured_mold
 
 TIMES = np.linspace(0.0, 400.0, 81)
 
@@ -171,12 +171,48 @@ def test_limits_that_a_heat_flux_passes_are_met_when_the_history_passes_them():
 
 def test_a_target_to_keep_waits_for_the_last_change_of_the_drive():
     """A flow that stops later: the target is met before, and lost by the heat that leaves the skin."""
-    targets = [{"name": "warm", "above": "60 degC", "keep": True}]
+    targets = [{"name": "warm", "above": "35 degC", "keep": True}]
     given = {"operation.pressure_drop": ([0.0, 4000.0, 4001.0, 4002.0], [2000.0, 2000.0, 0.0, 0.0]),
              "operation.outer_coefficient": 20.0, "operation.ambient_temperature": "15 degC",
              "operation.end_time": 9000.0, "model.flow": "plug", "model.turbulence": "none"}  # fmt: skip
     result = run(coarse_scene(given | {"target.list": targets}), communicator=MPI.COMM_SELF)
-    assert result.summary["end_time"] > 4000.0
+    kept = result.summary["targets_kept"]["warm"]
+    assert kept["met"] < 4000.0 < kept["lost"] < result.summary["end_time"]
+    assert result.summary["targets"]["warm"] is None and kept["kept_from"] is None
+
+
+@pytest.mark.parametrize(("limit", "course"), [("50 degC", {}), ("25 degC", {"operation.reversal_period": 300.0})])
+def test_a_target_to_keep_waits_until_the_last_change_has_come_through(limit, course):
+    """Surroundings that turn cold an hour after the target was met: the run had ended, and the target was "kept"."""
+    given = {"model.flow": "plug", "model.turbulence": "none", "operation.outer_coefficient": 20.0}
+    given |= {"operation.ambient_temperature": ([0.0, 3600.0, 3601.0, 9000.0], [293.15, 293.15, 203.15, 203.15])}
+    given |= {"operation.end_time": 9000.0, "target.list": [{"name": "warm", "above": limit, "keep": True}]}
+    summary = run(coarse_scene(given | course), communicator=MPI.COMM_SELF).summary
+    assert summary["targets"]["warm"] is None and 3601.0 < summary["targets_kept"]["warm"]["lost"] < 5000.0
+
+
+def test_a_cure_that_begins_slowly_is_no_steady_state():
+    """In half of the time its degree of cure changes by less than 1e-4: the run had ended, with the target "not met"."""
+    autocatalytic = {"rate_1": 0.0, "activation_energy_1": 0.0, "rate_2": 1.53e5, "activation_energy_2": 6.65e4}
+    autocatalytic |= {"order_m": 1.0, "order_n": 1.5, "heat": 1.9e5, "initial": 1e-5}
+    tables = cured_mold({"model.flow": "plug", "model.turbulence": "none"}).as_tables()
+    tables["materials"] = {"resin": {**RESIN, "cure": autocatalytic}}
+    given = Scene(tables).changed(
+        COARSE | {"solver.largest_step": None, "operation.end_time": None, "operation.inlet_temperature": 393.15}
+    )
+    found, longer = (
+        run(one, communicator=MPI.COMM_SELF) for one in (given, given.changed({"operation.end_time": 1e5}))
+    )
+    assert found.summary["targets"]["cured"] == pytest.approx(longer.summary["targets"]["cured"], rel=1e-3)
+    assert found.summary["targets"]["cured"] > 10000.0
+
+
+def test_below_counts_after_a_programme_has_heated_beyond_it():
+    """From 350 K to 420 K and down to 280 K, the farthest from the start: below 380 K was met at 0 s."""
+    asked = Target(name="t", place="wall", asks="below", limit=380.0, initial=350.0, final=280.0, hottest=420.0)
+    there = 350.0 + 0.35 * np.minimum(TIMES, 400.0 - TIMES)
+    columns = {"lowest_wall": there - 1.0, "highest_wall": there + 1.0}
+    assert first_time(asked, **columns) == pytest.approx(400.0 - 29.0 / 0.35, abs=0.5)
 
 
 @pytest.mark.parametrize(("limit", "is_kept"), [(600.0, False), (320.0, True)])

@@ -31,8 +31,8 @@ TARGET: Mapping[str, Key] = {
     ),
     "keep": Key(
         "flag",
-        "it is met only as long as it holds: the run goes on until all such targets hold at once, up to the last change of what "
-        "is given, and where the flow has phases or reverses, through a whole cycle",
+        "it is met only as long as it holds: the run goes on until all such targets hold at once, until the last change of "
+        "what is given has come through, and where the flow has phases or reverses, through a whole cycle",
         False,
     ),
     "cured": Key("", "least degree of cure of a layer", low=0.0, high=1.0),
