@@ -95,10 +95,14 @@ def of_the_corner(simulation: Simulation) -> list[str]:
 
 
 def _what_balances(simulation: Simulation, before: int) -> str:
-    """What the outer wall has exchanged since a row of the history, beside the bed."""
-    outer, history = simulation.specs.heat.outer_wall, simulation.recorder.history["heat_through_outer_wall"]
-    if not outer.exchanges and outer.heat_flux is None:
+    """What the outer wall has exchanged since a row of the history, beside the bed; '' where the wall is as warm as what enters,
+    which only the supply keeps from its set-point."""
+    outer, heated, rows = simulation.specs.heat.outer_wall, simulation.specs.time.heated, simulation.recorder.history
+    lacks = abs(rows["set_point"][-1] - rows["inlet_temperature"][-1])
+    is_by_supply = lacks > 0.0 and rows[f"deficit_{heated.place}"][-1] - lacks <= heated.margin
+    if is_by_supply or (not outer.exchanges and outer.heat_flux is None):
         return ""
+    history = rows["heat_through_outer_wall"]
     if history[-1] > history[before]:
         return ": heat that comes in through the outer wall balances what the flow carries away"
     sources = any(layer.heat_source is not None for layer in simulation.specs.heat.all_layers)

@@ -334,3 +334,11 @@ def test_pumping_work_beside_a_heater_is_that_up_to_the_answer():
     times, powers = np.append(history["time"][before], until), np.append(power[before], power[-1])
     work = np.sum(0.5 * (powers[1:] + powers[:-1]) * np.diff(times))
     assert result.summary["pumping_work"] == pytest.approx(work, rel=0.02)
+
+
+def test_what_the_heater_lacks_is_not_called_a_loss_of_the_wall():
+    """The wall is as warm as what enters: its losses do not keep it from the set-point."""
+    given = {"operation.heater_power": "400 W", "operation.end_time": 30000.0, "operation.outer_coefficient": 0.05}
+    given |= {"operation.ambient_temperature": 298.15}
+    text = next(one for one in run(coarse_scene(PLUG, given)).summary["warnings"] if one.startswith("not heated"))
+    assert "the heater is at its limit" in text and "balance" not in text
