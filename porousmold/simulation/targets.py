@@ -118,10 +118,14 @@ class Target:
     def is_under_way(self, history: Rows, row: int) -> bool:
         """Whether the place has been half-way to the set-point by a row of the history; where that is the temperature at the
         start, whether it has been farther from it than the limit."""
-        pairs = zip(*(history[column][: row + 1] for column in self._columns), strict=True)
+        return any(self._way(history, one) > 1.0 for one in range(row + 1))
+
+    def _way(self, history: Rows, row: int) -> float:
+        """What the place has come of that way in a row of the history."""
+        low, high = (history[column][row] for column in self._columns)
         if self.final == self.initial:
-            return any(max(abs(low - self.initial), abs(high - self.initial)) > self.limit for low, high in pairs)
-        return any((0.5 * (low + high) - self.initial) / (self.final - self.initial) > HALF_WAY for low, high in pairs)
+            return max(abs(low - self.initial), abs(high - self.initial)) / self.limit
+        return (0.5 * (low + high) - self.initial) / (self.final - self.initial) / HALF_WAY
 
     def time(self, history: Rows) -> float | None:
         """When it was first met (s) in the last step of the history, None where that was not then."""
@@ -131,6 +135,10 @@ class Target:
             return None
         if len(quantities) == 1:
             return 0.0 if quantities[0] < self.margin else None
+        if self.asks == "spread" and quantities[-1] < self.margin and not self.is_under_way(history, rows - 2):
+            return root_in_last_step(
+                history["time"][-2:], [self._way(history, row) - 1.0 for row in (rows - 2, rows - 1)]
+            )
         return crossing_time(history["time"][-len(quantities) :], quantities, self.margin)
 
     def holds(self, history: Rows, row: int) -> bool:

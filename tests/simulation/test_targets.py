@@ -52,6 +52,13 @@ def test_a_spread_counts_from_half_way_on():
     assert found == pytest.approx(exact, rel=1e-6)
 
 
+def test_a_spread_that_holds_half_way_is_met_there():
+    """One place has none: it was met anywhere within the step that passes half-way."""
+    rising = 300.0 + 0.37 * TIMES
+    found = first_time(target("spread", 10.0), lowest_wall=rising, highest_wall=rising)
+    assert found == pytest.approx(50.0 / 0.37, abs=1e-6)
+
+
 def test_a_spread_counts_from_where_heat_of_its_own_has_warmed_a_place():
     """The inlet is as warm as the start: what is even there has not been heated yet."""
     high = 300.0 + 40.0 * (1.0 - np.exp(-TIMES / 50.0))
