@@ -66,6 +66,12 @@ def load(path: str | Path, *, allow_extensions: bool = False) -> tuple[Study, Ai
         raise InputError(
             "optimum.below", str(below), "must be a table of limits, such as { fluid_heat = '3 MJ' }", where
         )
+    for name, given in below.items():
+        if isinstance(given, dict):
+            quoted = f'"{name}.{next(iter(given), "")}"'
+            raise InputError(
+                f"optimum.below.{name}", str(given), f"a name with a point stands in quotes: {quoted} = ...", where
+            )
     for key, name in [("minimise", minimise), ("trade_off", trade_off), *(("below", name) for name in below)]:
         if name not in study.record and not (key == "trade_off" and name is None):
             raise InputError(f"optimum.{key}", str(name), f"must be one of study.record {study.record}", where)

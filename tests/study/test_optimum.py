@@ -133,6 +133,7 @@ def test_the_cheapest_run_that_never_gets_warm_is_no_answer(tmp_path, capsys):
         ('mean_power = "3 kW"', 'mean_power = "3 km"', "optimum.below.mean_power"),
         ('mean_power = "3 kW"', "time_steps = 5", "optimum.below"),
         ('mean_power = "3 kW"', "mean_power = -1", "optimum.below.mean_power"),
+        ('mean_power = "3 kW"', "energy.cost = 3", 'stands in quotes: "energy.cost"'),
         ('"energy_spent"\n', '"heating_time"\n', "optimum.trade_off"),
         ("count = 4", "count = 2", "vary.operation.pressure_drop"),
         ("trade_off", "tradeoff", "optimum.tradeoff"),
