@@ -168,12 +168,11 @@ def require_connection(mesh: gmsh_model.PlainMesh, names: Mapping[int, str]) -> 
     dimension = 2 if next(iter(mesh.facets.values())).shape[1] == 2 else 3
     sides, owners = [], []
     for tag, cells in mesh.cells.items():
-        corners = np.concatenate([cells[:, list(side)] for side in gmsh_model.SIDES[dimension, cells.shape[1]]])
+        corners = gmsh_model.sides_of(cells, dimension)
         sides.append(corners)
         owners.append(np.full(len(corners), tag))
     corners, owner = np.concatenate(sides), np.concatenate(owners)
-    _, first, counts = np.unique(np.sort(corners, axis=1), axis=0, return_index=True, return_counts=True)
-    single = first[counts == 1]
+    single = gmsh_model.lone(corners)
     corners, owner = corners[single], owner[single]
     places = mesh.points[corners][:, :, :dimension]
     middles, heights = places.mean(axis=1), heights_of(places)

@@ -67,6 +67,18 @@ class PlainMesh:
     facets: dict[int, Integers]
 
 
+def sides_of(cells: Integers, dimension: int) -> Integers:
+    """Corners of all sides of cells, one row each."""
+    sides = np.array(SIDES[dimension, cells.shape[1]])
+    return cells[:, sides].reshape(-1, sides.shape[1])
+
+
+def lone(sides: Integers) -> Integers:
+    """Numbers of the sides that one cell has alone."""
+    _, first, counts = np.unique(np.sort(sides, axis=1), axis=0, return_index=True, return_counts=True)
+    return np.asarray(first[counts == 1])
+
+
 def open_model(
     path: Path, dimension: int, regions: Sequence[str], boundaries: Sequence[str], *, trusted: bool = False
 ) -> Any:

@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 
 from ..arrays import Booleans, Floats, Integers
-from .gmsh_model import SIDES, PlainMesh
+from .gmsh_model import PlainMesh, lone, sides_of
 
 SHARE = 0.7
 """Of the height of the bed's first cells, which the new cells get."""
@@ -172,8 +172,7 @@ def _along_boundary(mesh: PlainMesh, bed: int, interface: int, nodes: Integers, 
 def _boundary(cells: Integers, interface: Integers) -> Integers:
     """The facets that one of the cells has alone, but for those of the interface."""
     dimension = 2 if interface.shape[1] == 2 else 3
-    facets = cells[:, SIDES[dimension, cells.shape[1]]].reshape(-1, interface.shape[1])
-    _, at, count = np.unique(np.sort(facets, axis=1), axis=0, return_index=True, return_counts=True)
+    facets = sides_of(cells, dimension)
     of_wall = {tuple(sorted(facet)) for facet in interface.tolist()}
-    alone = facets[np.sort(at[count == 1])]
+    alone = facets[np.sort(lone(facets))]
     return alone[[tuple(sorted(facet)) not in of_wall for facet in alone.tolist()]]

@@ -29,7 +29,6 @@ class Ending:
             return True
         if course is not None and course.repeats:
             is_met = bool(self._specs.time.targets) and self._recorder.reached and self._is_kept(time)
-            is_met = is_met and time >= self._last_kept_change * (1.0 - ROUNDING)
             return course.is_over or course.has_waited(time) or is_met
         return self._is_heated_for_good(time) or self.is_steady(time)
 
@@ -42,20 +41,18 @@ class Ending:
         changes = list(self._specs.heat.inlet_temperature.breakpoints)
         if self._specs.course is not None and not self._specs.course.waits_for_heat:
             changes += self._specs.flow.driven_by.breakpoints
-        last_change = max([self._last_kept_change, *changes])
+        last_change = max(changes, default=0.0)
         return self._recorder.reached and time >= last_change * (1.0 - ROUNDING) and self._is_kept(time)
 
-    @property
-    def _last_kept_change(self) -> float:
-        """When (s) what anything given changes for the last time has come through, where a target is to be kept, which may then
-        be lost; else 0."""
-        last = max(self._specs.time.breakpoints, default=0.0)
-        is_any = last > 0.0 and any(target.keep for target in self._specs.time.targets)
-        return last + self._estimates.heating_duration if is_any else 0.0
-
     def _is_kept(self, time: float) -> bool:
-        """Whether the targets to keep, all met by a time (s), have held through a whole cycle, where the flow has cycles."""
+        """Whether the targets to keep, all met by a time (s), are not to be lost any more: what anything given changes for the
+        last time has come through, and where the flow has cycles they have held through a whole one."""
         course, kept = self._specs.course, [target.name for target in self._specs.time.targets if target.keep]
+        if not kept:
+            return True
+        last = max(self._specs.time.breakpoints, default=0.0)
+        if last > 0.0 and time < (last + self._estimates.heating_duration) * (1.0 - ROUNDING):
+            return False
         met = [since for name in kept if (since := self._recorder.targets[name]) is not None]
         if course is None or not met or not (course.repeats or course.waits_for_heat):
             return True

@@ -39,7 +39,7 @@ class Recorder:
         of_nodes = {place: problem.places.extremes(place) for place in problem.places.names}
         extremes = of_nodes | {"bed": self._extremes_of_bed(of_nodes["bed"], time)}
         lows, highs = zip(*(of_nodes[place] for place in ("bed", "wall")), strict=True)
-        waited_for = dict.fromkeys(("wall", "bed_side", self._place))
+        waited_for, given = dict.fromkeys(("wall", "bed_side", self._place)), self._given_until(time)
         now = Moment(
             time=time,
             step=step,
@@ -49,7 +49,7 @@ class Recorder:
             pressure_drop=sign * pressure_drop,
             extremes=extremes,
             nodal_range=(min(lows), max(highs)),
-            deficits={place: self._deficit(*extremes[place], time) for place in waited_for},
+            deficits={place: self._deficit(*extremes[place], time, given) for place in waited_for},
             ends=ends if sign > 0 else (problem.domain.length - ends[0], problem.domain.length - ends[1]),
             at_places=self._at_places(time),
         )
@@ -153,17 +153,26 @@ class Recorder:
             "gradient": dict(zip(problem.sensor_names, problem.sensors.steepness(temperature), strict=True)),
         }
 
-    def _deficit(self, low: float, high: float, time: float) -> float:
+    def _deficit(self, low: float, high: float, time: float, given: tuple[float, float] | None) -> float:
         """Largest distance (K) of a place's lowest and highest temperature (K) from the inlet's, on either side. Where heat from
-        elsewhere may carry it beyond the inlet's, it is enough that all of it is as far from the start as what was given."""
+        elsewhere may carry it beyond the inlet's, it is enough that all of it is as far from the start as what was `given`."""
         heat, target = self._heat, float(self._heat.inlet_temperature(time))
         distance = max(target - low, high - target)
-        if heat.outer_wall.heat_flux is None and not self._has_sources:
+        if given is None:
             return distance
-        given = [target, *heat.first_temperatures, *(self.history["set_point"] if len(self.history) else ())]
         start, inlet = heat.initial_temperature, heat.inlet_temperature.values
         is_heated = max(inlet, key=lambda value: abs(value - start)) >= start
-        return min(distance, max(given) - low if is_heated else high - min(given))
+        return min(distance, given[1] - low if is_heated else high - given[0])
+
+    def _given_until(self, time: float) -> tuple[float, float] | None:
+        """Lowest and highest temperature (K) at the start and of the inlet up to a time (s); None where no heat comes from
+        elsewhere."""
+        heat = self._heat
+        if heat.outer_wall.heat_flux is None and not self._has_sources:
+            return None
+        before = self.history["set_point"] if len(self.history) else ()
+        given = (float(heat.inlet_temperature(time)), *heat.first_temperatures, *before)
+        return min(given), max(given)
 
     def _at_end_of_step(self, time: float, flow_time: float) -> tuple[float, float]:
         """Mass flow and pressure drop at the end of the last step: a flow solved for its middle goes on as it did between the
