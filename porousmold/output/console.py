@@ -12,7 +12,6 @@ from typing import Any, TypeAlias
 
 from ..errors import InputError
 from ..scene.features.geometries import modelled_part
-from ..scene.features.phases import phases_of
 from ..scene.scene import Scene
 from .quantities import ENERGY_GIVEN, ENERGY_NAMES, JOULES_A_KWH
 from .result_keys import Summary
@@ -245,8 +244,7 @@ def summary_text(scene: Scene, summary: Summary, out: Path, pictures: Sequence[P
     whole, bed_side = summary["heating_time"], summary["heating_time_bed_side"]
     lines = targets
     lines += [cycle_text(summary["last_cycle"], summary["cycles"][-1]["phases"])] if summary["cycles"] else []
-    reverses = phases_of(scene) and scene.operation.reversal_period is None  # such a run has no heating time
-    if whole is not None or not (targets or reverses):
+    if whole is not None or (summary["has_heating_time"] and not targets):
         lines.append(f"{change} time ({place} within {margin:g} K of the inlet): {shown(whole)}")
     if bed_side is not None and (whole is None or abs(bed_side - whole) > LEAST_DIFFERENCE * whole):
         lines.append(f"  bed side of the wall: {shown(bed_side)}")

@@ -79,9 +79,10 @@ def _headline(summary: Summary, scene: Tables) -> list[Block]:
     if met:
         last = f"all met at {max(met) / 60.0:.1f} min" if None not in met else "not all met"
         parts.append(Sentence(f"Targets: {last}", "large"))
-    if time is not None or not met:
-        margin = scene["operation"]["heating_margin"]
-        parts.append(Sentence(f"Heating time: {reached}{known} (wall within {margin:g} K of the inlet)", "large"))
+    if time is not None or (summary["has_heating_time"] and not met):
+        operation = scene["operation"]
+        margin, place = operation["heating_margin"], operation["heated_place"].replace("_", " ")
+        parts.append(Sentence(f"Heating time: {reached}{known} ({place} within {margin:g} K of the inlet)", "large"))
     return parts
 
 

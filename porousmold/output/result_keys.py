@@ -33,6 +33,11 @@ RESULT_KEYS: Mapping[str, ResultKey] = {
         "from elsewhere beyond all temperatures given until then",
         optional=True,
     ),
+    "has_heating_time": ResultKey(
+        "boolean",
+        "whether the run has one: not where the wall is held at its temperature, what flows in is as warm as the start, or "
+        "phases turn the flow",
+    ),
     "heating_time_error": _number(
         "1",
         "estimated relative error of the discretisation with solver.accuracy; else, where answers are in doubt (a front "

@@ -7,6 +7,7 @@ import numpy as np
 
 from .answers import BEYOND_THE_MARGIN, beyond_the_inlet
 from .march import Simulation
+from .specs import Specs
 from .unmet_targets import supply_at_its_limit
 
 EDGE_OF_ALL = 5e-3
@@ -23,6 +24,21 @@ def why_not_heated(simulation: Simulation) -> str:
     """How far the wall is from the inlet's temperature at the end, whether it still approaches it, and what of the supply was at
     its limit."""
     return "; ".join([_distance_left(simulation), *supply_at_its_limit(simulation)])
+
+
+def of_no_heating_time(specs: Specs) -> list[str]:
+    """Of a scene that has none, and asks for no target and no phases in its place."""
+    if specs.waits_for_heat or specs.time.targets or specs.course:
+        return []
+    if specs.heat.is_wall_held:
+        return [
+            "there is no heating time: the wall is held at operation.wall_temperature; operation.heated_place = 'bed' or a "
+            "[[target]] asks for one of the bed"
+        ]
+    return [
+        f"there is no heating time: what flows in is within {specs.time.heated.margin:g} K of the temperature at the start; a "
+        "[[target]] asks for the time that something else takes"
+    ]
 
 
 def _distance_left(simulation: Simulation) -> str:

@@ -42,6 +42,7 @@ def summarise(
         "status": "failed" if failure else "interrupted" if interrupted else "done",
         "failure": str(failure) if failure else None,
         "heating_time": recorder.heating_time,
+        "has_heating_time": specs.waits_for_heat,
         "heating_time_error": None if errors is None else errors.get("heating_time"),
         "target_errors": _part(errors, "targets."),
         "peak_errors": _part(errors, PEAKS),

@@ -88,7 +88,9 @@ class Result:
     def _main(self) -> Mapping[str, str]:
         summary = self.summary
         time, error = summary["heating_time"], summary["heating_time_error"]
-        found = {"status": summary["status"], "heating time": f"{time:.1f} s" if time is not None else "not reached"}
+        found = {"status": summary["status"]}
+        if time is not None or summary["has_heating_time"]:
+            found["heating time"] = f"{time:.1f} s" if time is not None else "not reached"
         if error is not None:
             found["numerical error"] = f"{error:.2%}"
         found |= {f"target {name}": f"{met:.1f} s" if met else "not met" for name, met in summary["targets"].items()}

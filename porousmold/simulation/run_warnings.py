@@ -10,7 +10,13 @@ from ..laws.phases import LARGEST_DEPARTURE, departure, other_phase
 from ..laws.real_gas import RealGasDensity
 from ..scene.features.targets import series_of
 from ..scene.scene import Scene
-from .end_warnings import of_an_earlier_set_point, of_heat_from_elsewhere, of_the_corner, why_not_heated
+from .end_warnings import (
+    of_an_earlier_set_point,
+    of_heat_from_elsewhere,
+    of_no_heating_time,
+    of_the_corner,
+    why_not_heated,
+)
 from .energy_of_run import energy_of_the_tool, imbalance_of
 from .estimates import rayleigh_darcy
 from .march import Simulation
@@ -128,11 +134,7 @@ def _of_the_outcome(simulation: Simulation) -> list[str]:
             found.append(f"the state is not periodic within operation.cycle_tolerance after {course.cycles} cycles")
     if waiting and (at_end or steady) and not time.targets:
         found.append(why_not_heated(simulation))
-    if simulation.specs.heat.is_wall_held and time.heated.place != "bed" and not (time.targets or course):
-        found.append(
-            "there is no heating time: the wall is held at operation.wall_temperature; operation.heated_place = 'bed' or a "
-            "[[target]] asks for one of the bed"
-        )
+    found += of_no_heating_time(simulation.specs)
     found += of_heat_from_elsewhere(simulation) + of_the_corner(simulation)
     found += of_an_earlier_set_point(simulation)
     kept = kept_targets(simulation)

@@ -109,3 +109,23 @@ def test_a_flow_that_reverses_has_no_heating_time_to_be_told(tmp_path):
     given |= {"operation.return_temperature": 363.15}
     scene = coarse_scene(given)
     assert "not reached" not in summary_text(scene, run(scene).summary, tmp_path, [])
+
+
+def test_an_inlet_as_warm_as_the_start_has_no_heating_time(tmp_path):
+    """Heat comes through the outer wall alone: no time is "not reached", and the run says how to ask for one."""
+    changes = {
+        "model.flow": "plug",
+        "model.turbulence": "none",
+        "operation.inlet_temperature": 298.15,
+        "operation.outer_heat_flux": 500.0,
+        "operation.end_time": 200.0,
+    }
+    scene = coarse_scene(changes)
+    result = run(scene)
+    text = summary_text(scene, result.summary, tmp_path, [])
+    assert "not reached" not in text and "there is no heating time: what flows in is within 2 K" in text
+    assert (
+        result.summary["has_heating_time"] is False and "heating time" not in result._repr_html_().split("warnings")[0]
+    )
+    target = scene.changed({"target": [{"name": "warm", "place": "wall", "above": 299.0}]})
+    assert not any("there is no heating time" in one for one in run(target).warnings)
