@@ -78,7 +78,11 @@ class Course:
 
     def _at(self, time: float) -> Phase:
         """The phase of a time (s); at the end of a phase that phase."""
-        return self.phase_of(bisect_left(self.ends, time))
+        return self.phase_of(self.phase_number(time))
+
+    def phase_number(self, time: float) -> int:
+        """Number of the phase of a time (s), counted through all cycles from 0; at the end of a phase that phase's."""
+        return bisect_left(self.ends, time)
 
     def phase_of(self, number: int) -> Phase:
         """The phase of a number, counted through all cycles from 0."""
@@ -114,7 +118,7 @@ class Course:
 
     def direction(self, time: float) -> int:
         """The same of a time (s)."""
-        return self.direction_of(bisect_left(self.ends, time))
+        return self.direction_of(self.phase_number(time))
 
     @property
     def planned_end(self) -> float:

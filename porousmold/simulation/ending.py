@@ -32,10 +32,6 @@ class Ending:
             return course.is_over or course.has_waited(time) or is_met
         return self._is_heated_for_good(time) or self.is_steady(time)
 
-    def is_last_snapshot(self, time: float) -> bool:
-        """Whether the fields of a time (s) are the last ones."""
-        return self._is_heated_for_good(time) or self.is_steady(time) or time >= self._specs.time.end_time
-
     def _is_heated_for_good(self, time: float) -> bool:
         """Whether the wall is heated, or all targets are met, and the inlet's temperature has no change ahead."""
         changes = list(self._specs.heat.inlet_temperature.breakpoints)

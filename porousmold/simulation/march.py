@@ -83,9 +83,10 @@ class Simulation:
                 self.time += step
                 self.regimes.note()
                 self.recorder.record(self.time, step, self._stepper.flow_time(self.time, self._past))
-                self._keep_snapshot()
+                self.recorder.snapshots.keep(self.time, self._steps)
                 progress(self.time, self.recorder.history[f"deficit_{self.specs.time.heated.place}"][-1])
                 self._follow_course()
+        self.recorder.snapshots.finish(self.time, self._steps)
         return self
 
     def _follow_course(self) -> None:
@@ -103,13 +104,18 @@ class Simulation:
         self.recorder.end_phase(number, self.time)
         self.control.jump(self.time)
         self.control.breakpoints = self._breakpoints.present()
-        if course.is_over or course.direction_of(course.number) == before:
+        if self.ending.is_reached(self.time) or course.direction_of(course.number) == before:
             return
         with problem.stopwatch("flow"):
             problem.mirror(*problem.heated.functions.values())
             self._past = Past()
             problem.medium.boundary.set(np.nextafter(self.time, math.inf))
             problem.find_flow(problem.flow.start, self.time)
+
+    @property
+    def _steps(self) -> int:
+        """Taken so far."""
+        return len(self.recorder.history) - 1
 
     def _start(self) -> None:
         problem, course = self.problem, self.specs.course
@@ -121,7 +127,7 @@ class Simulation:
             self.regimes.note_beside()
         self._check_direction()
         self.recorder.record(0.0, 0.0, 0.0)
-        self._keep_snapshot()
+        self.recorder.snapshots.keep(0.0, 0)
 
     def _step(self) -> float | None:
         """Take one step; gives its length (s), None where it is to be repeated with another one."""
@@ -172,9 +178,6 @@ class Simulation:
         differences = self._rules.differences(self.time, *self._rules.range_now(), problem.inlet_temperature)
         before = history["outlet_temperature"][-1] if known else None
         return course.part_of_step(before, problem.balances.outlet_temperature, differences)
-
-    def _keep_snapshot(self) -> None:
-        self.recorder.snapshots.keep(self.time, finished=self.ending.is_last_snapshot(self.time))
 
     def _put_back(self, before: Copy) -> None:
         self.problem.state.put_back(before)

@@ -19,6 +19,7 @@ from ..output.quantities import Columns
 from ..solvers.state import Arrays
 from .course import Course
 from .problem import Problem
+from .snapshots import SAME_TIME, Snapshot
 
 DECIMALS_OF_TIME = 6
 """By which dolfinx names fields in a file: times (s) that they do not tell apart would be one name."""
@@ -80,19 +81,22 @@ def _eddy_viscosity_ratio(
 
 
 def field_snapshots(
-    problem: Problem, snapshots: Sequence[tuple[float, Arrays]], end_time: float
+    problem: Problem, snapshots: Sequence[Snapshot], end_time: float
 ) -> Iterator[tuple[float, list[fem.Function]]]:
-    """(time, functions) at `output.times` and the end, or at `output.field_times` times evenly spread up to it, linear between
-    the snapshots that were kept (collective)."""
-    snapshots = snapshots or [(end_time, problem.solution.arrays())]
-    output, times = problem.specs.output, np.array([snapshot[0] for snapshot in snapshots])
-    wanted = times if output.times else end_time * np.linspace(0.0, 1.0, output.field_times + 1)[1:]
-    wanted = wanted[np.unique(np.round(wanted, DECIMALS_OF_TIME), return_index=True)[1]]
-    space = problem.medium.flow_temperature.function_space
-    of_the_bed, course = _FieldsOfTheBed(problem, space), problem.specs.course
-    for time in map(float, wanted):
+    """(time, functions) at `output.times` and the end, or at about `output.field_times` times evenly spread up to it: linear
+    between snapshots that are one step apart, else the nearest one, at its own time (collective)."""
+    snapshots = snapshots or [Snapshot(end_time, 0, problem.solution.arrays())]
+    output, course = problem.specs.output, problem.specs.course
+    shown = (
+        [(one.time, one.solution) for one in snapshots]
+        if output.times
+        else _near(snapshots, end_time * np.linspace(0.0, 1.0, output.field_times + 1)[1:], course)
+    )
+    named = np.unique(np.round([time for time, _ in shown], DECIMALS_OF_TIME), return_index=True)[1]
+    of_the_bed = _FieldsOfTheBed(problem, problem.medium.flow_temperature.function_space)
+    for time, solution in (shown[number] for number in named):
         turned = course is not None and course.direction(time) < 0
-        with _shown(problem, _between(snapshots, times, time, course)):
+        with _shown(problem, solution):
             temperature, beads = problem.temperature, problem.bead_temperature
             temperature.name, beads.name = "temperature", "bead_temperature"
             fields = problem.flow.fields()
@@ -117,18 +121,23 @@ def _shown(problem: Problem, snapshot: Arrays) -> Iterator[None]:
         problem.state.put_back(now)
 
 
-def _between(snapshots: Sequence[tuple[float, Arrays]], times: Floats, time: float, course: Course | None) -> Arrays:
-    """The solution at a time (s) between two snapshots; the nearest one where the flow turns between them."""
-    after = min(int(np.searchsorted(times, time * (1.0 - 1e-12))), len(times) - 1)
-    before = max(after - 1, 0)
-    if after == before or times[after] <= time:
-        return snapshots[after][1]
-    if course is not None and course.direction(float(times[before])) != course.direction(float(times[after])):
-        same = [n for n in (before, after) if course.direction(float(times[n])) == course.direction(time)]
-        return snapshots[same[0]][1]
-    part = (time - times[before]) / (times[after] - times[before])
-    early, late = snapshots[before][1], snapshots[after][1]
-    return {name: (1.0 - part) * array + part * late[name] for name, array in early.items()}
+def _near(snapshots: Sequence[Snapshot], wanted: Floats, course: Course | None) -> list[tuple[float, Arrays]]:
+    """(time, solution) at or near the times (s) wanted."""
+    times, found = np.array([one.time for one in snapshots]), []
+    for time in map(float, wanted):
+        after = min(int(np.searchsorted(times, time * (1.0 - SAME_TIME))), len(times) - 1)
+        early, late = snapshots[max(after - 1, 0)], snapshots[after]
+        in_one_phase = course is None or course.phase_number(early.time) == course.phase_number(late.time)
+        if early.time < time < late.time and late.step == early.step + 1 and in_one_phase:
+            part = (time - early.time) / (late.time - early.time)
+            between = {
+                name: (1.0 - part) * array + part * late.solution[name] for name, array in early.solution.items()
+            }
+            found.append((time, between))
+        else:
+            nearest = min(early, late, key=lambda one: abs(one.time - time))
+            found.append((nearest.time, nearest.solution))
+    return found
 
 
 class _FieldsOfTheBed:

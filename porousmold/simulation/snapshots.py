@@ -1,7 +1,7 @@
 """Fields and profiles that are kept of a march, to be written at its end."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,31 +16,52 @@ LEAST_SNAPSHOTS = 32
 SAME_TIME = 1e-9
 
 
+SNAPSHOTS_A_FIELD = 4
+"""Kept for each that is written, so that one stands near every time."""
+
+
+class Snapshot(NamedTuple):
+    """The arrays of the solution at a time (s), after so many steps."""
+
+    time: float
+    step: int
+    solution: Arrays
+
+
 class Snapshots:
-    """`fields` has (time, arrays of the solution), spread over the march; `profiles` the temperatures along the bed at the times
+    """`fields` has snapshots, spread over the march; `profiles` the temperatures along the bed at the times
     asked for and at the ends of phases, the first cycle's and the last two's."""
 
     def __init__(self, problem: Problem) -> None:
         self._problem, self._output, self._course = problem, problem.specs.output, problem.specs.course
-        self.fields: list[tuple[float, Arrays]] = []
+        self.fields: list[Snapshot] = []
         self.profiles: list[Profile] = []
         self._spacing = 0.0
 
-    def keep(self, time: float, *, finished: bool) -> None:
-        """Keep the fields of this time. At times that are asked for they stay, with a profile along the bed; beyond twice as many
-        as are written every second of the others goes, and the spacing doubles (collective)."""
+    def keep(self, time: float, step: int) -> None:
+        """Keep the fields of this time, after so many steps. At times that are asked for they stay, with a profile along the bed;
+        beyond four times as many as are written every second of the others goes, and the spacing doubles (collective)."""
         if self._output.times:
-            if finished or any(abs(time - asked) <= SAME_TIME * time for asked in self._output.times):
-                self.fields.append((time, self._problem.solution.arrays()))
-                self._keep_profile(f"{time:.6g} s", time)
+            if any(abs(time - asked) <= SAME_TIME * time for asked in self._output.times):
+                self._keep(time, step)
             return
-        if self.fields and not finished and time < self.fields[-1][0] + self._spacing:
+        if self.fields and time < self.fields[-1].time + self._spacing:
             return
-        self.fields.append((time, self._problem.solution.arrays()))
-        most = max(LEAST_SNAPSHOTS, 2 * self._output.field_times)
-        if len(self.fields) > most and not finished:
+        self._keep(time, step)
+        most = max(LEAST_SNAPSHOTS, SNAPSHOTS_A_FIELD * self._output.field_times)
+        if len(self.fields) > most:
             self.fields = self.fields[::2]
             self._spacing = max(2.0 * self._spacing, time / most)
+
+    def finish(self, time: float, step: int) -> None:
+        """Keep the fields of the end, where they are not kept yet (collective)."""
+        if not self.fields or self.fields[-1].step < step:
+            self._keep(time, step)
+
+    def _keep(self, time: float, step: int) -> None:
+        self.fields.append(Snapshot(time, step, self._problem.solution.arrays()))
+        if self._output.times:
+            self._keep_profile(f"{time:.6g} s", time)
 
     def end_phase(self, number: int, time: float) -> None:
         """Keep the temperatures along the bed at the end (s) of a phase (collective)."""
@@ -64,10 +85,11 @@ class Snapshots:
     def save(self) -> Saved:
         """All of them."""
         arrays: dict[str, tuple[Space, Floats]] = {}
-        for number, (_, snapshot) in enumerate(self.fields):
-            arrays |= self._problem.solution.spaces_of(snapshot, f"snapshot/{number}/")
+        for number, snapshot in enumerate(self.fields):
+            arrays |= self._problem.solution.spaces_of(snapshot.solution, f"snapshot/{number}/")
         numbers = {
-            "times": [time for time, _ in self.fields],
+            "times": [snapshot.time for snapshot in self.fields],
+            "steps": [snapshot.step for snapshot in self.fields],
             "spacing": self._spacing,
             "profiles": [
                 [one.label, one.time, one.fluid.tolist(), one.beads.tolist(), one.number] for one in self.profiles
@@ -83,6 +105,6 @@ class Snapshots:
             for label, time, fluid, beads, number in numbers["profiles"]
         ]
         self.fields = [
-            (time, self._problem.solution.read(array_of, f"snapshot/{number}/"))
-            for number, time in enumerate(numbers["times"])
+            Snapshot(time, step, self._problem.solution.read(array_of, f"snapshot/{number}/"))
+            for number, (time, step) in enumerate(zip(numbers["times"], numbers["steps"], strict=True))
         ]

@@ -18,6 +18,7 @@ from porousmold.laws.porosity_profile import HEAD
 from porousmold.output.pictures import draw
 from porousmold.output.stored import LOCK
 from porousmold.simulation.observation import field_snapshots
+from porousmold.simulation.snapshots import Snapshot
 
 from ..support import ALUMINIUM, COARSE, FRP, PIPE, STUDIES, coarse_scene, problem_of, under_mpirun
 
@@ -452,5 +453,9 @@ def test_fields_of_a_run_that_stops_at_its_start_are_of_one_time():
     """Two of the same time would have one name in the file of the fields."""
     problem = problem_of(coarse_scene({"model.flow": "plug", "model.turbulence": "none"}))
     assert [time for time, _ in field_snapshots(problem, [], 0.0)] == [0.0]
-    many = [time for time, _ in field_snapshots(problem, [], 600.0)]
+    late = problem.solution.arrays()
+    late = {name: array + 1.0 for name, array in late.items()}
+    two = [Snapshot(0.0, 0, problem.solution.arrays()), Snapshot(600.0, 1, late)]
+    many = [time for time, _ in field_snapshots(problem, two, 600.0)]
     assert len(many) == problem.specs.output.field_times and many[-1] == 600.0
+    assert [time for time, _ in field_snapshots(problem, [two[0], two[1]._replace(step=9)], 600.0)] == [0.0, 600.0]
