@@ -2,10 +2,11 @@
 PYTHON := .venv/bin/python
 SHELL := /bin/bash
 export OMP_NUM_THREADS := 1
+PEER_PYTHON := python3.12
 MPIRUN := mpirun --oversubscribe $(if $(filter 0,$(shell id -u)),--allow-run-as-root)
 PARTS := 3
 
-.PHONY: heat deb test-container docs docs-test test test-quick test-durations test-fast test-heavy test-mpi check install tables packing speed-against-error work-precision adjoint hard-cases random-scenes crossed-scenes three-dimensions measured-stores accuracy model-choice lattices bubbling-bed patil-bed sheared-bed regression regression-store sweep growth figures chapter-6 bead-interior permeability workshop fluid-properties tracer validation kill-test fuzz-test test-debian13 test-debian-sid clean
+.PHONY: heat deb test-container docs docs-test test test-quick test-durations test-fast test-heavy test-mpi check install tables packing speed-against-error work-precision adjoint hard-cases random-scenes crossed-scenes three-dimensions measured-stores accuracy peers model-choice lattices bubbling-bed patil-bed sheared-bed regression regression-store sweep growth figures chapter-6 bead-interior permeability workshop fluid-properties tracer validation kill-test fuzz-test test-debian13 test-debian-sid clean
 
 heat: .venv/installed  ## heat the aluminium mold: summary and pictures in runs/aluminium
 	$(PYTHON) -m porousmold run studies/mold/aluminium.toml --out runs/aluminium --force
@@ -60,6 +61,11 @@ crossed-scenes: .venv/installed  ## 300 scenes that cross every feature, errors 
 
 three-dimensions: .venv/installed  ## locally developed against full flow, random scenes: docs/three-dimensions.md
 	$(PYTHON) -m studies.three_dimensions
+
+peers: .venv/installed  ## beside OpenTerrace, on Schumann's front (wants Python 3.12): docs/peers.md
+	test -x build/peers/bin/python || $(PEER_PYTHON) -m venv build/peers
+	build/peers/bin/pip install -q openterrace==0.1.4
+	$(PYTHON) -m studies.peers
 
 accuracy: .venv/installed  ## solver.accuracy: its estimate against the true error, and its cost, 40 scenes
 	$(PYTHON) -m studies.accuracy

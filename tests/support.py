@@ -13,8 +13,6 @@ import numpy as np
 import ufl
 from dolfinx import fem
 from mpi4py import MPI
-from scipy.integrate import quad
-from scipy.special import i0e
 
 from porousmold.equations.coordinates import Coordinates
 from porousmold.equations.flow import FlowEquations, FlowScales
@@ -95,16 +93,6 @@ def under_mpirun(ranks, *arguments, timeout=300):
     return subprocess.run(
         [*command, sys.executable, *arguments], env=outside, capture_output=True, text=True, timeout=timeout
     )
-
-
-def schumann(ratio, time):
-    """Fluid temperature of Schumann's (1929) front: 1 - e^-tau int_0^xi e^-s I0(2 sqrt(tau s)) ds."""
-
-    def integrand(s):
-        root = 2.0 * np.sqrt(time * s)
-        return np.exp(root - s - time) * i0e(root)
-
-    return 1.0 - quad(integrand, 0.0, ratio, limit=200)[0]
 
 
 def liquid(density=1.0, viscosity=0.1, heat_capacity=1.0, conductivity=1.0):

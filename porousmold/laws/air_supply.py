@@ -78,17 +78,27 @@ class AirSupply:
         blower_power: float,
     ) -> Supplied:
         """For a mass flow (kg/s) that leaves with an enthalpy flow (W), of which a part is `returned`, and a set-point (K)."""
-        enthalpy = fluid.heat_capacity.integral
         if mass_flow <= 0.0:
             return Supplied(set_point, 0.0, 0.0, 0.0)
-        fresh = mass_flow * enthalpy(self.fresh_temperature)
-        lost = self._duct_loss(fluid, returned * mass_flow, outlet_enthalpy / mass_flow)
-        mixed = returned * outlet_enthalpy - lost + (1.0 - returned) * fresh + blower_power
-        wanted = mass_flow * enthalpy(set_point)
+        drawn, lost, fresh = self._drawn(fluid, mass_flow, outlet_enthalpy, returned)
+        mixed, wanted = drawn + blower_power, mass_flow * fluid.heat_capacity.integral(set_point)
         heater = min(max(wanted - mixed, 0.0), self.heater_power)
         reached = 0.0 <= wanted - mixed <= self.heater_power
         temperature = set_point if reached else temperature_of(fluid, (mixed + heater) / mass_flow, set_point)
         return Supplied(float(temperature), heater, (1.0 - returned) * (outlet_enthalpy - fresh), lost)
+
+    def suction_temperature(self, fluid: Fluid, mass_flow: float, outlet_enthalpy: float, returned: float) -> float:
+        """Of the air that the blower draws (K), mixed of what returns and fresh air."""
+        if mass_flow <= 0.0:
+            return self.fresh_temperature
+        drawn, _, _ = self._drawn(fluid, mass_flow, outlet_enthalpy, returned)
+        return temperature_of(fluid, drawn / mass_flow, self.fresh_temperature)
+
+    def _drawn(self, fluid: Fluid, mass_flow: float, outlet_enthalpy: float, returned: float) -> tuple[float, ...]:
+        """Enthalpy flow of what the blower draws, loss of the duct, and enthalpy flow if all were fresh air (W)."""
+        fresh = mass_flow * fluid.heat_capacity.integral(self.fresh_temperature)
+        lost = self._duct_loss(fluid, returned * mass_flow, outlet_enthalpy / mass_flow)
+        return returned * outlet_enthalpy - lost + (1.0 - returned) * fresh, lost, fresh
 
     def _duct_loss(self, fluid: Fluid, returned_flow: float, outlet_enthalpy: float) -> float:
         if returned_flow <= 0.0 or self.duct_conductance == 0.0:

@@ -22,6 +22,8 @@ from .boundary_values import BoundaryValues
 
 POINT_TOLERANCE = 0.3
 """Of the flow's tolerance: the part of the pressure drop by which it may be off the operating point."""
+LARGEST_CORRECTION = 10.0
+"""Of what is allowed, that blower and bed may differ by: a secant of two nearly equal flows takes any difference for little."""
 FARTHEST_AHEAD = 2.0
 """Steps that the operating point is predicted for, at most."""
 MOST_POINTS = 12
@@ -45,6 +47,7 @@ class AirLoop:
         self.spec, self._fluid, self._outlet_pressure, self._boundary = spec, fluid, outlet_pressure, boundary
         self._communicator = communicator
         self._leaving = DeferredForm(enthalpy_leaving(equations, temperature))
+        self._leaving_with_the_flow = DeferredForm(enthalpy_leaving(equations, equations.flow_temperature))
         self._mass = DeferredForm(mass_leaving(equations))
         self._set_point = self._returned = 0.0
         self._slope: float | None = None
@@ -125,13 +128,11 @@ class AirLoop:
             self._boundary.pressure_drop = numbers["pressure_drop"]
         self._boundary.inlet_temperature.value = numbers["inlet_temperature"]
 
-    @property
-    def suction_density(self) -> float:
-        """Of the air that the blower draws, kg/m3: mixed of what returns and fresh air."""
-        mixed = self.spec.supply.fresh_temperature
-        if self._flow > 0.0 and self.now.temperature > 0.0:
-            enthalpy, given = self._fluid.heat_capacity.integral, (self.now.heater + self.blower_power) / self._flow
-            mixed = temperature_of(self._fluid, enthalpy(self.now.temperature) - given, mixed)
+    def _suction_density(self, flow: float, time: float) -> float:
+        """Of the air that the blower draws (kg/m3) beside a mass flow and the temperatures that it was solved with."""
+        share, leaving = self.spec.share, ranks.integral(self._communicator, self._leaving_with_the_flow.form)
+        whole = share * flow, share * leaving, self.spec.returned(time)
+        mixed = self.spec.supply.suction_temperature(self._fluid, *whole)
         return float(self._fluid.density(self._outlet_pressure, mixed))
 
     def find_point(
@@ -144,7 +145,7 @@ class AirLoop:
             solve()
             self._flow = mass_flow()
             return
-        density, before = self.suction_density, None
+        before = None
         self._boundary.pressure_drop = self._foreseen_point(time)
         for _ in range(MOST_POINTS):
             pressure = self._boundary.pressure_drop
@@ -153,6 +154,7 @@ class AirLoop:
             if before is not None and flow != before[1]:
                 slope = (flow - before[1]) / (pressure - before[0])
                 self._slope = slope if slope > 0.0 else self._slope
+            density = self._suction_density(flow, time)
             volume, step = share * flow / density, 1e-4 * share * max(flow, 1e-9) / density
             wanted = blower.left_for_bed(volume, density)
             self._flow, self.blower_power = flow, blower.power(volume, density) / share
@@ -160,7 +162,8 @@ class AirLoop:
             rises = self._slope or FLOW_EXPONENT * max(flow, 1e-9) / max(pressure, 1e-3)
             before = pressure, flow
             found = max(pressure + (wanted - pressure) / (1.0 - min(falls, 0.0) * rises), 0.05 * pressure)
-            if abs(found - pressure) < POINT_TOLERANCE * tolerance * max(abs(pressure), 1.0):
+            allowed = POINT_TOLERANCE * tolerance * max(abs(pressure), 1.0)
+            if abs(found - pressure) < allowed and abs(wanted - pressure) < LARGEST_CORRECTION * allowed:
                 self._points = [*[point for point in self._points if point[0] < time][-1:], (time, found)]
                 return
             self._boundary.pressure_drop = found

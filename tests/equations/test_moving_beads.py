@@ -8,8 +8,7 @@ from mpi4py import MPI
 from scipy.integrate import quad
 
 from porousmold import InputError, Scene, run
-
-from ..support import schumann
+from studies.exact_solutions import schumann
 
 LENGTH, HOT, COLD = 0.5, 400.0, 300.0
 POROSITY, DIAMETER, SUPERFICIAL = 0.4, 5e-3, 0.5

@@ -9,8 +9,9 @@ from scipy.special import j0, jn_zeros
 from porousmold import InputError, Scene, run
 from porousmold.scene.series import MOST_ROWS, TimeSeries
 from porousmold.simulation.step_rules import STEP_ERROR
+from studies.exact_solutions import schumann
 
-from ..support import RESIN, STUDIES, coarse_scene, cured_mold, schumann
+from ..support import RESIN, STUDIES, coarse_scene, cured_mold
 
 CONDUCTIVITY, CAPACITY, HALF = 0.4 * 0.05 + 0.6 * 0.8, 0.6 * 2000.0 * 800.0, 0.025
 """Of the bed at rest, per total volume, and its half height or radius, m."""
