@@ -16,6 +16,8 @@ PROFILE, STATE = "operation.initial_temperature", "operation.initial_state"
 FIELDS = "fields.xdmf"
 SAME_PLACE = 1e-9
 """Distance over the extent of a mesh within which a node is the same one."""
+INWARDS = 1e-9, 1e-6, 1e-3, 0.01, 0.1, 1.0
+"""Parts of the way to the middle of the nearest cell, at which a place is tried that lies beyond all cells."""
 SAME_EXTENT = 0.01
 """Part of a mesh's extent by which another one of the same bed may differ."""
 
@@ -200,14 +202,14 @@ class LastState:
     def at(self, places: Floats, spans: Floats, *, of_beads: bool) -> Floats:
         """Temperatures (K) of fluid and wall, or of beads, at places (n, 3) in m: those of the nodes where there are nodes,
         linear between them elsewhere."""
-        from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
+        from scipy.interpolate import LinearNDInterpolator
         from scipy.spatial import cKDTree
 
-        nodes, _, fields = self._last
-        values = fields["bead_temperature" if of_beads else "temperature"]
+        nodes, cells, fields = self._last
+        values, centres = fields["bead_temperature" if of_beads else "temperature"], nodes[cells].mean(axis=1)
         if of_beads:
             kept = fields["in_bed"] > 0.5
-            nodes, values = nodes[kept], values[kept]
+            nodes, values, centres = nodes[kept], values[kept], centres[kept[cells].all(axis=1)]
         wanted = places[:, : nodes.shape[1]]
         extent = float(np.ptp(nodes, axis=0).max())
         distances, nearest = cKDTree(nodes).query(wanted)
@@ -215,9 +217,13 @@ class LastState:
         elsewhere = distances > SAME_PLACE * extent
         if elsewhere.any():
             sizes = np.maximum(np.ptp(nodes, axis=0), 1e-300)
-            between = LinearNDInterpolator(nodes / sizes, values)(wanted[elsewhere] / sizes)
-            beyond = NearestNDInterpolator(nodes / sizes, values)(wanted[elsewhere] / sizes)
-            found[elsewhere] = np.where(np.isnan(between), beyond, between)
+            between, scaled = LinearNDInterpolator(nodes / sizes, values), wanted[elsewhere] / sizes
+            inwards = centres[cKDTree(centres / sizes).query(scaled)[1]] / sizes - scaled
+            of_rest = between(scaled)
+            for part in INWARDS:  # of those on the rim, that rounding or a curved side puts beyond it
+                missing = np.isnan(of_rest)
+                of_rest[missing] = between(scaled[missing] + part * inwards[missing])
+            found[elsewhere] = np.where(np.isnan(of_rest), found[elsewhere], of_rest)
         return found
 
 

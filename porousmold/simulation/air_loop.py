@@ -12,7 +12,7 @@ from typing import Any
 from ..equations.energy import EnergyEquations
 from ..equations.exhaust import enthalpy_leaving, mass_leaving
 from ..errors import SolveError
-from ..laws.air_supply import Supplied, temperature_of
+from ..laws.air_supply import Supplied
 from ..laws.materials import Fluid
 from ..mesh import ranks
 from ..mesh.aliases import Communicator

@@ -45,15 +45,14 @@ def cycles_of(
 ) -> list[dict[str, Any]]:
     """The cycles that are through, each with its `phases`.
 
-    `given`: "outlet_pressure" (Pa), "surroundings" (K), "length" (m), and "storable" (J) between the phases' temperatures.
+    `given`: "outlet_pressure" (Pa), "surroundings" (K), "length" (m), and "storable" (J) between
+    the `extremes`.
     """
     columns = {name: np.array(values) for name, values in history.columns.items()}
     at_rest = np.abs(columns["mass_flow"]) < AT_REST * np.max(np.abs(columns["mass_flow"]), initial=0.0)
     columns["mass_flow"] = np.where(at_rest, 0.0, columns["mass_flow"])
     known = {profile.number: profile for profile in profiles}
-    warm = [float(value) for phase in course.phases for value in phase.temperature.values]
-    if max(warm) - min(warm) < LEAST_DIFFERENCE:  # a store that is charged alone: from what it was
-        warm += [float(columns["lowest_temperature"][0]), float(columns["highest_temperature"][0])]
+    low, high = extremes(course, history)
     phases = []
     for number, (end, heat) in enumerate(zip(course.ends, course.heats, strict=True)):
         begun, before = (course.ends[number - 1], course.heats[number - 1]) if number else (0.0, 0.0)
@@ -63,11 +62,19 @@ def cycles_of(
         content |= _flow(part, begun, fluid, given)
         content["heat_stored"] = float(part["heat_stored"][-1])
         if number in known:
-            content |= _front(known[number], min(warm), max(warm), given["length"])
+            content |= _front(known[number], low, high, given["length"])
         phases.append(content)
     count = len(course.phases)
     whole = [phases[first : first + count] for first in range(0, len(phases) - count + 1, count)]
     return [_cycle(number, part, columns, given["storable"]) for number, part in enumerate(whole, start=1)]
+
+
+def extremes(course: Course, history: Columns) -> tuple[float, float]:
+    """Lowest and highest temperature (K) that the phases give; of a store that is charged alone with what it was at first."""
+    given = [float(value) for phase in course.phases for value in phase.temperature.values]
+    if max(given) - min(given) < LEAST_DIFFERENCE:
+        given += [history["lowest_temperature"][0], history["highest_temperature"][0]]
+    return min(given), max(given)
 
 
 def _flow(
@@ -142,6 +149,6 @@ def _cycle(number: int, phases: list[dict[str, Any]], columns: Mapping[str, Floa
         "pumping_work": work,
         "energy_efficiency": discharged / charged if charged > 0.0 else None,
         "exergy_efficiency": exergy_out / (exergy_in + work) if exergy_in > 0.0 else None,
-        "utilisation": (max(levels) - min(levels)) / storable if storable > 0.0 else None,
+        "utilisation": (max(levels) - min(levels)) / storable if storable else None,
         "phases": phases,
     }

@@ -15,7 +15,7 @@ from ..scene.closures import departures
 from ..scene.features.wall import RESERVED_PLACES
 from ..scene.scene import Scene
 from .accuracy import AT_END, PEAKS, refinements_of
-from .cycles import SURROUNDINGS, cycles_of
+from .cycles import LEAST_DIFFERENCE, SURROUNDINGS, cycles_of, extremes
 from .end_warnings import of_phases_over_at_once
 from .energy_of_run import energy_of_the_tool, imbalance_of, spent_of
 from .march import Simulation
@@ -102,13 +102,13 @@ def _cycles(simulation: Simulation) -> dict[str, Any]:
     )
     if course is None or not course.repeats or not len(recorder.history):
         return {"cycles": [], "last_cycle": None}
-    warm = [float(value) for phase in course.phases for value in phase.temperature.values]
+    low, high = extremes(course, recorder.history)
     ambient = specs.heat.outer_wall.ambient
     given = {
         "outlet_pressure": specs.flow.outlet_pressure,
         "surroundings": SURROUNDINGS if ambient is None else float(ambient(0.0)),
         "length": problem.domain.length,
-        "storable": problem.storable(min(warm), max(warm)),
+        "storable": problem.storable(low, high) if high - low > LEAST_DIFFERENCE else 0.0,
     }
     cycles = cycles_of(recorder.history, course, recorder.snapshots.profiles, specs.laws.fluid, given)
     last = {name: value for name, value in cycles[-1].items() if name != "phases"} if cycles else None

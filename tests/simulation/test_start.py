@@ -6,6 +6,7 @@ from mpi4py import MPI
 
 from porousmold import InputError, Scene, run
 from porousmold.scene.identity import identity_of
+from porousmold.scene.start import LastState
 from porousmold.simulation.observation import field_snapshots
 from porousmold.simulation.specs import specs_of
 from tests.support import FIELD_CASES, STUDIES, coarse_scene, problem_of, simulation_of
@@ -226,3 +227,18 @@ def test_fields_of_a_store_are_of_their_times():
         assert min(values) - 1e-6 <= found <= max(values) + 1e-6
         count += 1
     assert count >= 8
+
+
+def test_a_state_is_linear_along_the_rim_of_its_mesh(tmp_path):
+    """Places that rounding puts beyond the outer surface got the nearest node's temperature: up to 14 K off."""
+    hot = {"operation.end_time": 600.0, "model.flow": "plug", "model.turbulence": "none"}
+    run(coarse_scene(hot | QUIET), tmp_path, MPI.COMM_SELF)
+    state = LastState.read(tmp_path, None)
+    nodes, *_ = state._last
+    along, across = np.linspace(0.05, 0.95, 19), nodes[:, 1].max()
+    within, on, beyond = (
+        state.at(np.column_stack([along, np.full(19, y), 0.0 * along]), np.zeros(19), of_beads=False)
+        for y in (across * (1.0 - 1e-7), across, across * (1.0 + 1e-12))
+    )
+    assert np.ptp(within) > 5.0
+    assert on == pytest.approx(within, abs=1e-4) and beyond == pytest.approx(within, abs=1e-4)
