@@ -49,12 +49,13 @@ from ..solvers.plug import PlugFlow
 from ..solvers.protocols import Flow, Heat, Inflow, Observer, silent
 from .air_loop import AirLoop
 from .boundary_values import BoundaryValues
-from .estimates import Estimates, volumetric_capacity
+from .estimates import Estimates
 from .initial_guess import InitialGuesses
 from .meshing import QUADRATURE_DEGREE, area_of_inlet, build_domain, plane_of_stations
 from .problem import Balances, Medium, Problem, starting_temperatures
 from .specs import Specs
 from .stopwatch import Stopwatch
+from .wall_estimates import volumetric_capacity
 
 CHOKED = 2.0
 """Pressure that a gas loses, twice that over the outlet's at the inlet's density, beyond which no flow is sought."""

@@ -1,0 +1,156 @@
+"""What is known of the walls before a scene is solved: capacities, cells through layers, and times, in the orders of magnitude of
+`estimates`."""
+
+import math
+from typing import NamedTuple
+
+from ..laws.materials import PiecewiseLinear, Solid
+from ..scene.features.geometries import BedSize
+from ..scene.features.wall import Layer
+from .specs import Specs
+
+CELLS_A_DEPTH = 10.0
+"""In a layer behind another one, for the depth sqrt(a t) that heat goes into it while the bed is heated."""
+THICK = 10.0
+"""Times in which a bed is heated, or that a run lasts, that heat needs at least to come through a layer that counts as thick."""
+CELLS_OF_THICK = 32
+"""Through such a layer, small at its surfaces."""
+CELLS_OF_CURE = 6
+"""Through a layer that cures, at least: it is hottest in its middle."""
+CELLS_OF_TABLE = 4
+"""Through a layer whose conductivity is a table, at least: a cell's quadrature points miss its kinks (a skin at 500 °C behind
+20 mm of mineral wool: heat stored 0.7 % off on one cell, 0.04 % on four)."""
+SOURCE_ERROR = 0.1
+"""K that is cut off the parabola of temperature, q t^2/(4 k) high in a solid core, that a heat source q makes in a layer."""
+LEAST_END_LENGTH = 1e-3
+"""Of the bed's length: shorter ends of the wall move the heating time by less than 0.05 %."""
+
+
+class Store(NamedTuple):
+    """Heat capacity (J/m2/K) and resistance to its own slowest mode (m2 K/W) of bed or layer, per area of the wall."""
+
+    capacity: float
+    resistance: float
+
+
+def is_heated_from_outside(specs: Specs) -> bool:
+    """Whether heat comes through the wall or is set free in it."""
+    heat = specs.heat
+    sources = any(layer.heat_source is not None or layer.solid.cure is not None for layer in heat.all_layers)
+    outer = heat.outer_wall
+    return sources or outer.exchanges or outer.heat_flux is not None or heat.is_wall_held
+
+
+def conduction_time(specs: Specs, bed: Store) -> float:
+    """Time constant (s) of wall and bed in series behind the film outside: every store through what lies before it; of the faster
+    one of two walls."""
+    temperature, outer = specs.heat.inlet_temperature.values[-1], specs.heat.outer_wall
+    film = outer.film(temperature)
+    times = []
+    for layers in _walls(specs):
+        behind, time = 1.0 / film if film else 0.0, 0.0
+        for layer, thickness in reversed(layers):
+            resistance = thickness / layer.solid.conductivity(temperature)
+            time += volumetric_capacity(layer.solid, temperature) * thickness * (behind + 0.5 * resistance)
+            behind += resistance
+        times.append(time + bed.capacity * (behind + bed.resistance))
+    return min(times)
+
+
+def _walls(specs: Specs) -> list[list[tuple[Layer, float]]]:
+    """The layers of each wall that have a thickness, with it."""
+    heat = specs.heat
+    walls = [heat.layers, heat.opposite_layers] if heat.opposite_layers else [heat.layers]
+    return [[(layer, layer.thickness) for layer in layers if layer.thickness is not None] for layers in walls]
+
+
+class WallEstimate(NamedTuple):
+    """Heat capacity (J/K), cells through each layer, which layers are thick, and `end_length`, `time`, `wall_biot_number` of
+    `Estimates`."""
+
+    heat_capacity: float
+    cells: tuple[int, ...]
+    thick: tuple[bool, ...]
+    end_length: float
+    time: float
+    biot_number: float
+
+
+def wall_estimate(specs: Specs, size: BedSize, film: float, wall_coefficient: float, duration: float) -> WallEstimate:
+    """Of one wall, or of both: their capacities together, the slower of their times."""
+    walls = _walls(specs)
+    found = [
+        _of_one_wall(specs, size.length, wall, layers, film, wall_coefficient, duration)
+        for wall, layers in zip(size.walls, walls, strict=True)
+    ]
+    return WallEstimate(
+        sum(wall.heat_capacity for wall in found),
+        tuple(cells for wall in found for cells in wall.cells),
+        tuple(thick for wall in found for thick in wall.thick),
+        min(wall.end_length for wall in found),
+        max(wall.time for wall in found),
+        max(wall.biot_number for wall in found),
+    )
+
+
+def _of_one_wall(
+    specs: Specs,
+    length: float,
+    wall: tuple[float, float],
+    layers: list[tuple[Layer, float]],
+    film: float,
+    wall_coefficient: float,
+    duration: float,
+) -> WallEstimate:
+    """Of the layers of a wall (`BedSize.walls`) of a bed of a `length` (m): each follows the bed through what lies
+    before it and half of itself; the wall's time ends with the layer by which half of its heat is stored, as insulation behind
+    it follows later. The bed is heated in `duration` (s)."""
+    temperature = specs.heat.inlet_temperature.values[-1]
+    given = [
+        (thickness, layer.solid.conductivity(temperature), volumetric_capacity(layer.solid, temperature))
+        for layer, thickness in layers
+    ]
+    if not given:
+        return WallEstimate(0.0, (1,), (False,), length, 0.0, 0.0)
+    stores = [storage * thickness for thickness, _, storage in given]
+    capacity = time = passed = 0.0
+    (around, curvature), resistance, cells = wall, 1.0 / wall_coefficient, []
+    for (layer, _), (thickness, conductivity, storage), store in zip(layers, given, stores, strict=True):
+        behind = resistance - 1.0 / wall_coefficient
+        biot = thickness / conductivity / (1.0 / film + behind)
+        fewest = math.ceil(8.0 * math.sqrt(biot))
+        if behind:  # what comes through another layer is no sharp front
+            fewest = min(fewest, math.ceil(CELLS_A_DEPTH * thickness / math.sqrt(conductivity / storage * duration)))
+        fewest = max(fewest, 1 if layer.solid.cure is None else CELLS_OF_CURE)
+        if isinstance(layer.solid.conductivity, PiecewiseLinear):
+            fewest = max(fewest, CELLS_OF_TABLE)
+        if layer.heat_source is not None:
+            strongest = max(abs(value) for value in layer.heat_source.range)
+            rise = strongest * thickness**2 / (4.0 * conductivity)
+            fewest = max(fewest, math.ceil(math.sqrt(rise / SOURCE_ERROR)))
+        cells.append(min(fewest, 12))
+        if 2.0 * passed < sum(stores):
+            time += store * (resistance + 0.5 * thickness / conductivity)
+        resistance += thickness / conductivity
+        passed += store
+        perimeter = around + curvature * math.pi * thickness
+        capacity += store * perimeter * length
+    lasts = min(duration, specs.time.end_time)
+    thick = tuple(thickness**2 * storage / conductivity > THICK * lasts for thickness, conductivity, storage in given)
+    cells = [CELLS_OF_THICK if is_thick else number for number, is_thick in zip(cells, thick, strict=True)]
+    thickness, conductivity, _ = max(given, key=lambda layer: layer[0] * layer[1])
+    biot = film * thickness / conductivity
+    end_length = max(thickness * max(1.0, 1.0 / math.sqrt(biot)), LEAST_END_LENGTH * length)
+    largest = max(wall_coefficient * thickness / conductivity for thickness, conductivity, _ in given)
+    return WallEstimate(capacity, tuple(cells), thick, end_length, time, largest)
+
+
+def wall_nusselt_number(reynolds_number: float) -> float:
+    """Nu of the bed's wall with the bead diameter, 2 + 0.17 Re^0.79: an order of magnitude (Li, Finlayson, Chem. Eng. Sci. 32
+    (1977) 1055-1066, and a bed at rest)."""
+    return 2.0 + 0.17 * reynolds_number**0.79
+
+
+def volumetric_capacity(solid: Solid, temperature: float) -> float:
+    """rho C of a solid, J/m3/K."""
+    return float(solid.density(temperature) * solid.heat_capacity(temperature))
