@@ -3,12 +3,12 @@
 // a port of 60 mm in each half of the short side x = 0 and leaves through one of 60 mm in the middle of the other. A second pair of
 // outlets lies opposite the inlets; they are walls unless a scene opens them: groups = { outlet = "outlet + second_outlets" }.
 length = 1.2; skin = 0.003; height = 0.025; crown = 0.015;
-fine = 1;  // factor on the number of cells in each direction
+fine = 1;  // factor on the number of cells in each direction; they are smallest at the edges of the ports, where the flow gathers
 along = 40 * fine; across = 6 * fine; points = 12;
 
 // sections along the tool, at these distances from the middle plane: ports end where blocks end
 z[] = {0, 0.03, 0.17, 0.23, 0.4};
-beside[] = {3 * fine, 8 * fine, 4 * fine, 9 * fine};
+beside[] = {4 * fine, 8 * fine, 4 * fine, 9 * fine};
 
 For i In {0 : 4}
     swell = crown * Cos(0.5 * Pi * z[i] / 0.5);
@@ -29,7 +29,7 @@ For i In {0 : 4}
         EndFor
         c = newc; Spline(c) = {list[]};
         curve~{i}~{level} = c; first~{i}~{level} = list[0]; last~{i}~{level} = list[points];
-        Transfinite Curve {c} = along + 1;
+        Transfinite Curve {c} = along + 1 Using Bump 0.05;
     EndFor
     For level In {0 : 1}
         upper = level + 1;
@@ -47,7 +47,13 @@ For i In {0 : 3}
     For level In {0 : 2}
         a = newc; Line(a) = {first~{i}~{level}, first~{j}~{level}}; side_in~{i}~{level} = a;
         b = newc; Line(b) = {last~{i}~{level}, last~{j}~{level}}; side_out~{i}~{level} = b;
-        Transfinite Curve {a, b} = beside[i] + 1;
+        If (i == 0)
+            Transfinite Curve {a, b} = beside[i] + 1 Using Progression 0.8 ^ (1 / fine);
+        ElseIf (i == 3)
+            Transfinite Curve {a, b} = beside[i] + 1 Using Progression 1.25 ^ (1 / fine);
+        Else
+            Transfinite Curve {a, b} = beside[i] + 1 Using Bump 0.2;
+        EndIf
         l = newll; Curve Loop(l) = {a, curve~{j}~{level}, -b, -curve~{i}~{level}};
         s = news; Surface(s) = {l}; sheet~{i}~{level} = s;
         Transfinite Surface {s}; Recombine Surface {s};

@@ -121,9 +121,10 @@ def _wide_tool(drawn: dict[str, Any], *, open_ends: bool) -> str:
     text = text.replace("length = 1.2", "length = 0.6").replace("fine = 1;", "fine = 0.35;")
     text = re.sub(r"crown = [0-9.]+", f"crown = {drawn['rise']:.6f}", text)
     text = re.sub(r"(along|across) = (\d+) \* fine", r"\1 = Ceil(\2 * fine)", text)
-    text = text.replace("{3 * fine, 8 * fine, 4 * fine, 9 * fine}", "{1, 3, 2, 3}")
+    text = text.replace("{4 * fine, 8 * fine, 4 * fine, 9 * fine}", "{1, 3, 2, 3}" if open_ends else "{2, 3, 2, 3}")
     if not open_ends:
         return text
+    text = re.sub(r" Using (Bump|Progression) [^;]*;", ";", text)  # no ports whose edges want small cells
     for name, end in (("inlet", "end_in"), ("outlet", "end_out")):
         whole = ", ".join(f"{end}_{block}_0" for block in range(4))
         text = re.sub(rf'Surface\("{name}"\) = {{[^}}]*}}', f'Surface("{name}") = {{{whole}}}', text)

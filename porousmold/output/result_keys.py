@@ -64,6 +64,12 @@ RESULT_KEYS: Mapping[str, ResultKey] = {
     "end_time": _number("s", "end of the run"),
     "mass_flow_initial": _number("kg/s", "initial mass flow of the modelled part", optional=True),
     "mass_flow_final": _number("kg/s", "final mass flow of the modelled part", optional=True),
+    "mass_flow_error": _number(
+        "1",
+        "estimated relative error of the mass flow (of the pressure drop where the flow is given) on a mesh of one's own whose "
+        "cells are coarse where the flow gathers: about the largest that it may be",
+        optional=True,
+    ),
     "pressure_drop_initial": _number("Pa", "initial pressure drop of the bed", optional=True),
     "pressure_drop_final": _number("Pa", "final pressure drop of the bed", optional=True),
     "mass_imbalance": _number("1", "(in - out)/out of the mass flow at the end", optional=True),

@@ -18,6 +18,7 @@ from .accuracy import AT_END, PEAKS, refinements_of
 from .cycles import LEAST_DIFFERENCE, SURROUNDINGS, cycles_of, extremes
 from .end_warnings import of_phases_over_at_once
 from .energy_of_run import energy_of_the_tool, imbalance_of, spent_of
+from .flow_error import mass_flow_error, of_coarse_cells
 from .march import Simulation
 from .run_warnings import of_a_store_that_empties, warnings_of
 from .specs import Specs
@@ -37,7 +38,7 @@ def summarise(
     history, balance = recorder.history, problem.heat.balance
     recorded = len(history) > 0
     bounds = [min(history["lowest_temperature"]), max(history["highest_temperature"])] if recorded else None
-    cycles = _cycles(simulation)
+    cycles, flow_error = _cycles(simulation), mass_flow_error(simulation) if recorded else None
     return {
         "status": "failed" if failure else "interrupted" if interrupted else "done",
         "failure": str(failure) if failure else None,
@@ -54,6 +55,7 @@ def summarise(
         "end_time": simulation.time,
         "mass_flow_initial": history["mass_flow"][0] if recorded else None,
         "mass_flow_final": history["mass_flow"][-1] if recorded else None,
+        "mass_flow_error": flow_error,
         "pressure_drop_initial": history["pressure_drop"][0] if recorded else None,
         "pressure_drop_final": history["pressure_drop"][-1] if recorded else None,
         "mass_imbalance": problem.balances.mass_imbalance if recorded else None,
@@ -72,6 +74,7 @@ def summarise(
         **_work_done(simulation),
         **_provenance(scene, simulation),
         "warnings": warnings_of(scene, simulation, bounds)
+        + of_coarse_cells(simulation, flow_error)
         + of_a_store_that_empties(cycles["last_cycle"])
         + of_phases_over_at_once(simulation),
     }

@@ -245,7 +245,7 @@ def _of_the_openings(simulation: Simulation) -> list[str]:
         return []
     return [
         f"the mean pressures at the openings differ by {found:.4g} Pa where {given:.4g} Pa are given: cells are too coarse "
-        "there, and mass flow and times off by some part of that (solver.mesh_refinement, or a finer mesh)"
+        "there, and mass flow and times off with it (solver.mesh_refinement, or a finer mesh)"
     ]
 
 
