@@ -3,7 +3,8 @@ r"""The best parameters within bounds, under a limit on energy or power, and the
 A study's grid is run first. Through the logarithms of its results goes a radial basis function (thin-plate spline with a
 linear part) of the parameters, each logarithmic where all its values are positive; on that scipy's SLSQP finds the minimum
 under the limits. The minimum is then run, and joins the grid for the next search, until what is predicted and what is run
-agree to `AGREEMENT`. What is reported is always a run, never the interpolation. The trade-off curve is the same search under a
+agree to `AGREEMENT`. Runs that do not reach what they wait for are none of the surface, and the search keeps away from them by
+halves. What is reported is always a run, never the interpolation. The trade-off curve is the same search under a
 row of limits, from the least that can be had to what the free minimum takes.
 """
 
@@ -93,12 +94,12 @@ def load(path: str | Path, *, allow_extensions: bool = False) -> tuple[Study, Ai
 
 
 class _Surface:
-    """Interpolates the records of rows over the unit cube of the varied parameters."""
+    """Interpolates the records of rows that reach what they wait for over the unit cube of the varied parameters."""
 
     def __init__(self, study: Study, rows: Sequence[Row], records: Iterable[str]) -> None:
         self._names = study.varied
-        known = [row for row in rows if all(_positive(row.values[name]) for name in records)]
-        places = np.array([[float(setting(row.case, name)) for name in self._names] for row in known])
+        known = [row for row in reached(rows) if all(_positive(row.values[name]) for name in records)]
+        places = self._places(known)
         if len(known):  # a place may have been run under two names, such as '20 kPa' and 20000.0
             places, first = np.unique(places, axis=0, return_index=True)
             known = [known[number] for number in first]
@@ -106,13 +107,19 @@ class _Surface:
             raise InputError(
                 "study", f"{len(known)} of {len(rows)} cases reached their end", "is too few to search between"
             )
-        self._ends = places.min(axis=0), places.max(axis=0)
-        self._logarithmic = np.all(places > 0.0, axis=0)
-        places = self._scaled(places)
-        self._low, self._high = places.min(axis=0), places.max(axis=0)
-        self.places = (places - self._low) / (self._high - self._low)
+        short = [row for row in rows if row.status == "done" and known[0].is_reached and not row.is_reached]
+        tried = np.concatenate([places, self._places(short)])
+        self._ends = tried.min(axis=0), tried.max(axis=0)
+        self._logarithmic = np.all(tried > 0.0, axis=0)
+        self._low, self._high = map(self._scaled, self._ends)
+        within = (self._scaled(tried) - self._low) / (self._high - self._low)
+        self.places, self._short = within[: len(places)], within[len(places) :]
         self._values = {name: np.log([row.values[name] for row in known]) for name in records}
         self._fits = {name: RBFInterpolator(self.places, values) for name, values in self._values.items()}
+
+    def _places(self, rows: Sequence[Row]) -> Floats:
+        values = [[float(setting(row.case, name)) for name in self._names] for row in rows]
+        return np.array(values).reshape(-1, len(self._names))
 
     def _scaled(self, values: Floats) -> Floats:
         return np.where(self._logarithmic, np.log(np.where(self._logarithmic, values, 1.0)), values)
@@ -146,7 +153,15 @@ class _Surface:
             np.clip(minimize(lambda x: self(name, x), x, method="SLSQP", bounds=[(0.0, 1.0)] * len(x),
                              constraints=constraints).x, 0.0, 1.0) for x in starts
         ]  # fmt: skip
-        return min([*starts, *ends], key=lambda x: (round(excess(x), 4), self(name, x)))
+        return min([*starts, *map(self._nearer, ends)], key=lambda x: (round(excess(x), 4), self(name, x)))
+
+    def _nearer(self, place: Floats) -> Floats:
+        """The place, as often half-way to the nearest run that reaches what it waits for as one that does not is nearer."""
+        while True:
+            distances = np.linalg.norm(self.places - place, axis=1)
+            if np.linalg.norm(self._short - place, axis=1).min(initial=math.inf) >= distances.min():
+                return place
+            place = 0.5 * (place + self.places[distances.argmin()])
 
 
 def _positive(value: Any) -> bool:
@@ -184,7 +199,8 @@ def search(
         for case, place in zip(cases, places, strict=True):
             for name in records:
                 value = found[case.name].values[name]
-                differences.append(abs(math.log(value) - surface(name, place)) if _positive(value) else math.inf)
+                is_found = _positive(value) and (found[case.name].is_reached or not reached(rows)[0].is_reached)
+                differences.append(abs(math.log(value) - surface(name, place)) if is_found else math.inf)
         return max(differences)
 
     agreed = False

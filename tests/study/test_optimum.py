@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -35,8 +36,8 @@ trade_off = "energy_spent"
 def analytic_rows():
     """time = 1/(p^0.7 d^0.5), power = p d^2, on a grid of p in 1 to 16 and d in 1 to 4."""
     rows = []
-    for p in np.geomspace(1.0, 16.0, 5):
-        for d in np.geomspace(1.0, 4.0, 4):
+    for p in np.geomspace(1.0, 16.0, 5).round(4):
+        for d in np.geomspace(1.0, 4.0, 4).round(4):
             case = Case(f"{p},{d}", {"operation.pressure_drop": p, "bed.bead_diameter": d}, None)
             rows.append(Row(case, "done", "", {"heating_time": p**-0.7 * d**-0.5, "mean_power": p * d**2}))
     return rows
@@ -64,6 +65,24 @@ def test_a_place_run_under_two_names_counts_once():
     assert surface.settings(surface.minimum("heating_time", {})) == pytest.approx(
         {"operation.pressure_drop": 16.0, "bed.bead_diameter": 4.0}
     )
+
+
+def test_runs_that_do_not_reach_their_target_are_none_of_the_surface():
+    """The cheapest runs are those that never get warm, below p = 5: the search comes from above, by halves."""
+    names, text = ["operation.pressure_drop", "bed.bead_diameter"], "target 'warm' not met by operation.end_time"
+    rows = [
+        replace(row, reason=text, values={"mean_power": 0.1}) if row.case.settings[names[0]] < 5.0 else row
+        for row in analytic_rows()
+    ]
+    for _ in range(6):
+        surface = _Surface(Study([], names), rows, ["mean_power"])
+        settings = surface.settings(surface.minimum("mean_power", {}))
+        p, d = (settings[name] for name in names)
+        if any(row.case.settings == settings for row in rows):
+            break
+        power = {"mean_power": p * d**2 if p > 5.0 else 0.1}
+        rows.append(Row(Case(f"{p} {d}", settings, None), "done", "" if p > 5.0 else text, power))
+    assert d == 1.0 and 5.0 < min(row.values["mean_power"] for row in rows if row.is_reached) < 6.0
 
 
 def test_too_few_places_to_search_between_are_refused():
