@@ -215,8 +215,10 @@ def outer_wall_text(operation: Mapping[str, Any]) -> str:
 
 def _until(summary: Summary, change: str) -> str:
     """Up to when energy is counted, where that is not the run's end."""
-    time, end = summary["heating_time"], summary["end_time"]
-    return "" if time is None or end - time < LEAST_DIFFERENCE * end else f" up to the {change} time"
+    answers, end = list(summary["targets"].values()) or [summary["heating_time"]], summary["end_time"]
+    if summary["cycles"] or None in answers or end - max(answers) < LEAST_DIFFERENCE * end:
+        return ""
+    return " up to the last target" if summary["targets"] else f" up to the {change} time"
 
 
 def summary_text(scene: Scene, summary: Summary, out: Path, pictures: Sequence[Path]) -> str:

@@ -79,7 +79,7 @@ RESULT_KEYS: Mapping[str, ResultKey] = {
     "heat_stored": _number("J", "heat stored in fluid, beads and wall, less what a cure has set free"),
     "fluid_heat": _number(
         "J",
-        "heat to bring the fluid from initial to inlet temperature up to the heating time, or the end (of a run that starts from "
+        "heat to bring the fluid from initial to inlet temperature up to the answer, or the end (of a run that starts from "
         "a state or a profile its mean counts as initial); with a heater, blower or "
         "returned air what the heater gave up to the end. Of the modelled part, as the next three",
         optional=True,

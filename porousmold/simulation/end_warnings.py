@@ -102,7 +102,7 @@ def of_the_corner(simulation: Simulation) -> list[str]:
         if of_place and step > EDGE_STEP * min(one.limit for one in of_place):
             names = ", ".join(repr(one.name) for one in of_place)
             found.append(
-                f"target {names}: {at_edge}, and with it the target's time; a target at a sensor, or a line of them, is free of "
+                f"target {names}: {at_edge}, and with it the target's time; a target 'within' at each of some sensors is free of "
                 "that"
             )
         elif step > EDGE_OF_ALL * range_of_all:
@@ -111,15 +111,22 @@ def of_the_corner(simulation: Simulation) -> list[str]:
 
 
 def _what_balances(simulation: Simulation, before: int) -> str:
-    """What the outer wall has exchanged since a row of the history, beside the bed; '' where the wall is as warm as what enters,
-    which only the supply keeps from its set-point."""
+    """What the outer wall and beads that move have exchanged since a row of the history, beside the bed; '' where the wall is as
+    warm as what enters, which only the supply keeps from its set-point."""
     outer, heated, rows = simulation.specs.heat.outer_wall, simulation.specs.time.heated, simulation.recorder.history
     lacks = abs(rows["set_point"][-1] - rows["inlet_temperature"][-1])
-    is_by_supply = lacks > 0.0 and rows[f"deficit_{heated.place}"][-1] - lacks <= heated.margin
-    if is_by_supply or (not outer.exchanges and outer.heat_flux is None):
+    if lacks > 0.0 and rows[f"deficit_{heated.place}"][-1] - lacks <= heated.margin:  # by the supply
         return ""
-    history = rows["heat_through_outer_wall"]
-    if history[-1] > history[before]:
+
+    def gained(column: str) -> float:
+        return rows[column][-1] - rows[column][before] if column in rows else 0.0
+
+    through_wall, by_beads = gained("heat_through_outer_wall"), gained("heat_by_beads")
+    if abs(by_beads) > abs(through_wall):
+        return ": beads that enter cold carry off the heat" if by_beads < 0.0 else ": beads that enter hot bring heat"
+    if not outer.exchanges and outer.heat_flux is None:
+        return ""
+    if through_wall > 0.0:
         return ": heat that comes in through the outer wall balances what the flow carries away"
     sources = any(layer.heat_source is not None for layer in simulation.specs.heat.all_layers)
     return f": heat losses of the outer wall balance the heat from {'the sources and ' if sources else ''}the bed"

@@ -22,7 +22,7 @@ def spent_of(simulation: Simulation) -> dict[str, float | None]:
         specs.laws.fluid,
         outlet_pressure=specs.flow.outlet_pressure,
         initial_temperature=specs.heat.initial_temperature,
-        heating_time=recorder.heating_time if problem.air_loop is None else recorder.ended_at,
+        end=recorder.answered_at if problem.air_loop is None else recorder.ended_at,
     )
     if problem.air_loop is not None:
         spent |= _spent_by_the_supply(simulation, spent["pumping_work"])

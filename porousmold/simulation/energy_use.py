@@ -2,7 +2,7 @@ r"""What heating costs: the heat that the fluid is given before it enters, and t
 
 The heat Q = int m |h(T_in) - h(T_0)| dt brings the mass flow m from the initial to the inlet temperature (thesis eq. 8.13 with
 C constant); what leaves the outlet warm is lost. The work W = int m dp/rho_in dt is that of an ideal blower at the inlet's
-density: a real one needs more by its efficiency. Both up to the heating time, or to the end where that was not reached.
+density: a real one needs more by its efficiency. Both up to the answer of a run (its last target, or its heating time).
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,9 +20,9 @@ def energy_use(
     *,
     outlet_pressure: float,
     initial_temperature: float,
-    heating_time: float | None = None,
+    end: float | None = None,
 ) -> dict[str, float]:
-    """{"fluid_heat": J, "pumping_work": J, "energy_spent": J of both, "mean_power": W} of a run.
+    """{"fluid_heat": J, "pumping_work": J, "energy_spent": J of both, "mean_power": W} of a run up to a time `end` (s), or all.
 
     history: columns time (s), mass_flow (kg/s), pressure_drop (Pa), inlet_temperature (K). The trapezoidal rule over the steps.
     """
@@ -32,19 +32,19 @@ def energy_use(
     enthalpy = fluid.heat_capacity.integral
     density = fluid.density(outlet_pressure + np.abs(pressure_drop), inlet)
     heat_rate = np.abs(mass_flow) * np.abs(enthalpy(inlet) - enthalpy(initial_temperature))
-    end = time[-1] if heating_time is None else heating_time
+    until = time[-1] if end is None else end
 
-    def until_end(rate: Floats) -> float:
+    def integral(rate: Floats) -> float:
         # the trapezoidal rule by hand: every run would import scipy.integrate for it alone
         steps = np.diff(time, prepend=time[0])
         middles = 0.5 * (rate + np.append(rate[:1], rate[:-1]))
-        return float(np.interp(end, time, np.cumsum(steps * middles)))
+        return float(np.interp(until, time, np.cumsum(steps * middles)))
 
-    heat, work = until_end(heat_rate), until_end(mass_flow * pressure_drop / density)
+    heat, work = integral(heat_rate), integral(mass_flow * pressure_drop / density)
     spent = heat + work
     return {
         "fluid_heat": heat,
         "pumping_work": work,
         "energy_spent": spent,
-        "mean_power": spent / end if end > 0.0 else 0.0,
+        "mean_power": spent / until if until > 0.0 else 0.0,
     }

@@ -127,10 +127,16 @@ class Recorder:
     @property
     def ended_at(self) -> float:
         """Time (s) of the answer that ended the run, which its last step has passed; else of the last row."""
-        last, answers = self.history["time"][-2:], list(self.targets.values()) or [self.heating_time]
+        begun, end = self.history["time"][-2:][0], self.history["time"][-1]
+        return self.answered_at if begun < self.answered_at else end
+
+    @property
+    def answered_at(self) -> float:
+        """Time (s) of the answer: the last of the targets, or the heating time; without one, or in cycles, that of the end."""
+        answers = list(self.targets.values()) or [self.heating_time]
         known = [one for one in answers if one is not None]
         is_answer = self.reached and not (self._course is not None and self._course.repeats)
-        return max(known) if is_answer and last[0] < max(known) else last[-1]
+        return max(known) if is_answer else self.history["time"][-1]
 
     def _direction(self, time: float) -> int:
         """1 where the fluid comes in at the inlet at a time (s), -1 where at the outlet."""

@@ -80,8 +80,13 @@ class Target:
     def meaning(self) -> str:
         """What it asks for, in words."""
         place, limit = self.place.replace("_", " "), self.limit
+        inlet = (
+            "the inlet"
+            if self.hottest == self.coldest
+            else f"{self.final - 273.15:.4g} °C, the set-point farthest from the start"
+        )
         return {
-            "within": f"{place} within {limit:g} K of the inlet",
+            "within": f"{place} within {limit:g} K of {inlet}",
             "above": f"{place} above {limit - 273.15:g} °C",
             "below": f"{place} below {limit - 273.15:g} °C",
             "spread": f"{place} even to {limit:g} K",
@@ -104,6 +109,13 @@ class Target:
 
     def quantity(self, history: Rows, row: int) -> float:
         """What is to fall below the margin, in a row of the history."""
+        value = self._course(history, row)
+        if self.asks != "spread" or self.is_under_way(history, row):
+            return value
+        return max(value, 2.0 * self.limit)
+
+    def _course(self, history: Rows, row: int) -> float:
+        """The same without the jump of a spread that begins to count, to be interpolated."""
         if self.asks == "cured":
             return 1.0 - history[f"cure_{self.place}"][row]
         low, high = (history[column][row] for column in self._columns)
@@ -113,7 +125,7 @@ class Target:
             return high - self._cold
         if self.asks == "within":
             return max(self.final - low, high - self.final)
-        return high - low if self.is_under_way(history, row) else max(high - low, 2.0 * self.limit)
+        return high - low
 
     def is_under_way(self, history: Rows, row: int) -> bool:
         """Whether the place has been half-way to the set-point by a row of the history; where that is the temperature at the
@@ -129,17 +141,21 @@ class Target:
 
     def time(self, history: Rows) -> float | None:
         """When it was first met (s) in the last step of the history, None where that was not then."""
-        rows = len(history["time"])
-        quantities = [self.quantity(history, row) for row in range(max(0, rows - 3), rows)]
+        rows, times = len(history["time"]), history["time"][-3:]
+        courses = [self._course(history, row) for row in range(max(0, rows - 3), rows)]
         if not self.was_passed(history):
             return None
-        if len(quantities) == 1:
-            return 0.0 if quantities[0] < self.margin else None
-        if self.asks == "spread" and quantities[-1] < self.margin and not self.is_under_way(history, rows - 2):
-            return root_in_last_step(
-                history["time"][-2:], [self._way(history, row) - 1.0 for row in (rows - 2, rows - 1)]
-            )
-        return crossing_time(history["time"][-len(quantities) :], quantities, self.margin)
+        if len(courses) == 1:
+            return 0.0 if self.quantity(history, 0) < self.margin else None
+        crossing = crossing_time(times, courses, self.margin)
+        if self.asks != "spread" or self.is_under_way(history, rows - 2):
+            return crossing
+        if not self.is_under_way(history, rows - 1):
+            return None
+        begins = root_in_last_step(times, [self._way(history, row) - 1.0 for row in range(rows - len(times), rows)])
+        if crossing is not None:
+            return max(begins, crossing)
+        return begins if courses[-1] < self.margin else None
 
     def holds(self, history: Rows, row: int) -> bool:
         """Whether it holds in a row of the history, after it was met."""
@@ -156,7 +172,7 @@ class Target:
                 continue
             around = [one for one in (before - 1, before, row) if one >= 0]
             crossing = root_in_last_step(
-                [times[one] for one in around], [self.quantity(history, one) - self.margin for one in around]
+                [times[one] for one in around], [self._course(history, one) - self.margin for one in around]
             )
             if was and lost is None:
                 lost = crossing

@@ -1,11 +1,12 @@
 """Why a target was not met: what was at its limit, where the heat went, and the largest lever."""
 
+import bisect
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from ..output.quantities import ENERGY_GIVEN, JOULES_A_KWH
+from ..output.quantities import ENERGY_GIVEN, JOULES_A_KWH, Columns
 from .march import Simulation
 from .targets import Target
 
@@ -19,6 +20,8 @@ LEVERS = {
 """What lessens each loss."""
 LARGE_LOSS = 0.1
 """Part of the energy given above which a loss is named."""
+NO_CHANGE = 1e-3
+"""Of what is short of a target, over the last fifth of a run, that is none."""
 
 
 def why_not_met(simulation: Simulation, target: Target, energy: Mapping[str, float | None] | None) -> str:
@@ -26,7 +29,10 @@ def why_not_met(simulation: Simulation, target: Target, energy: Mapping[str, flo
     history = simulation.recorder.history
     last = len(history) - 1
     short = target.quantity(history, last) - target.margin
+    unit = "" if target.asks == "cured" else "K"
     parts = [f"{short:.3g} short" if target.asks == "cured" else f"{short:.1f} K short"] if short > 0.0 else []
+    if parts:
+        parts[0] += _course_of(target, history, short, unit)
     if target.asks == "spread" and not target.is_under_way(history, last):
         way = "farther than that from" if target.final == target.initial else "half-way to the set-point from"
         parts = [f"its place has not been {way} the temperature at the start"]
@@ -35,6 +41,21 @@ def why_not_met(simulation: Simulation, target: Target, energy: Mapping[str, flo
     parts += supply_at_its_limit(simulation)
     parts += _losses(energy)
     return "; ".join(parts)
+
+
+def _course_of(target: Target, history: Columns, short: float, unit: str) -> str:
+    """Whether what is `short` of a target still gets less, over the last fifth of a run."""
+    times, last = history["time"], len(history) - 1
+    before = min(bisect.bisect_left(times, 0.8 * times[-1]), last - 1)
+    if before < 0:
+        return ""
+    gained = target.quantity(history, before) - target.quantity(history, last)
+    if abs(gained) < NO_CHANGE * short:
+        return " and stays there"
+    if gained < 0.0:
+        return f", more than at {times[before]:.4g} s"
+    rate = f"{60.0 * gained / (times[-1] - times[before]):.2g} {unit}".strip()
+    return f" and falls by {rate}/min"
 
 
 def supply_at_its_limit(simulation: Simulation) -> list[str]:

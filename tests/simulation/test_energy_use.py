@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from porousmold import run
 from porousmold.simulation.energy_use import energy_use
 
-from ..support import liquid
+from ..support import coarse_scene, liquid
 
 FLUID = liquid(density=1000.0, heat_capacity=4000.0)
 START = {"outlet_pressure": 1e5, "initial_temperature": 298.15}
@@ -19,7 +20,7 @@ def test_heat_and_work_are_the_integrals_up_to_the_heating_time():
         "pressure_drop": np.full(4, 5e3),
         "inlet_temperature": np.full(4, 308.15),
     }
-    used = energy_use(history, FLUID, **START, heating_time=30.0)
+    used = energy_use(history, FLUID, **START, end=30.0)
     mass = 0.1 * 30.0 + 0.005 * 30.0**2
     assert used["fluid_heat"] == pytest.approx(mass * 4000.0 * 10.0)
     assert used["pumping_work"] == pytest.approx(mass * 5e3 / 1000.0)
@@ -37,3 +38,19 @@ def test_cooling_costs_the_cold():
         "inlet_temperature": [288.15] * 2,
     }
     assert energy_use(history, FLUID, **START)["fluid_heat"] == pytest.approx(4000.0 * 10.0)
+
+
+def test_energy_of_a_target_is_that_up_to_it_and_not_to_the_end_of_its_step():
+    """With the flow given, heat and work are proportional to the target's time: sensitivities had the wrong sign."""
+    given = {
+        "operation.pressure_drop": None,
+        "operation.mass_flow": 0.02,
+        "model.flow": "plug",
+        "model.turbulence": "none",
+    }
+    found = [
+        run(coarse_scene(given | {"target": [{"name": "warm", "place": "wall", "above": above}]})).summary
+        for above in (330.0, 331.0, 334.0)
+    ]
+    powers = [one["fluid_heat"] / one["targets"]["warm"] for one in found]
+    assert powers == pytest.approx([powers[0]] * 3, rel=1e-3)

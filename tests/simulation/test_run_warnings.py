@@ -111,6 +111,13 @@ def test_a_bed_of_moving_beads_is_as_cold_as_those_that_enter():
     assert result["highest_bed"][-1] == pytest.approx(scene.operation.inlet_temperature.values[-1], abs=1e-6)
 
 
+def test_heat_that_moving_beads_carry_off_is_not_called_a_loss_of_the_wall():
+    beads = {"operation.bead_velocity": -2e-3, "operation.bead_inlet_temperature": 298.15, "operation.end_time": 4e4}
+    told = warnings_of(beads, {"operation.outer_coefficient": 1e-3, "operation.ambient_temperature": 298.15})
+    text = next(one for one in told if "not heated" in one)
+    assert "beads that enter cold carry off the heat" in text and "losses" not in text
+
+
 def test_hot_oil_into_cold_oil_is_told_and_tried_on_finer_cells():
     """Fingers: 337.5 s where twice the cells and steps say 322.5 in a mold of 1 m, and a coarser run may agree by accident."""
     oil = {"fluid.material": "thermal_oil", "operation.initial_temperature": "20 degC", "model.flow": "developed"}

@@ -117,7 +117,8 @@ class Targets(Feature):
     def check(self, scene: "Scene") -> None:
         """Each asks one thing of a place that there is, by a name of its own."""
         layers = {name_of(layer): layer for layer in scene.layers.values()}
-        known = [*RESERVED_PLACES, *layers, *sensor_names(scene.geometry.sensors)]
+        places, sensors = [*RESERVED_PLACES, *layers], sensor_names(scene.geometry.sensors)
+        known = [*places, *sensors]
         names: list[str] = []
         for number, target in enumerate(self.targets or (), start=1):
             name = f"target[{number}]"
@@ -128,6 +129,8 @@ class Targets(Feature):
                 scene.refuse(f"{name}.place", f"must be one of {', '.join(known)}")
             if scene.model.wall in WITHOUT_OUTSIDE and target.place == "wall":
                 scene.refuse(f"{name}.place", f"has no place with model.wall {scene.model.wall!r}")
+            if asked == ["spread"] and target.place in sensors and target.place not in places:
+                scene.refuse(f"{name}.spread", "needs a place of more than one point: a sensor has no spread")
             if asked == ["cured"]:
                 is_plain = target.place == "wall" and not scene.wall.layer
                 material = scene.wall.material if is_plain else getattr(layers.get(target.place), "material", None)

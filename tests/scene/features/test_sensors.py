@@ -5,6 +5,7 @@ import pytest
 
 from porousmold.errors import InputError
 from porousmold.scene.features.sensors import read_sensors, sensor_names
+from tests.support import coarse_scene
 
 
 def written(tmp_path, *rows, head="name, x [mm], y [mm]"):
@@ -45,3 +46,11 @@ def test_a_row_stands_for_sensors_on_a_line(tmp_path):
 def test_rows_that_cannot_be_are_refused(tmp_path, row, message):
     with pytest.raises(InputError, match=message):
         read_sensors(written(tmp_path, row), 2)
+
+
+def test_a_spread_of_one_sensor_is_refused(tmp_path):
+    """It was met where the place is half-way, as one point has no spread."""
+    (tmp_path / "sensors.csv").write_text("name, x [mm], y [mm]\ndeep, 200, 10\n")
+    changes = {"geometry.sensors": str(tmp_path / "sensors.csv"), "target": [{"place": "deep", "spread": 5.0}]}
+    with pytest.raises(InputError, match="a sensor has no spread"):
+        coarse_scene(changes)
