@@ -89,6 +89,13 @@ class Simulation:
         self.recorder.snapshots.finish(self.time, self._steps)
         return self
 
+    def keep_fields_of_the_stop(self) -> None:
+        """Keep the fields of a march that stopped before its end, but not of a state that is turned already for the phase to
+        come, whose flow was not found (collective)."""
+        course = self.specs.course
+        if course is None or course.direction(self.time) == course.direction_of(course.number):
+            self.recorder.snapshots.finish(self.time, self._steps)
+
     def _follow_course(self) -> None:
         """Go on to the next phase where the present one ends, with the state mirrored where the flow then turns (collective)."""
         course, problem, history = self.specs.course, self.problem, self.recorder.history

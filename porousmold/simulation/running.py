@@ -287,6 +287,7 @@ class _Run:
             if folder is not None and len(simulation.recorder.history):
                 if unfinished:
                     self._save()
+                    simulation.keep_fields_of_the_stop()  # none of a run that is resumed
                 self._write_data(folder)
         summary["wall_seconds"] = {"total": clock.perf_counter() - self._start} | simulation.problem.stopwatch.seconds
         if folder is not None:

@@ -9,6 +9,7 @@ from scipy.signal import lfilter
 
 from porousmold import InputError, Scene, run
 from porousmold.cli import main
+from porousmold.files.xdmf import read_fields
 from porousmold.simulation.running import RunInterrupted
 from porousmold.simulation.specs import specs_of
 from tests.support import FIELD_CASES
@@ -223,7 +224,7 @@ def test_flow_may_rest_in_a_series_of_any_drive():
 
 
 def test_an_interrupted_run_goes_on_in_its_phase(tmp_path):
-    scene, whole = store(cycles=2), computed(store(cycles=2))
+    scene, whole = store(cycles=2).changed({"output.fields": True}), computed(store(cycles=2))
     for after in (20, 55):  # the second one where the flow has turned
         calls = []
 
@@ -233,6 +234,8 @@ def test_an_interrupted_run_goes_on_in_its_phase(tmp_path):
 
         with pytest.raises(RunInterrupted):
             run(scene, tmp_path / f"run{after}", MPI.COMM_SELF, stop=stop)
+        stopped = json.loads((tmp_path / f"run{after}" / "result.json").read_text())["end_time"]
+        assert max(read_fields(tmp_path / f"run{after}" / "fields.xdmf")[2]) == pytest.approx(stopped, abs=1e-6)
         result = run(scene, tmp_path / f"run{after}", MPI.COMM_SELF, resume=True)
         assert result["outlet_temperature"][-1] == pytest.approx(whole["outlet_temperature"][-1], rel=1e-9)
         assert result.summary["cycles"] == json.loads(json.dumps(result.summary["cycles"]))
