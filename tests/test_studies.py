@@ -12,7 +12,8 @@ from studies.page import Page, factorisations, yardstick
 
 from .support import ALUMINIUM
 
-TOOLS = {"page", "hypercube", "crossed_draws"}  # used by studies, no study themselves
+TOOLS = {"page", "hypercube", "crossed_draws", "exact_solutions", "openterrace_store"}
+"""Used by studies, no study themselves."""
 MODULES = sorted({path.stem for path in Path(studies.__file__).parent.glob("[a-z]*.py")} - TOOLS)
 TINY = {"model.flow": "plug", "model.turbulence": "none", "solver.mesh_refinement": 0.4, "solver.step_refinement": 0.4}
 SHORT = TINY | {"operation.end_time": 60.0}
@@ -47,6 +48,16 @@ def test_tables():
     assert 500.0 < simulation.recorder.heating_time < 4000.0 and seconds > 0.0
     best, order = tables.extrapolated(100.0 + 8.0, 100.0 + 2.0, 100.0 + 8.0 / 9.0)  # second order on meshes x 1, 2, 3
     assert best == pytest.approx(100.0, abs=1e-6) and order == pytest.approx(2.0, abs=1e-6)
+
+
+def test_peers():
+    """This program's part: with finer cells and steps it comes to what Schumann's solution, without conduction, is known for."""
+    peers = study("peers")
+    scene = Scene.load(peers.SCENE)
+    store = peers.store_of(scene)
+    assert store["coefficient"] == pytest.approx(34.64, abs=0.01)  # Wakao by hand, Re 94.3, Pr 0.754
+    assert max(peers.ours(scene, {}).errors(store)) < 1.5
+    assert max(peers.ours(scene, {"solver.mesh_refinement": 0.25}).errors(store)) > 3.0
 
 
 def test_work_precision(tmp_path):

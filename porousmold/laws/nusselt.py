@@ -12,6 +12,7 @@ every value inside the range as published.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import inf
 
 from .functions import Value, exp, ln, maximum, sqrt
 from .registry import Registry
@@ -36,7 +37,7 @@ def prandtl_number(viscosity: Value, heat_capacity: Value, conductivity: Value) 
 
 @dataclass(frozen=True)
 class NusseltCorrelation:
-    """A correlation Nu(Re, Pr, phi), its Reynolds range and its source.
+    """A correlation Nu(Re, Pr, phi), its Reynolds range, its source, and the largest Prandtl number that it is for.
 
     Calling it gives Nu = h_sf d/lambda_f for floats, arrays or UFL. `floor` is the Reynolds number below which it is
     held constant (None: valid down to rest).
@@ -46,6 +47,7 @@ class NusseltCorrelation:
     reynolds_range: tuple[float, float]
     source: str
     floor: float | None = None
+    highest_prandtl_number: float = inf
 
     def __call__(self, reynolds_number: Value, prandtl_number: Value, porosity: Value) -> Value:
         if self.floor is not None:
@@ -113,7 +115,9 @@ for _name, _correlation in {
         _wakao, (15.0, 8500.0), "Wakao, Kaguei, Funazkri, Chem. Eng. Sci. 34 (1979) 325-336", REST
     ),
     "whitaker": NusseltCorrelation(_whitaker, (50.0, 1e4), "Whitaker, AIChE J. 18 (1972) 361-371", REST),
-    "achenbach": NusseltCorrelation(_achenbach, (1.0, 1e5), "Achenbach, Exp. Therm. Fluid Sci. 10 (1995) 17-27", REST),
+    "achenbach": NusseltCorrelation(  # of air, and without Pr
+        _achenbach, (1.0, 1e5), "Achenbach, Exp. Therm. Fluid Sci. 10 (1995) 17-27", REST, 1.0
+    ),
     "gupta-thodos": NusseltCorrelation(_gupta_thodos, (20.0, 1e4), "Gupta, Thodos, AIChE J. 8 (1962)", 20.0),
     "de-acetis-thodos": NusseltCorrelation(
         _de_acetis_thodos, (13.0, 2136.0), "De Acetis, Thodos, Ind. Eng. Chem. 52 (1960) 1003-1006", 13.0

@@ -90,6 +90,7 @@ class Estimates:
     mass_flux: float
     mass_flow: float
     reynolds_number: float
+    prandtl_number: float
     exchange_coefficient: float
     bead_biot_number: float
     transfer_units: float
@@ -195,6 +196,7 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
         mass_flux=fluid.density * phi * speed,
         mass_flow=fluid.density * phi * speed * size.area,
         reynolds_number=reynolds * driven / speed,
+        prandtl_number=prandtl,
         exchange_coefficient=coefficient,
         bead_biot_number=coefficient * diameter / 6.0 / conductivity,
         transfer_units=exchange * size.length / advection,

@@ -45,7 +45,7 @@ class Simulation:
         self.control = self._breakpoints.control()
         self.time = 0.0
         self.regimes = Regimes(self.problem)
-        self._past = Past()
+        self._past, self._turns = Past(), False
         self._stepper = STEPPERS[specs.flow.model.update](self.problem)
         self._rules = StepRules(self.problem, self.recorder)
         self.ending = Ending(specs, self.problem.medium.estimates, self.recorder)
@@ -76,6 +76,8 @@ class Simulation:
         observe("flow: initial guess")
         if not len(self.recorder.history):  # else it goes on from a checkpoint
             self._start()
+        if self._turns:  # it was stopped while it looked for that flow
+            self._find_turned_flow()
         while not self.ending.is_reached(self.time):
             observe("")
             step = self._step()
@@ -92,8 +94,7 @@ class Simulation:
     def keep_fields_of_the_stop(self) -> None:
         """Keep the fields of a march that stopped before its end, but not of a state that is turned already for the phase to
         come, whose flow was not found (collective)."""
-        course = self.specs.course
-        if course is None or course.direction(self.time) == course.direction_of(course.number):
+        if not self._turns:
             self.recorder.snapshots.finish(self.time, self._steps)
 
     def _follow_course(self) -> None:
@@ -113,11 +114,16 @@ class Simulation:
         self.control.breakpoints = self._breakpoints.present()
         if self.ending.is_reached(self.time) or course.direction_of(course.number) == before:
             return
-        with problem.stopwatch("flow"):
-            problem.mirror(*problem.heated.functions.values())
-            self._past = Past()
-            problem.medium.boundary.set(np.nextafter(self.time, math.inf))
-            problem.find_flow(problem.flow.start, self.time)
+        problem.mirror(*problem.heated.functions.values())
+        self._past, self._turns = Past(), True
+        self._find_turned_flow()
+
+    def _find_turned_flow(self) -> None:
+        """Of a phase that has just begun the other way round."""
+        with self.problem.stopwatch("flow"):
+            self.problem.medium.boundary.set(np.nextafter(self.time, math.inf))
+            self.problem.find_flow(self.problem.flow.start, self.time)
+        self._turns = False
 
     @property
     def _steps(self) -> int:
@@ -211,6 +217,7 @@ class Simulation:
         numbers = {
             "time": self.time,
             "steps": self._past.steps,
+            "turns": self._turns,
             "next_step": self.control.step,
             "rejected": self.control.rejected,
             "regimes": self.regimes.save(),
@@ -225,6 +232,7 @@ class Simulation:
     def restore(self, numbers: Mapping[str, Any], array_of: ArrayOf) -> None:
         """Go on from what `save()` gave; `array_of(name, space)` gives the local array of a name (collective)."""
         self.time = numbers["time"]
+        self._turns = numbers["turns"]
         self.regimes.restore(numbers["regimes"])
         if self.specs.course is not None:
             self.specs.course.restore(numbers["course"])

@@ -154,7 +154,6 @@ def _provenance(scene: Scene, simulation: Simulation) -> dict[str, Any]:
         "bead_biot_number": estimates.bead_biot_number,
         "bead_reynolds_number": estimates.reynolds_number,
         "refinements": refinements_of(scene)._asdict(),
-        "given": scene.given(),
         "date": datetime.now().astimezone().isoformat(timespec="seconds"),
         "model": scene.as_tables()["model"],
         "closures": {"set": scene.model.closures, "departures": departures(scene)},

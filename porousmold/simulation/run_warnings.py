@@ -88,8 +88,8 @@ def _of_the_phase(specs: Specs, temperatures: tuple[float, float]) -> list[str]:
         more = "more" if largest < 0.0 else "less"
         state = f"{highest / 1e5:.4g} bar and {where - 273.15:.1f} °C"
         found.append(
-            f"{name} is no ideal gas at {state}: its density is about {abs(largest):.1%} {more} (Peng-Robinson); "
-            "fluid.real_gas"
+            f"{name} is no ideal gas at {state}: its density is about {abs(largest):.1%} {more} (Peng-Robinson), heat "
+            "capacity, and with it times, three to five times as far off; fluid.real_gas"
         )
     return found
 

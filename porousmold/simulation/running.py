@@ -269,7 +269,7 @@ class _Run:
         """Everything that the folder is to hold; gives the summary."""
         simulation, folder, wanted = self._simulation, self._folder, self._scene.solver.accuracy
         summary = summarise(self._marched, simulation, errors, failure, interrupted=interrupted)
-        summary["identity"] = identity_of(self._scene)
+        summary |= {"identity": identity_of(self._scene), "given": self._scene.given()}
         if failure is None and not interrupted:
             answers = answers_of(simulation.recorder)
             summary["warnings"] += (

@@ -79,6 +79,11 @@ def warnings_of_the_scene(scene: Scene, specs: Specs, estimates: Estimates, size
             f"bead Reynolds number {estimates.reynolds_number:.3g} is outside {low:g} to {high:g}, "
             f"the range of model.nusselt {scene.model.nusselt!r}"
         )
+    if estimates.flows and estimates.prandtl_number > specs.laws.nusselt.highest_prandtl_number:
+        found.append(
+            f"the Prandtl number {estimates.prandtl_number:.3g} is above {specs.laws.nusselt.highest_prandtl_number:g}, up to "
+            f"which model.nusselt {scene.model.nusselt!r} holds: it is of gases"
+        )
     if size.length < SMALLEST_RATIO * specs.mesh.bead_diameter:
         found.append(
             f"the bed is {size.length / specs.mesh.bead_diameter:.2g} bead diameters long: averages over beads need "
@@ -97,7 +102,21 @@ def warnings_of_the_scene(scene: Scene, specs: Specs, estimates: Estimates, size
             f"the beads conduct {estimates.conduction_ratio:.2g} times as much as measured for the whole bed: "
             "conduction in the bed is overestimated (see model.closures 'measured', or model.bead_conduction)"
         )
-    if estimates.radiation_ratio > LARGEST_RADIATION:
+    is_gas = specs.laws.fluid.density.compressible
+    if scene.bed.emissivity and not is_gas:
+        found.append(
+            "bed.emissivity lets beads radiate to each other through a gas; a liquid absorbs that within millimetres"
+        )
+    if (
+        scene.model.drag == "eisfeld-schnitzlein"
+        and scene.bed.porosity_model != "constant"
+        and specs.flow.model.kind != "plug"
+    ):
+        found.append(
+            "model.drag 'eisfeld-schnitzlein' holds for means over the section: with a porosity that varies towards the wall it "
+            "counts the wall twice (bed.porosity_model 'constant')"
+        )
+    if is_gas and estimates.radiation_ratio > LARGEST_RADIATION:
         found.append(
             f"radiation between the beads, which bed.emissivity = 0 leaves out, would add some {estimates.radiation_ratio:.0%} "
             "to what the bed conducts across the flow where it is hottest (bed.emissivity, with model.closures 'measured')"

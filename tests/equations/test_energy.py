@@ -27,6 +27,7 @@ from porousmold.solvers.flow import unknowns_outside
 from porousmold.solvers.heating import FrozenTransport, TransientHeat
 from porousmold.solvers.newton import NewtonSystem
 from porousmold.solvers.newton_iterations import Iterations
+from studies.exact_solutions import schumann
 
 from ..support import (
     GivenFlow,
@@ -37,7 +38,6 @@ from ..support import (
     flow_equations,
     liquid,
     observed_orders,
-    schumann,
     solid,
 )
 

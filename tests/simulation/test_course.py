@@ -10,9 +10,10 @@ from scipy.signal import lfilter
 from porousmold import InputError, Scene, run
 from porousmold.cli import main
 from porousmold.files.xdmf import read_fields
+from porousmold.simulation.march import Simulation
 from porousmold.simulation.running import RunInterrupted
 from porousmold.simulation.specs import specs_of
-from tests.support import FIELD_CASES
+from tests.support import FIELD_CASES, coarse_scene
 
 STORE = FIELD_CASES / "17-tes-cycle" / "tes.toml"
 HOT, COLD = 773.15, 298.15
@@ -242,6 +243,25 @@ def test_an_interrupted_run_goes_on_in_its_phase(tmp_path):
         assert result.summary["last_cycle"]["heat_out"] == pytest.approx(
             whole.summary["last_cycle"]["heat_out"], rel=1e-9
         )
+
+
+def test_a_run_that_stops_while_the_turned_flow_is_sought_goes_on_to_the_same_answer(tmp_path, monkeypatch):
+    """It went on with the flow of the way before: 0.016 K and other steps."""
+    scene = coarse_scene(
+        QUIET, {"model.flow": "developed", "operation.reversal_period": 60.0, "operation.end_time": 150.0}
+    )
+    whole = computed(scene)
+    with monkeypatch.context() as patched:
+
+        def stop(simulation):
+            raise KeyboardInterrupt
+
+        patched.setattr(Simulation, "_find_turned_flow", stop)
+        with pytest.raises(RunInterrupted):
+            run(scene, tmp_path, MPI.COMM_SELF)
+    result = run(scene, tmp_path, MPI.COMM_SELF, resume=True)
+    for name in ("time", "outlet_temperature", "mass_flow"):
+        assert result[name] == pytest.approx(whole[name], rel=1e-8)
 
 
 def test_profiles_and_pictures_of_phases_are_written(tmp_path):

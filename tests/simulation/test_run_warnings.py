@@ -38,6 +38,27 @@ def test_a_thin_wall_that_resists_is_told(place):
     assert not told(outside)
 
 
+WATER = {"fluid.material": "water", "operation.inlet_temperature": 350.0, "operation.pressure_drop": 500.0}
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"operation.inlet_temperature": "600 degC"}, "ceramic heat_capacity is given for"),
+        ({"operation.inlet_temperature": "600 degC"}, "aluminium heat_capacity is given for"),
+        ({"fluid.material": "argon", "operation.outlet_pressure": "10 bar"}, "argon is no ideal gas"),
+        (WATER | {"model.nusselt": "achenbach"}, "the Prandtl number"),
+        (WATER | {"model.closures": "measured", "bed.emissivity": 0.9}, "a liquid absorbs that"),
+        ({"model.drag": "eisfeld-schnitzlein", "model.flow": "developed"}, "it counts the wall twice"),
+    ],
+)
+def test_what_a_law_is_not_made_for_is_told(changes, words):
+    """Each was off by 3 to 30 % without a word."""
+    told = check(coarse_scene(PLUG, changes), MPI.COMM_SELF).warnings
+    assert any(words in text for text in told)
+    assert not any(words in text for text in check(coarse_scene(PLUG), MPI.COMM_SELF).warnings)
+
+
 def test_a_wall_that_the_surroundings_cool_before_the_flow_comes_is_not_said_to_stay():
     cold = {"operation.outer_coefficient": 10.0, "operation.ambient_temperature": 273.15, "operation.end_time": 200.0}
     text = next(one for one in warnings_of(cold) if "not heated" in one)
