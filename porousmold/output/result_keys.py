@@ -137,7 +137,6 @@ RESULT_KEYS: Mapping[str, ResultKey] = {
         "object",
         "factors on the default number of cells along and across the flow, and of steps, that the result is of",
     ),
-    "given": ResultKey("object", "keys that are set in the scene, as written"),
     "date": ResultKey("string", "date and time of the run, ISO 8601"),
     "model": ResultKey("object", "the table [model] with every default"),
     "closures": ResultKey("object", "set of closures, and the keys that differ from it"),
@@ -146,6 +145,7 @@ RESULT_KEYS: Mapping[str, ResultKey] = {
     "versions": ResultKey("object", "versions of the libraries used, and the number of ranks"),
     "warnings": ResultKey("array", "warnings of this run, such as exceeded limits of the model"),
     "identity": ResultKey("string", "digest of the scene, its files, its laws and the code that computes"),
+    "given": ResultKey("object", "keys that are set in the scene, as written"),
     "wall_seconds": ResultKey("object", "wall-clock time in total and by task"),
     "checksum": ResultKey("string", "SHA-256 of this content and of history.csv; in the file alone"),
 }
