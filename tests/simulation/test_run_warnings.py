@@ -133,7 +133,7 @@ def test_a_bed_of_moving_beads_is_as_cold_as_those_that_enter():
 
 
 def test_heat_that_moving_beads_carry_off_is_not_called_a_loss_of_the_wall():
-    beads = {"operation.bead_velocity": -2e-3, "operation.bead_inlet_temperature": 298.15, "operation.end_time": 4e4}
+    beads = {"operation.bead_velocity": -2e-3, "operation.bead_inlet_temperature": 298.15, "operation.end_time": 1.2e4}
     told = warnings_of(beads, {"operation.outer_coefficient": 1e-3, "operation.ambient_temperature": 298.15})
     text = next(one for one in told if "not heated" in one)
     assert "beads that enter cold carry off the heat" in text and "losses" not in text
