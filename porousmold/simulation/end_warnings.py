@@ -8,7 +8,7 @@ import numpy as np
 from .answers import BEYOND_THE_MARGIN, beyond_the_inlet
 from .march import Simulation
 from .specs import Specs
-from .unmet_targets import supply_at_its_limit
+from .unmet_targets import NO_CHANGE, supply_at_its_limit
 
 EDGE_OF_ALL = 5e-3
 """Of all temperature differences, that the extremes of the bed's side may be off at the inlet without a word."""
@@ -16,8 +16,6 @@ EDGE_STEP = 0.01
 """Part of a spread asked for that the first nodes at the inlet may differ by."""
 STEADY = 0.02
 """Relative change of the wall's distance from the inlet temperature over the last fifth of a run that is hardly one."""
-NO_CHANGE = 1e-3
-"""The same that is none."""
 
 
 def why_not_heated(simulation: Simulation) -> str:

@@ -21,7 +21,7 @@ LEVERS = {
 LARGE_LOSS = 0.1
 """Part of the energy given above which a loss is named."""
 NO_CHANGE = 1e-3
-"""Of what is short of a target, over the last fifth of a run, that is none."""
+"""Of what is short of a target, or of the heating time, over the last fifth of a run, that is none."""
 
 
 def why_not_met(simulation: Simulation, target: Target, energy: Mapping[str, float | None] | None) -> str:
