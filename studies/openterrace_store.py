@@ -16,7 +16,7 @@ ROWS = 400
 """Of the output, about."""
 
 
-def main():
+def main() -> None:
     """Run the store that was given."""
     store = json.load(sys.stdin)
     cells, radius, porosity = store["cells"], 0.5 * store["bead_diameter"], store["porosity"]

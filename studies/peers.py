@@ -15,7 +15,7 @@ import numpy as np
 from mpi4py import MPI
 
 from porousmold import Scene, run
-from porousmold.laws.nusselt import NUSSELT_CORRELATIONS
+from porousmold.laws.nusselt import NUSSELT_CORRELATIONS, prandtl_number, specific_surface
 from porousmold.output.figures import STYLE, plt, save
 from porousmold.simulation.specs import specs_of
 from studies.exact_solutions import schumann
@@ -68,9 +68,8 @@ def store_of(scene: Scene) -> dict[str, Any]:
     )
     mass_flow, diameter = operation.mass_flow.values[0], scene.geometry.diameter
     reynolds_number = mass_flow / (0.25 * np.pi * diameter**2) * bed.bead_diameter / viscosity
-    nusselt_number = NUSSELT_CORRELATIONS["wakao"](
-        reynolds_number, viscosity * capacity / conductivity, bed.bulk_porosity
-    )
+    prandtl = prandtl_number(viscosity, capacity, conductivity)
+    nusselt_number = NUSSELT_CORRELATIONS["wakao"](reynolds_number, prandtl, bed.bulk_porosity)
     return {
         "length": scene.geometry.length,
         "diameter": diameter,
@@ -89,7 +88,7 @@ def store_of(scene: Scene) -> dict[str, Any]:
 def exact(store: dict[str, Any], place: float, times: np.ndarray) -> np.ndarray:
     """Temperature (K) of the fluid at a place and at times, without conduction along the bed."""
     flux = store["mass_flow"] / (0.25 * np.pi * store["diameter"] ** 2)
-    exchange = 6.0 * (1.0 - store["porosity"]) / store["bead_diameter"] * store["coefficient"]
+    exchange = specific_surface(store["porosity"], store["bead_diameter"]) * store["coefficient"]
     beads = (1.0 - store["porosity"]) * store["beads"]["rho"] * store["beads"]["cp"]
     since = times - place * store["porosity"] * store["fluid"]["rho"] / flux
     units = exchange * place / (flux * store["fluid"]["cp"])

@@ -64,7 +64,7 @@ class Compared(NamedTuple):
     words: str
     time: float
     mass_flow: float
-    told: tuple[float, float]
+    told: tuple[float | None, float | None]
     flow_seconds: tuple[float, float]
     run_seconds: tuple[float, float]
     unknowns: tuple[int, int]
@@ -157,7 +157,7 @@ def compared(shape: str, words: str, scene: Scene) -> Compared | None:
         words,
         developed.heating_time / full.heating_time - 1.0,
         developed.summary["mass_flow_initial"] / full.summary["mass_flow_initial"] - 1.0,
-        (full.summary["mass_flow_error"] or 0.0, developed.summary["mass_flow_error"] or 0.0),
+        (full.summary["mass_flow_error"], developed.summary["mass_flow_error"]),
         (flows[0], flows[1]),
         (seconds[0], seconds[1]),
         (full.summary["unknowns"]["flow"], developed.summary["unknowns"]["flow"]),
@@ -188,7 +188,7 @@ def write(known: list[Compared], count: int, path: Path) -> None:
          "whole run, CPU s"),
         [
             [one.shape, one.words, f"{one.time:+.2%}", f"{one.mass_flow:+.2%}",
-             "{:.1%} / {:.1%}".format(*one.told), *(f"{a:.3g} / {b:.3g}" for a, b in
+             " / ".join("-" if error is None else f"{error:.1%}" for error in one.told), *(f"{a:.3g} / {b:.3g}" for a, b in
              (one.unknowns, one.flow_seconds, one.run_seconds))]
             for one in known
         ],

@@ -8,7 +8,7 @@ import numpy as np
 from .answers import BEYOND_THE_MARGIN, beyond_the_inlet
 from .march import Simulation
 from .specs import Specs
-from .unmet_targets import NO_CHANGE, supply_at_its_limit
+from .unmet_targets import NO_CHANGE, row_of_the_last_fifth, supply_at_its_limit
 
 EDGE_OF_ALL = 5e-3
 """Of all temperature differences, that the extremes of the bed's side may be off at the inlet without a word."""
@@ -59,7 +59,7 @@ def _distance_left(simulation: Simulation) -> str:
     times, deficits = (np.array(history[name]) for name in ("time", column))
     if len(times) < 3:
         return text
-    before = min(int(np.searchsorted(times, 0.8 * times[-1])), len(times) - 2)
+    before = row_of_the_last_fifth(times.tolist())
     approached = deficits[before] - deficits[-1]
     may_last = (
         simulation.ending.is_steady(simulation.time) or times[-1] > simulation.problem.medium.estimates.heating_duration

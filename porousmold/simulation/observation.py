@@ -1,7 +1,7 @@
 """Output of fields: the profile near the wall, and snapshots over time."""
 
 import contextlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -87,14 +87,17 @@ def field_snapshots(
     between snapshots that are one step apart, else the nearest one, at its own time (collective)."""
     snapshots = snapshots or [Snapshot(end_time, 0, problem.solution.arrays())]
     output, course = problem.specs.output, problem.specs.course
-    shown = (
-        [(one.time, one.solution) for one in snapshots]
+    shown: Iterable[tuple[float, Arrays]] = (
+        ((one.time, one.solution) for one in snapshots)
         if output.times
         else _near(snapshots, end_time * np.linspace(0.0, 1.0, output.field_times + 1)[1:], course)
     )
-    named = np.unique(np.round([time for time, _ in shown], DECIMALS_OF_TIME), return_index=True)[1]
     of_the_bed = _FieldsOfTheBed(problem, problem.medium.flow_temperature.function_space)
-    for time, solution in (shown[number] for number in named):
+    named = None
+    for time, solution in shown:
+        if round(time, DECIMALS_OF_TIME) == named:
+            continue
+        named = round(time, DECIMALS_OF_TIME)
         turned = course is not None and course.direction(time) < 0
         with _shown(problem, solution):
             temperature, beads = problem.temperature, problem.bead_temperature
@@ -121,23 +124,19 @@ def _shown(problem: Problem, snapshot: Arrays) -> Iterator[None]:
         problem.state.put_back(now)
 
 
-def _near(snapshots: Sequence[Snapshot], wanted: Floats, course: Course | None) -> list[tuple[float, Arrays]]:
+def _near(snapshots: Sequence[Snapshot], wanted: Floats, course: Course | None) -> Iterator[tuple[float, Arrays]]:
     """(time, solution) at or near the times (s) wanted."""
-    times, found = np.array([one.time for one in snapshots]), []
+    times = np.array([one.time for one in snapshots])
     for time in map(float, wanted):
         after = min(int(np.searchsorted(times, time * (1.0 - SAME_TIME))), len(times) - 1)
         early, late = snapshots[max(after - 1, 0)], snapshots[after]
         in_one_phase = course is None or course.phase_number(early.time) == course.phase_number(late.time)
         if early.time < time < late.time and late.step == early.step + 1 and in_one_phase:
-            part = (time - early.time) / (late.time - early.time)
-            between = {
-                name: (1.0 - part) * array + part * late.solution[name] for name, array in early.solution.items()
-            }
-            found.append((time, between))
+            part, ends = (time - early.time) / (late.time - early.time), late.solution
+            yield time, {name: (1.0 - part) * array + part * ends[name] for name, array in early.solution.items()}
         else:
             nearest = min(early, late, key=lambda one: abs(one.time - time))
-            found.append((nearest.time, nearest.solution))
-    return found
+            yield nearest.time, nearest.solution
 
 
 class _FieldsOfTheBed:

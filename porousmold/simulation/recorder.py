@@ -127,8 +127,8 @@ class Recorder:
     @property
     def ended_at(self) -> float:
         """Time (s) of the answer that ended the run, which its last step has passed; else of the last row."""
-        begun, end = self.history["time"][-2:][0], self.history["time"][-1]
-        return self.answered_at if begun < self.answered_at else end
+        last, answered_at = self.history["time"][-2:], self.answered_at
+        return answered_at if last[0] < answered_at else last[-1]
 
     @property
     def answered_at(self) -> float:

@@ -1,7 +1,7 @@
 """Why a target was not met: what was at its limit, where the heat went, and the largest lever."""
 
 import bisect
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -29,10 +29,9 @@ def why_not_met(simulation: Simulation, target: Target, energy: Mapping[str, flo
     history = simulation.recorder.history
     last = len(history) - 1
     short = target.quantity(history, last) - target.margin
-    unit = "" if target.asks == "cured" else "K"
     parts = [f"{short:.3g} short" if target.asks == "cured" else f"{short:.1f} K short"] if short > 0.0 else []
     if parts:
-        parts[0] += _course_of(target, history, short, unit)
+        parts[0] += _course_of(target, history, short)
     if target.asks == "spread" and not target.is_under_way(history, last):
         way = "farther than that from" if target.final == target.initial else "half-way to the set-point from"
         parts = [f"its place has not been {way} the temperature at the start"]
@@ -43,19 +42,24 @@ def why_not_met(simulation: Simulation, target: Target, energy: Mapping[str, flo
     return "; ".join(parts)
 
 
-def _course_of(target: Target, history: Columns, short: float, unit: str) -> str:
+def _course_of(target: Target, history: Columns, short: float) -> str:
     """Whether what is `short` of a target still gets less, over the last fifth of a run."""
     times, last = history["time"], len(history) - 1
-    before = min(bisect.bisect_left(times, 0.8 * times[-1]), last - 1)
-    if before < 0:
+    if last < 1:
         return ""
+    before = row_of_the_last_fifth(times)
     gained = target.quantity(history, before) - target.quantity(history, last)
     if abs(gained) < NO_CHANGE * short:
         return " and stays there"
     if gained < 0.0:
         return f", more than at {times[before]:.4g} s"
-    rate = f"{60.0 * gained / (times[-1] - times[before]):.2g} {unit}".strip()
-    return f" and falls by {rate}/min"
+    rate, unit = 60.0 * gained / (times[-1] - times[before]), "" if target.asks == "cured" else " K"
+    return f" and falls by {rate:.2g}{unit}/min"
+
+
+def row_of_the_last_fifth(times: Sequence[float]) -> int:
+    """Where the last fifth of a run of two rows or more begins, before its last row."""
+    return min(bisect.bisect_left(times, 0.8 * times[-1]), len(times) - 2)
 
 
 def supply_at_its_limit(simulation: Simulation) -> list[str]:

@@ -98,7 +98,8 @@ class _Surface:
 
     def __init__(self, study: Study, rows: Sequence[Row], records: Iterable[str]) -> None:
         self._names = study.varied
-        known = [row for row in reached(rows) if all(_positive(row.values[name]) for name in records)]
+        answered = reached(rows)
+        known = [row for row in answered if all(_positive(row.values[name]) for name in records)]
         places = self._places(known)
         if len(known):  # a place may have been run under two names, such as '20 kPa' and 20000.0
             places, first = np.unique(places, axis=0, return_index=True)
@@ -107,7 +108,8 @@ class _Surface:
             raise InputError(
                 "study", f"{len(known)} of {len(rows)} cases reached their end", "is too few to search between"
             )
-        short = [row for row in rows if row.status == "done" and known[0].is_reached and not row.is_reached]
+        names = {row.case.name for row in answered}
+        short = [row for row in rows if row.status == "done" and row.case.name not in names]
         tried = np.concatenate([places, self._places(short)])
         self._ends = tried.min(axis=0), tried.max(axis=0)
         self._logarithmic = np.all(tried > 0.0, axis=0)
@@ -195,11 +197,12 @@ def search(
         study = study.with_cases([*study.cases, *more.values()])
         rows = run_study(study, out, progress=progress(len(study.cases)), stop=stop)
         found = {row.case.name: row for row in rows}
+        answered = {row.case.name for row in reached(rows)}
         differences = [0.0]
         for case, place in zip(cases, places, strict=True):
             for name in records:
                 value = found[case.name].values[name]
-                is_found = _positive(value) and (found[case.name].is_reached or not reached(rows)[0].is_reached)
+                is_found = _positive(value) and case.name in answered
                 differences.append(abs(math.log(value) - surface(name, place)) if is_found else math.inf)
         return max(differences)
 

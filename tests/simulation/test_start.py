@@ -177,23 +177,25 @@ def test_a_state_of_a_mold_is_none_of_a_pipe(tmp_path):
         )
 
 
-def cycled(folder, *, turns):
-    """A store of many steps whose last phase ends by what leaves, or whose last cycle is as the one before; its result."""
-    first = {"name": "charge", "mass_flow": 0.01, "temperature": "500 degC", "until_outlet_above": "100 degC"}
-    second = {"name": "discharge", "mass_flow": -0.01, "temperature": "25 degC", "until_outlet_below": "470 degC"}
+def cycling(*more, **operation):
+    """A store whose phases end by what leaves, and by `more` phases."""
+    phases = [
+        {"name": "charge", "mass_flow": 0.01, "temperature": "500 degC", "until_outlet_above": "100 degC"},
+        {"name": "discharge", "mass_flow": -0.01, "temperature": "25 degC", "until_outlet_below": "470 degC"},
+        *more,
+    ]
     settings = dict.fromkeys(("operation.mass_flow", "operation.inlet_temperature", "operation.end_time"))
-    settings |= {
-        "operation.phase": [first, second] if turns else [first, second, {"name": "rest", "duration": "10 min"}]
-    }
-    settings |= {"operation.cycles": 30, "operation.cycle_tolerance": 0.02, "solver.axial_cells": 20}
-    return run(Scene.load(STORE, settings | QUIET), folder, communicator=MPI.COMM_SELF)
+    settings |= {"operation.phase": phases, "solver.axial_cells": 20} | QUIET
+    return Scene.load(STORE, settings | {f"operation.{name}": value for name, value in operation.items()})
 
 
 @pytest.mark.parametrize("turns", [True, False])
 def test_the_last_state_of_a_store_is_that_of_its_end(tmp_path, turns):
     """The last field was one kept up to 110 K earlier where phases end by a temperature, and turned end for end. (Cells of the
     other scene stand a little elsewhere.)"""
-    result = cycled(tmp_path / "run", turns=turns)
+    rest = () if turns else ({"name": "rest", "duration": "10 min"},)
+    scene = cycling(*rest, cycles=30, cycle_tolerance=0.02)
+    result = run(scene, tmp_path / "run", communicator=MPI.COMM_SELF)
     assert len(result["time"]) > 40
     settings = dict.fromkeys(("operation.inlet_temperature", "operation.initial_temperature"))
     settings |= {
@@ -211,11 +213,7 @@ def test_the_last_state_of_a_store_is_that_of_its_end(tmp_path, turns):
 
 def test_fields_of_a_store_are_of_their_times():
     """Between snapshots many steps apart, or of two phases, a straight line was up to 160 K off."""
-    first = {"name": "charge", "mass_flow": 0.01, "temperature": "500 degC", "until_outlet_above": "100 degC"}
-    second = {"name": "discharge", "mass_flow": -0.01, "temperature": "25 degC", "until_outlet_below": "470 degC"}
-    settings = dict.fromkeys(("operation.mass_flow", "operation.inlet_temperature", "operation.end_time"))
-    settings |= {"operation.phase": [first, second], "operation.cycles": 4, "solver.axial_cells": 20}
-    simulation = simulation_of(Scene.load(STORE, settings | QUIET | {"output.field_times": 10})).march()
+    simulation = simulation_of(cycling(cycles=4).changed({"output.field_times": 10})).march()
     history, course = simulation.recorder.history, simulation.specs.course
     times, problem, count = np.array(history["time"]), simulation.problem, 0
     for time, (temperature, *_) in field_snapshots(problem, simulation.recorder.snapshots.fields, simulation.time):
