@@ -62,7 +62,7 @@ crossed-scenes: .venv/installed  ## 300 scenes that cross every feature, errors 
 three-dimensions: .venv/installed  ## locally developed against full flow, random scenes: docs/three-dimensions.md
 	$(PYTHON) -m studies.three_dimensions
 
-peers: .venv/installed  ## beside OpenTerrace, on Schumann's front (wants Python 3.12): docs/peers.md
+peers: .venv/installed  ## beside OpenTerrace, on Schumann's front (Python 3.12, or PEER_PYTHON=...): docs/peers.md
 	test -x build/peers/bin/python || $(PEER_PYTHON) -m venv build/peers
 	build/peers/bin/pip install -q openterrace==0.1.4
 	$(PYTHON) -m studies.peers
