@@ -28,17 +28,11 @@ COMPARISON = ("comparison.json", "comparison.png")
 OUTPUTS = [
     *("result.json", "history.csv", "near_wall.csv", "fields.h5", "fields.xdmf", "scene.toml"),
     *(
-        "profiles.csv",
-        "profiles.png",
-        "temperatures.png",
-        "near_wall.png",
-        "fields.png",
-        "skin.png",
-        "supply.png",
-        *COMPARISON,
-        "report.html",
-        NAME,
+        f"{picture}.{kind}"
+        for picture in ("profiles", "temperatures", "near_wall", "fields", "skin", "surface", "supply")
+        for kind in ("png", "pdf", "svg")
     ),
+    *("profiles.csv", "heating.gif", *COMPARISON, "report.html", NAME),
 ]
 FIELDS_PART = ".fields.part"
 """Folder in which the two files of the fields are written, to take their places together."""

@@ -14,12 +14,14 @@ from .figures import STYLE, plt, save
 Entries = list[Mapping[str, Any]]
 MOST_CURVES, MOST_PANELS, PANELS_A_ROW = 8, 6, 2
 BEFORE_THE_UNIT = " ["
+FEWEST_ANSWERS = 3
+"""For a picture of a record."""
 LIGHT = 0.6
 """Part of the colours' range from which on they are light."""
 
 
 class _Study:
-    """Cases with an answer: what varies over them, what was recorded of all, and labels with units.
+    """Cases with an answer, one record of theirs at least: what varies over them, what was recorded, and labels with units.
 
     `entries` are those of table.json, `head` the head of table.csv."""
 
@@ -28,21 +30,29 @@ class _Study:
         end = names.index("status") if "status" in names else 0
         varied, records = names[:end], names[end + 1 : names.index("reason")] if end else []
         self.labels = dict(zip(names, head, strict=False))
-        first = records[:1]
-        self.known = [entry for entry in entries if all(_is_number(entry[name]) for name in first)] if records else []
+        self.known = [entry for entry in entries if any(_is_number(entry[name]) for name in records)]
         self.varied = [name for name in varied if len({str(entry[name]) for entry in self.known}) > 1]
         self.numbers = [name for name in self.varied if all(_is_number(entry[name]) for entry in self.known)]
-        self.records = [name for name in records if all(_is_number(entry[name]) for entry in self.known)]
+        self.records = [name for name in records if len(self.having(name)) >= FEWEST_ANSWERS]
+
+    def having(self, *names: str) -> Entries:
+        """The cases that have all of these records."""
+        return [entry for entry in self.known if all(_is_number(entry[name]) for name in names)]
+
+    def without(self, *names: str) -> str:
+        """How many cases have not, as a title; none where all have."""
+        count = len(self.known) - len(self.having(*names))
+        return f"without {count} of {len(self.known)} cases, which have no {' or '.join(names)}" if count else ""
 
 
 def draw_study(folder: Path, entries: Sequence[Mapping[str, Any]], head: Sequence[str]) -> list[Path]:
     """Pictures of a study in its folder; gives their paths.
 
     curves.png over one number, a curve for each value of a second key; map.png of the first record over two numbers;
-    parallel.png over three keys or more. None for a study with fewer than three answers.
+    parallel.png over three keys or more. None for a study with fewer than three answers. A picture that lacks cases says so.
     """
     study = _Study(entries, head)
-    if len(study.known) < 3 or not study.records or not study.varied:
+    if not study.records or not study.varied:
         return []
     with plt.rc_context(STYLE):
         drawn = []
@@ -61,7 +71,7 @@ def plot_in_terminal(entries: Sequence[Mapping[str, Any]], head: Sequence[str]) 
     Empty for a study with fewer than two answers. Raises `InputError` without the package plotext.
     """
     study = _Study(entries, head)
-    if len(study.known) < 2 or not study.records or not study.varied:
+    if not study.records or not study.varied:
         return ""
     try:
         import plotext
@@ -72,6 +82,7 @@ def plot_in_terminal(entries: Sequence[Mapping[str, Any]], head: Sequence[str]) 
     plotext.theme("clear")
     plotext.plotsize(78, 20)
     for (label, members), marker in zip(_families(study, key).items(), itertools.cycle("•x+o*")):
+        members = [entry for entry in members if _is_number(entry[record])]
         x = [entry[key] for entry in members] if study.numbers else list(range(1, len(members) + 1))
         y = [entry[record] for entry in members]
         plotext.plot(x, y, marker=marker, label=label or None)
@@ -108,13 +119,15 @@ def _curves(folder: Path, study: _Study) -> Path:
     rows = -(-len(shown) // columns)
     width, height = 1.0 + 4.4 * columns, 3.8 * rows
     figure, all_axes = plt.subplots(rows, columns, figsize=(width, height), squeeze=False)
-    sides = {"left": 0.95 / width, "right": 1.0 - 0.1 / width, "bottom": 0.6 / height, "top": 1.0 - 0.15 / height}
+    sides = {"left": 0.95 / width, "right": 1.0 - 0.1 / width, "bottom": 0.6 / height, "top": 1.0 - 0.3 / height}
     figure.subplots_adjust(**sides, wspace=0.3, hspace=0.25)
     for axes in all_axes.flat[len(shown) :]:
         axes.set_visible(False)
     for axes, name in zip(all_axes.flat, shown, strict=False):
         for label, members in list(families.items())[:MOST_CURVES]:
-            axes.plot([e[key] for e in members], [e[name] for e in members], "o-", markersize=4, label=label)
+            shown_here = [e for e in members if _is_number(e[name])]
+            axes.plot([e[key] for e in shown_here], [e[name] for e in shown_here], "o-", markersize=4, label=label)
+        axes.set_title(study.without(name), fontsize=8)
         axes.set(xlabel=study.labels[key], ylabel=study.labels[name])
         _plain_numbers(axes.yaxis)
     if "" not in families:
@@ -137,7 +150,10 @@ def _map(folder: Path, study: _Study) -> list[Path]:
         return []
     values = np.full((len(y), len(x)), np.nan)
     for entry in study.known:
-        values[y.index(entry[study.numbers[1]]), x.index(entry[study.numbers[0]])] = entry[study.records[0]]
+        value = entry[study.records[0]]
+        values[y.index(entry[study.numbers[1]]), x.index(entry[study.numbers[0]])] = (
+            value if _is_number(value) else np.nan
+        )
     figure, axes = plt.subplots(figsize=(7.0, 4.6))
     figure.subplots_adjust(left=0.14, right=0.97, bottom=0.14, top=0.95)
     drawn = axes.imshow(values, origin="lower", aspect="auto", cmap="viridis")
@@ -155,10 +171,11 @@ def _map(folder: Path, study: _Study) -> list[Path]:
 
 def _parallel(folder: Path, study: _Study) -> Path:
     """A line for each case across one axis for each key and record, coloured by the first record."""
-    names = [*study.varied, *study.records[:2]]
+    shown = study.records[:2]
+    names, known = [*study.varied, *shown], study.having(*shown)
     columns, ticks = [], []
     for name in names:
-        values = [entry[name] for entry in study.known]
+        values = [entry[name] for entry in known]
         if name in study.varied and name not in study.numbers:
             words = sorted({str(value) for value in values})
             heights = {word: number / max(len(words) - 1, 1) for number, word in enumerate(words)}
@@ -168,7 +185,7 @@ def _parallel(folder: Path, study: _Study) -> Path:
             low, high = min(values), max(values)
             columns.append((np.array(values) - low) / ((high - low) or 1.0))
             ticks.append([(part, f"{low + part * (high - low):.4g}") for part in (0.0, 0.5, 1.0)])
-    record = np.array([entry[study.records[0]] for entry in study.known])
+    record = np.array([entry[study.records[0]] for entry in known])
     figure, axes = plt.subplots(figsize=(2.0 + 1.7 * len(names), 4.6))
     figure.subplots_adjust(left=0.08, right=0.98, bottom=0.16, top=0.96)
     colours = plt.Normalize(record.min(), record.max() or 1.0)
@@ -183,5 +200,6 @@ def _parallel(folder: Path, study: _Study) -> Path:
     axes.set_yticks([])
     axes.set_xlim(-0.1, len(names) - 0.6)
     axes.grid(False)
+    axes.set_title(study.without(*shown), fontsize=8)
     figure.colorbar(plt.cm.ScalarMappable(colours, "viridis"), ax=axes, label=study.labels[study.records[0]])
     return save(figure, folder / "parallel.png")

@@ -1,6 +1,10 @@
 """The supply of a tool as part of a simulation: the blower's operating point, and the inlet temperature that heater and returned
 air give.
 
+Beside a bed that stands upright (gravity g along the flow) there is a column of what the blower draws, in the room or in the
+return duct: where the blower raises the pressure by Delta p, p_inlet - p_outlet = Delta p - rho_drawn g L. A cold bed then flows
+as it does lying; a hot one that is blown upwards draws like a chimney.
+
 The inlet temperature follows the outlet's at every iteration of a stage, so that what the heater gives, the bed takes and the
 exhaust loses balance to the tolerance of the stages. The operating point is found by a secant, one flow after the other.
 """
@@ -32,7 +36,10 @@ FLOW_EXPONENT = 0.6
 
 
 class AirLoop:
-    """The supply over a fluid whose flow has these boundary values; powers are those of the computed part, W."""
+    """The supply over a fluid whose flow has these boundary values; powers are those of the computed part, W.
+
+    `gravity_times_length` (m2/s2) is that along the bed.
+    """
 
     def __init__(
         self,
@@ -43,6 +50,7 @@ class AirLoop:
         equations: EnergyEquations,
         temperature: Any,
         communicator: Communicator,
+        gravity_times_length: float,
     ) -> None:
         self.spec, self._fluid, self._outlet_pressure, self._boundary = spec, fluid, outlet_pressure, boundary
         self._communicator = communicator
@@ -53,6 +61,8 @@ class AirLoop:
         self._slope: float | None = None
         self._points: list[tuple[float, float]] = []
         self._flow = self.blower_power = 0.0
+        self._gravity_times_length, self._rise = gravity_times_length, boundary.pressure_drop
+        self._drawn_density = float(fluid.density(outlet_pressure, spec.supply.fresh_temperature))
         self.now = Supplied(0.0, 0.0, 0.0, 0.0)
 
     def set_time(self, time: float) -> None:
@@ -115,6 +125,8 @@ class AirLoop:
             "blower_power": self.blower_power,
             "slope": self._slope,
             "points": self._points,
+            "rise": self._rise,
+            "drawn_density": self._drawn_density,
             "pressure_drop": boundary.pressure_drop,
             "inlet_temperature": float(boundary.inlet_temperature.value),
         }
@@ -123,7 +135,8 @@ class AirLoop:
         """Go on from what `save()` gave."""
         self.now, self._flow = Supplied(**numbers["now"]), numbers["flow"]
         self.blower_power, self._slope = numbers["blower_power"], numbers["slope"]
-        self._points = [(time, pressure) for time, pressure in numbers["points"]]
+        self._points = [(time, rise) for time, rise in numbers["points"]]
+        self._rise, self._drawn_density = numbers["rise"], numbers["drawn_density"]
         if self.spec.blower is not None:
             self._boundary.pressure_drop = numbers["pressure_drop"]
         self._boundary.inlet_temperature.value = numbers["inlet_temperature"]
@@ -145,35 +158,34 @@ class AirLoop:
             solve()
             self._flow = mass_flow()
             return
-        before = None
-        self._boundary.pressure_drop = self._foreseen_point(time)
+        before, self._rise = None, self._foreseen_point(time)
         for _ in range(MOST_POINTS):
-            pressure = self._boundary.pressure_drop
+            self._boundary.pressure_drop = self._rise - self._drawn_density * self._gravity_times_length
             solve()
             flow = mass_flow()
+            density = self._drawn_density = self._suction_density(flow, time)
+            rise = self._boundary.pressure_drop + density * self._gravity_times_length
             if before is not None and flow != before[1]:
-                slope = (flow - before[1]) / (pressure - before[0])
+                slope = (flow - before[1]) / (rise - before[0])
                 self._slope = slope if slope > 0.0 else self._slope
-            density = self._suction_density(flow, time)
             volume, step = share * flow / density, 1e-4 * share * max(flow, 1e-9) / density
             wanted = blower.left_for_bed(volume, density)
             self._flow, self.blower_power = flow, blower.power(volume, density) / share
             falls = (blower.left_for_bed(volume + step, density) - wanted) / step * share / density
-            rises = self._slope or FLOW_EXPONENT * max(flow, 1e-9) / max(pressure, 1e-3)
-            before = pressure, flow
-            found = max(pressure + (wanted - pressure) / (1.0 - min(falls, 0.0) * rises), 0.05 * pressure)
-            allowed = POINT_TOLERANCE * tolerance * max(abs(pressure), 1.0)
-            if abs(found - pressure) < allowed and abs(wanted - pressure) < LARGEST_CORRECTION * allowed:
-                self._points = [*[point for point in self._points if point[0] < time][-1:], (time, found)]
+            rises = self._slope or FLOW_EXPONENT * max(flow, 1e-9) / max(rise, 1e-3)
+            before = rise, flow
+            self._rise = max(rise + (wanted - rise) / (1.0 - min(falls, 0.0) * rises), 0.05 * rise)
+            allowed = POINT_TOLERANCE * tolerance * max(abs(rise), 1.0)
+            if abs(self._rise - rise) < allowed and abs(wanted - rise) < LARGEST_CORRECTION * allowed:
+                self._points = [*[point for point in self._points if point[0] < time][-1:], (time, self._rise)]
                 return
-            self._boundary.pressure_drop = found
-        detail = f"the blower delivers {wanted:.4g} Pa, the pressure drop of the bed is {pressure:.4g} Pa"
+        detail = f"the blower delivers {wanted:.4g} Pa, the bed takes {rise:.4g} Pa"
         raise SolveError("operating point of the blower", time, detail, "a curve that falls with the volume flow")
 
     def _foreseen_point(self, time: float) -> float:
-        """Pressure drop (Pa) by the line through the last two operating points."""
+        """What the blower gives (Pa) by the line through the last two operating points."""
         if len(self._points) < 2:
-            return self._points[0][1] if self._points else self._boundary.pressure_drop
+            return self._points[0][1] if self._points else self._rise
         (first, low), (last, high) = self._points
         ahead = min((time - last) / (last - first), FARTHEST_AHEAD)
         return max(high + ahead * (high - low), 0.5 * high)

@@ -384,7 +384,7 @@ def _air_loop(specs: Specs, medium: Medium, heat: Heat, equations: EnergyEquatio
     assert isinstance(heat, TransientHeat), "checked with the scene"
     temperature = ufl.split(heat.unknown)[0] if equations.two_temperatures else heat.unknown
     given = specs.laws.fluid, specs.flow.outlet_pressure, boundary, equations, temperature, medium.domain.communicator
-    heat.flows.supply = AirLoop(spec, *given)
+    heat.flows.supply = AirLoop(spec, *given, specs.flow.gravity * medium.domain.length)
     boundary.call_with_time(heat.flows.supply.set_time)
     return heat.flows.supply
 

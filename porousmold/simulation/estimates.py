@@ -353,7 +353,8 @@ def _speed(specs: Specs, size: BedSize, fluid: FluidProperties) -> float:
     """Intrinsic speed (m/s) in the middle of the bed at the strongest drive."""
     phi, strongest = specs.porosity.bulk_porosity, specs.flow.driven_by.range[1]
     if specs.flow.drive == "pressure_drop":
-        force = phi * abs(strongest / size.length + fluid.density * specs.flow.gravity)
+        gravity = 0.0 if specs.flow.by_blower else specs.flow.gravity  # a blower has as heavy a column beside the bed
+        force = phi * abs(strongest / size.length + fluid.density * gravity)
         diameter = specs.mesh.bead_diameter
         return float(specs.laws.drag.speed(force, phi, diameter, fluid.density, fluid.viscosity))
     if specs.flow.drive == "inlet_velocity":

@@ -60,7 +60,8 @@ class DevelopedFlow(NonlinearFlow):
         self.unknown, previous = fem.Function(self.space), fem.Function(self.space)
         inverse_step = fem.Constant(domain.mesh, 0.0)
         self.columns = Columns(domain)
-        self._along = PressureAlong(self.columns)
+        is_gas, outlet_pressure = inflow.fluid.density.compressible, float(equations.fluid.reference_pressure.value)
+        self._along = PressureAlong(self.columns, outlet_pressure if is_gas else None)
         self.pressure, gradient = self._along.pressure, self._along.gradient
         dx = domain.column_measure(GAUSS_DEGREE)
         arguments = (self.unknown, previous, inverse_step, self.pressure, gradient, temperature)

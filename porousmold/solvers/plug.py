@@ -92,11 +92,14 @@ class PlugFlow:
 
     def _pressures(self, mass_flux: float, temperature: Floats, time: float) -> Floats:
         """Gauge pressures (Pa) at the stations, whose temperatures (K) are given. Raises `SolveError`."""
-        gauge = np.zeros(len(temperature))
+        gauge, gas_at = (
+            np.zeros(len(temperature)),
+            self._reference_pressure if self._fluid.density.compressible else None,
+        )
         for _ in range(MOST_DENSITIES):
             density = self._fluid.density(gauge + self._reference_pressure, temperature) + 0.0 * temperature
             gradient = self._resistance(mass_flux, density, self._fluid.viscosity(temperature))
-            before, gauge = gauge, self.columns.pressure(-gradient)
+            before, gauge = gauge, self.columns.pressure(-gradient, gas_at)
             if np.max(np.abs(gauge - before)) < CONVERGED_DENSITY * self._reference_pressure:
                 return gauge
         raise SolveError("plug flow", time, "its pressure and density do not converge", "a smaller pressure drop")

@@ -2,7 +2,7 @@
 
 They follow by elimination: g = dp/dx at each station and the mass flow M that passes all of them. With du/dg and du/dp of each
 station from two more solves with the same factors, its mass flow is linear in its g and in its p, which is that of the stations
-downstream, p = P g (trapezoidal rule):
+downstream, delta p = P delta g (`Columns.pressure_matrix`):
 
     M_i + (dM/dg)_i delta g_i + (dM/dp)_i (P delta g)_i = M,
 
@@ -27,7 +27,7 @@ from ..mesh.deferred_forms import DeferredForm
 from .newton import NewtonSystem
 from .parts import LEAST_VALUE, PartSizes
 from .protocols import Inflow
-from .stations import Columns, PressureAlong
+from .stations import PressureAlong
 
 PRESSURE_DIFFERENCE = 1e-4
 """Part of the reference pressure by which residual and mass flow are differentiated: a gas's density is linear in it."""
@@ -70,7 +70,7 @@ class StationGradients:
         """Change a Newton update of the profiles so that, with new pressure gradients, the mass flow is as it has to be."""
         system, before, columns = self._system, self._unknown.x.array.copy(), self._columns
         gradients, scale = self._along.gradients, float(self._equations.scales.pressure.value) / columns.along[-1]
-        along_the_bed = abs(columns.pressure(gradients)[0])
+        along_the_bed = abs(self._along.of(gradients)[0])
         expands = (
             self._inflow.fluid.density.compressible and along_the_bed > NOTICEABLE_CHANGE * self._reference_pressure
         )
@@ -99,7 +99,7 @@ class StationGradients:
         change = np.clip(change, -LARGEST_CHANGE * largest, LARGEST_CHANGE * largest)
         more = by_gradient.x.array * change[self._column_of_unknown]
         if follows:
-            more += by_pressure.x.array * columns.pressure(change)[self._column_of_unknown]
+            more += by_pressure.x.array * (self._along.matrix(gradients) @ change)[self._column_of_unknown]
         update.array -= more[: len(update.array)]
         self._unknown.x.array[:] += more
         gradients += change
@@ -162,14 +162,14 @@ class StationGradients:
         self, gradients: Floats, flow: Floats, slope: Floats, slope_in_pressure: Floats | None = None
     ) -> Floats:
         """`changes_of_gradient` with what the drive gives at present."""
-        inlet = float(self._columns.pressure(gradients)[0])
+        inlet, matrix = float(self._along.of(gradients)[0]), self._along.matrix(gradients)
         given, more = (self.given_mass_flow(pressure) for pressure in (inlet, inlet + 1.0))
         drive = (self._inflow.drive().value - inlet, 0.0) if given is None or more is None else (given, more - given)
-        return changes_of_gradient(self._columns, flow, slope, slope_in_pressure, drive, is_pressure_drop=given is None)
+        return changes_of_gradient(matrix, flow, slope, slope_in_pressure, drive, is_pressure_drop=given is None)
 
 
 def changes_of_gradient(
-    columns: Columns,
+    pressure: Floats,
     flow: Floats,
     slope: Floats,
     slope_in_pressure: Floats | None,
@@ -179,12 +179,12 @@ def changes_of_gradient(
 ) -> Floats:
     """Changes of dp/dx (Pa/m) at the stations with which the same mass flow passes all of them; NaN where there are none.
 
-    `flow` is what passes them (kg/s), `slope` that in dp/dx, `slope_in_pressure` that in the pressure; without it all densities
-    stay as they are. `drive` is how much more the pressure drop is to be (Pa), or the mass flow (kg/s) and its slope in the
-    pressure at the inlet.
+    `pressure` is the derivative of their pressures in dp/dx, `flow` what passes them (kg/s), `slope` that in dp/dx,
+    `slope_in_pressure` that in the pressure; without it all densities stay as they are. `drive` is how much more the
+    pressure drop is to be (Pa), or the mass flow (kg/s) and its slope in the pressure at the inlet.
     """
-    pressure, (value, slope_at_inlet) = columns.pressure_matrix, drive
-    if slope_in_pressure is None:  # each station by itself; P g at the inlet is the pressure drop
+    value, slope_at_inlet = drive
+    if slope_in_pressure is None:  # each station by itself; delta p at the inlet is that of the pressure drop
         wanted = (value + pressure[0] @ (flow / slope)) / (pressure[0] @ (1.0 / slope)) if is_pressure_drop else value
         return (wanted - flow) / slope
     matrix = np.diag(slope) + slope_in_pressure[:, None] * pressure

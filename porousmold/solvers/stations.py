@@ -1,6 +1,7 @@
 """The stations of a straight bed, which are its columns of nodes: sums over them, and the stream function of their flow."""
 
 import functools
+import math
 
 import numpy as np
 from dolfinx import fem
@@ -12,6 +13,8 @@ from ..mesh.domain import Domain
 from ..mesh.quadrature_rules import column_rule, flow_axis
 
 GAUSS_DEGREE = 3
+LEAST_PRESSURE = 1e-3
+"""Of a gas at the outlet: it has no less anywhere in an iteration that goes astray."""
 
 
 def columns_of(domain: Domain) -> tuple[Floats, Floats]:
@@ -38,24 +41,48 @@ class Columns:
         sums = np.bincount(columns, weights=values, minlength=len(self.along))
         return ranks.total(self.domain.communicator, sums)
 
-    def pressure(self, gradient: Floats) -> Floats:
-        """Gauge pressure (Pa) at the stations for dp/dx (Pa/m), 0 at the last: the trapezoidal rule."""
-        steps = 0.5 * np.diff(self.along) * (gradient[1:] + gradient[:-1])
-        return np.append(-np.cumsum(steps[::-1])[::-1], 0.0)
+    def pressure(self, gradient: Floats, gas_at: float | None = None) -> Floats:
+        """Gauge pressure (Pa) at the stations for dp/dx (Pa/m), 0 at the last: the trapezoidal rule; of a gas that has the
+        pressure `gas_at` (Pa) there that of p dp/dx, which does not change along an ideal gas of one temperature."""
+        steps = np.diff(self.along)
+        if gas_at is None:
+            steps = 0.5 * steps * (gradient[1:] + gradient[:-1])
+            return np.append(-np.cumsum(steps[::-1])[::-1], 0.0)
+        pressure = np.full(len(self.along), gas_at)
+        for here in reversed(range(len(steps))):
+            after, half = pressure[here + 1], 0.5 * steps[here] * gradient[here]
+            square = after * (after - steps[here] * gradient[here + 1]) + half**2
+            pressure[here] = max(math.sqrt(max(square, 0.0)) - half, LEAST_PRESSURE * gas_at)
+        return pressure - gas_at
 
     @functools.cached_property
-    def pressure_matrix(self) -> Floats:
-        """The same as a matrix."""
+    def _trapezoidal(self) -> Floats:
         return np.column_stack([self.pressure(gradient) for gradient in np.eye(len(self.along))])
+
+    def pressure_matrix(self, gradient: Floats, gas_at: float | None = None) -> Floats:
+        """Derivative of `pressure` in dp/dx (m), a row for each station."""
+        if gas_at is None:
+            return self._trapezoidal
+        steps, pressure = np.diff(self.along), gas_at + self.pressure(gradient, gas_at)
+        matrix = np.zeros((len(pressure), len(pressure)))
+        for here in reversed(range(len(steps))):
+            after, step = here + 1, steps[here]
+            row = (2.0 * pressure[after] - step * gradient[after]) * matrix[after]
+            row[[here, after]] -= step * pressure[[here, after]]
+            matrix[here] = row / (2.0 * pressure[here] + step * gradient[here])
+        return matrix
 
 
 class PressureAlong:
-    """Gauge pressure (Pa) and dp/dx (Pa/m) along a straight bed, alike across it: functions `pressure` and `gradient`."""
+    """Gauge pressure (Pa) and dp/dx (Pa/m) along a straight bed, alike across it: functions `pressure` and `gradient`.
 
-    def __init__(self, columns: Columns) -> None:
+    `gas_at` is the pressure (Pa) of a gas at the last station, None for a liquid.
+    """
+
+    def __init__(self, columns: Columns, gas_at: float | None) -> None:
         space = fenicsx.lagrange_space(columns.domain.mesh)
         self.pressure, self.gradient = fem.Function(space), fem.Function(space)
-        self.columns, self._owned = columns, space.dofmap.index_map.size_local
+        self.columns, self._gas_at, self._owned = columns, gas_at, space.dofmap.index_map.size_local
         self._column = columns.of(space.tabulate_dof_coordinates())
         self._nodes = columns.total(self._column[: self._owned], np.ones(self._owned))
 
@@ -68,12 +95,20 @@ class PressureAlong:
     @property
     def at_inlet(self) -> float:
         """Gauge pressure (Pa) at the first station (collective)."""
-        return float(self.columns.pressure(self.gradients)[0])
+        return float(self.of(self.gradients)[0])
+
+    def of(self, gradients: Floats) -> Floats:
+        """Gauge pressures (Pa) at the stations for dp/dx (Pa/m)."""
+        return self.columns.pressure(gradients, self._gas_at)
+
+    def matrix(self, gradients: Floats) -> Floats:
+        """Their derivative in dp/dx (m)."""
+        return self.columns.pressure_matrix(gradients, self._gas_at)
 
     def set_gradients(self, gradients: Floats) -> None:
         """Have dp/dx (Pa/m) at the stations be these, and the pressure what follows."""
         self.gradient.x.array[:] = gradients[self._column]
-        self.pressure.x.array[:] = self.columns.pressure(gradients)[self._column]
+        self.pressure.x.array[:] = self.of(gradients)[self._column]
 
 
 def nearest(grid: Floats, values: Floats) -> Integers:

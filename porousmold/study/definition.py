@@ -16,6 +16,7 @@ from ..errors import InputError
 from ..files.tables import read_toml
 from ..files.units import to_si
 from ..scene.features import KEYS
+from ..scene.features.targets import target_name
 from ..scene.keys import LISTED, Settings, Tables, key_of
 from ..scene.scene import Scene
 from ..scene.tables import LISTS
@@ -103,19 +104,21 @@ class Study:
         design = head.get("design", "grid")
         if design not in DESIGNS:
             raise InputError("study.design", design, f"must be one of {', '.join(map(repr, DESIGNS))}", where)
-        record = head.get("record", ["heating_time"])
-        if not isinstance(record, list) or not record:
+        record = head.get("record")
+        if record is not None and (not isinstance(record, list) or not record):
             raise InputError("study.record", record, "must be a list of names", where)
-        for name in record:
+        for name in record or []:
             if not isinstance(name, str) or unit_of_record(name) is None:
                 allowed = f"must be of {', '.join(RECORDS)}, or targets.NAME"
                 raise InputError("study.record", str(name), allowed, where)
         base = path.parent / scene_path
         common = OF_EVERY_CASE | _settings(table_of(tables, "set", where), "set", where)
-        Scene.load(base, common, allow_extensions=allow_extensions)  # a base that is no scene is refused here
+        targets = target_names(Scene.load(base, common, allow_extensions=allow_extensions))
+        record = record or [f"targets.{name}" for name in targets] or ["heating_time"]
         combinations = _combinations(design, tables, where)
         cases = [_case(settings, base, common, allow_extensions) for settings in combinations]
         _make_unique(cases, where)
+        _check_targets(cases, record, where)
         varied = list(dict.fromkeys(name for settings in combinations for name in settings))
         return cls(cases, varied, list(dict.fromkeys(record)), base, common, allow_extensions)
 
@@ -221,6 +224,20 @@ def _case(settings: Settings, base: Path, common: Settings, allow_extensions: bo
         return Case(name, settings, Scene.load(base, common | settings, allow_extensions=allow_extensions))
     except InputError as error:
         return Case(name, settings, None, str(error))
+
+
+def target_names(scene: Scene) -> list[str]:
+    """Names of the targets of a scene."""
+    return [target_name(target) for target in scene.target.list or ()]
+
+
+def _check_targets(cases: Sequence[Case], record: Iterable[str], where: str) -> None:
+    """Refuse a target that no case has."""
+    known = {name for case in cases if case.scene is not None for name in target_names(case.scene)}
+    for name in record:
+        if name.startswith("targets.") and name.removeprefix("targets.") not in known:
+            allowed = f"is no target of any case: they have {', '.join(sorted(known)) or 'no [[target]]'}"
+            raise InputError("study.record", name, allowed, where)
 
 
 def _make_unique(cases: list[Case], where: str) -> None:

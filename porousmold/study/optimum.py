@@ -28,6 +28,7 @@ from ..mpi import MPI
 from ..scene.features import KEYS
 from ..scene.keys import key_of
 from .definition import Case, Study, check_names, kind_of_record, table_of, unit_of_record
+from .quantity import check_record
 from .running import Row, run_study, setting
 
 AGREEMENT = 0.003
@@ -62,7 +63,7 @@ def load(path: str | Path, *, allow_extensions: bool = False) -> tuple[Study, Ai
     study, where = Study.load(path, allow_extensions=allow_extensions), str(path)
     head = table_of(read_toml("study", path), "optimum", where)
     check_names(head, ("minimise", "below", "trade_off"), "optimum.", where)
-    minimise, below, trade_off = head.get("minimise", "heating_time"), head.get("below", {}), head.get("trade_off")
+    minimise, below, trade_off = head.get("minimise", study.record[0]), head.get("below", {}), head.get("trade_off")
     if not isinstance(below, dict):
         raise InputError(
             "optimum.below", str(below), "must be a table of limits, such as { fluid_heat = '3 MJ' }", where
@@ -76,6 +77,8 @@ def load(path: str | Path, *, allow_extensions: bool = False) -> tuple[Study, Ai
     for key, name in [("minimise", minimise), ("trade_off", trade_off), *(("below", name) for name in below)]:
         if name not in study.record and not (key == "trade_off" and name is None):
             raise InputError(f"optimum.{key}", str(name), f"must be one of study.record {study.record}", where)
+        for scene in [case.scene for case in study.cases if case.scene is not None and name is not None][:1]:
+            check_record(scene, name, f"optimum.{key}")
     limits = {name: to_si(f"optimum.below.{name}", given, kind_of_record(name), where) for name, given in below.items()}
     for name, limit in limits.items():
         if not limit > 0.0:
@@ -232,7 +235,8 @@ def search(
         curve = front(reached(rows), aim)
     if any(row.status == "missing" for row in rows):
         return None
-    return Optimum(best(reached(rows), aim.minimise, aim.below), curve, agreed)
+    found = best(reached(rows), aim.minimise, aim.below)
+    return Optimum(found, curve, agreed and found is not None)
 
 
 def reached(rows: Sequence[Row]) -> list[Row]:
@@ -311,7 +315,7 @@ def summary_text(found: Optimum, study: Study, aim: Aim) -> str:
     limits = ", ".join(f"{name} below {limit:.6g} {unit_of_record(name)}" for name, limit in aim.below.items())
     under = f" with {limits}" if limits else ""
     if found.row is None:
-        return f"no run{under}: widen the bounds or the limit"
+        return f"no run has {aim.minimise}{under}: widen the bounds or the limit"
     lines = [f"least {aim.minimise}{under}: {found.row.values[aim.minimise]:.6g} {unit_of_record(aim.minimise)}"]
     lines += [
         f"  {name} {value:.6g} {unit_of_record(name)}"

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 from ..errors import InputError
-from ..scene.features.targets import target_name
+from ..scene.features.air_loop import has_air_loop
 from ..scene.scene import Scene
-from .definition import RECORDS, unit_of_record
+from .definition import RECORDS, target_names, unit_of_record
 from .running import Row
 
 KEY = "--of"
@@ -69,21 +69,36 @@ class Quantity:
         return InputError("SCENE", scene.source, f"has no {self.words}: {reason}")
 
 
+def check_record(scene: Scene, record: str, key: str) -> None:
+    """Refuse (`InputError` of a `key`) what no run of the scene records, and heating times of runs that end when targets are met,
+    be that before or after."""
+    targets, name = target_names(scene), record.removeprefix("targets.")
+    known = f"its targets are {', '.join(targets)}" if targets else "it has no [[target]]"
+    if name != record and name not in targets:
+        raise InputError(key, record, f"is no target of the scene: {known}", scene.source)
+    if record.startswith("heating_time") and targets:
+        allowed = f"is unknown where a run ends with its targets: take one of them ({known})"
+        raise InputError(key, record, allowed, scene.source)
+    if record.startswith("energy.") and not has_air_loop(scene):
+        raise InputError(key, record, "needs a blower, a heater or returned air in the scene", scene.source)
+    if record == "energy.cost" and scene.operation.energy_price is None:
+        raise InputError(key, record, "needs operation.energy_price in the scene", scene.source)
+    if record.startswith("last_cycle.") and scene.operation.phase is None:
+        raise InputError(key, record, "needs [[operation.phase]] in the scene", scene.source)
+
+
 def quantity_of(scene: Scene, record: str | None) -> Quantity:
     """That of a name; without one the time of the first target of a scene that has targets, else the heating time.
 
     Raises `InputError` for what no run records.
     """
-    targets = [target_name(target) for target in scene.target.list or ()]
     if record is None:
+        targets = target_names(scene)
         record = f"targets.{targets[0]}" if targets else "heating_time"
     unit = unit_of_record(record)
     if unit is None:
         raise InputError(KEY, record, f"must be of {', '.join(RECORDS)}, or targets.NAME")
-    name = record.removeprefix("targets.")
-    if name != record and name not in targets:
-        known = f"its targets are {', '.join(targets)}" if targets else "it has no [[target]]"
-        raise InputError(KEY, record, f"is no target of the scene: {known}", scene.source)
+    check_record(scene, record, KEY)
     if record == "heating_time" and scene.model.wall == "fixed-temperature":
         raise InputError(
             "model.wall", scene.model.wall, "leaves no heating time: give another record by --of", scene.source

@@ -43,6 +43,8 @@ GO_ON = "with room there, the same command goes on"
 
 NOT_REACHED = re.compile("not heated to|not cooled to|target .* not met ")
 """Warnings of a run that does not reach what it waits for."""
+ANSWERS = re.compile(r"heating_time(_bed_side)?$|targets\.")
+"""Names of what a row tells that it has not."""
 IN_DOUBT = re.compile("coarser cells and steps move|; a finer mesh shows it$")
 """Warnings of a run whose cells may be too few."""
 
@@ -293,6 +295,9 @@ def row_of(case: Case, out: Path, record: Sequence[str]) -> Row:
                 return missing
             values = {name: _entry(summary, name) for name in record}
             reasons = [text for text in summary["warnings"] if NOT_REACHED.match(text) or IN_DOUBT.search(text)]
+            without = [name for name, value in values.items() if value is None and ANSWERS.match(name)]
+            if without and not reasons:
+                reasons = [f"the run has ended without {', '.join(without)}"]
             return Row(case, "done", "; ".join(reasons), values)
         return Row(case, recorded["status"], recorded["reason"], values)
     except (OSError, ValueError, KeyError, TypeError):
@@ -300,8 +305,9 @@ def row_of(case: Case, out: Path, record: Sequence[str]) -> Row:
 
 
 def _entry(summary: Any, name: str) -> Any:
-    if name.startswith("target_errors."):  # which not every target has
-        return summary["target_errors"].get(name.removeprefix("target_errors."))
+    group, _, target = name.partition(".")
+    if group in ("targets", "target_errors"):  # which not every scene, and not every target has
+        return summary[group].get(target)
     for part in name.split("."):
         if not isinstance(summary, dict):
             return None

@@ -20,13 +20,12 @@ from ..files.atomic_files import output_file
 from ..files.units import preferred_unit, to_si
 from ..scene.chosen_laws import Laws
 from ..scene.features import KEYS
-from ..scene.features.air_loop import has_air_loop
 from ..scene.features.geometries import modelled_part
-from ..scene.features.targets import target_name
 from ..scene.keys import WITHOUT_UNIT, key_of, kind_of
 from ..scene.scene import Scene
 from .definition import Study, kind_of_record, unit_of_record
 from .parameters import case_around, value_of
+from .quantity import check_record
 from .running import run_study
 
 TOLERANCE = 0.003
@@ -106,13 +105,8 @@ def solve_for(
     Runs are kept in `out`, so that the same search goes on. Raises `InputError` for a key that is no positive number of the
     scene.
     """
-    laws, target = Laws.of(scene), aim.record.removeprefix("targets.")
-    if target != aim.record and target not in [target_name(each) for each in scene.target.list or ()]:
-        raise InputError("--target", aim.record, "is no target of the scene", scene.source)
-    if aim.record.startswith("energy.") and not has_air_loop(scene):
-        raise InputError("--target", aim.record, "needs a blower, a heater or returned air in the scene", scene.source)
-    if aim.record == "energy.cost" and scene.operation.energy_price is None:
-        raise InputError("--target", aim.record, "needs operation.energy_price in the scene", scene.source)
+    laws = Laws.of(scene)
+    check_record(scene, aim.record, "--target")
     if unit_of_record(aim.record) == "s" and aim.value >= scene.operation.end_time:
         allowed = f"must be below operation.end_time {scene.operation.end_time:g} s, at which runs end"
         raise InputError("--target", aim.value, allowed, scene.source)

@@ -184,8 +184,21 @@ def without_tolerance(scene: Scene) -> list[str]:
         "operation.heating_margin",
         "operation.energy_price",
     }
-    names = [f"operation.{name}" for name, value in scene.operation if isinstance(value, float | TimeSeries)]
-    given = [name for name in names if scene.is_given(name) and name not in varied]
+    tables = ("bed", "wall", "operation", "model")
+    numbers = [
+        f"{table}.{name}"
+        for table in tables
+        for name, value in getattr(scene, table)
+        if isinstance(value, float | TimeSeries)
+    ]
+    given = [name for name in numbers if scene.is_given(name) and name not in varied]
+    given += [
+        f"{place}.{name}"
+        for place, layer in scene.layers.items()
+        for name, value in (("contact_resistance", layer.contact_resistance), ("heat_source", layer.heat_source))
+        if value is not None and value != 0.0
+    ]
+    given += ["density and heat capacity of layers"] if scene.layers else []
     return given + [f"materials.{name}" for name in scene.materials]
 
 
@@ -410,7 +423,7 @@ def summary_text(found: Budget, sample: Sample | None) -> str:
     if sample is not None:
         lines += [
             f"{sample.answered} of {sample.cases} sampled cases: 95 % within {_range(found, sample.low, sample.high)}, median "
-            f"{text(sample.median)}",
+            f"{_told(found, sample.median)}",
             f"  standard deviation {sample.deviation:.1%} against {found.of_inputs:.1%} of the budget without {CELLS} "
             f"({sample.deviation / max(found.of_inputs, 1e-300) - 1.0:+.0%}): all cases have the same cells and steps",
         ]
@@ -428,14 +441,14 @@ def _answer(found: Budget, sample: Sample | None, separator: str) -> str:
 
 
 def _range(found: Budget, low: float, high: float) -> str:
-    first, last = found.quantity.text(low), found.quantity.text(high)
+    first, last = _told(found, low), _told(found, high)
     unit = "" if found.quantity.unit == "1" else f" {found.quantity.unit}"
     return f"{first.removesuffix(unit)} to {last}"
 
 
 def write(found: Budget, sample: Sample | None, out: Path) -> list[Path]:
     """uncertainty.json, budget.csv and the picture budget.png; gives their paths."""
-    content = asdict(found) | {"shares": found.shares, "sample": None if sample is None else asdict(sample)}
+    content = asdict(found) | {"shares": found.shares, "sample": None if sample is None else _finite(asdict(sample))}
     content |= {
         "of": found.quantity.words,
         "sentence": f"{found.quantity.words}: {_answer(found, sample, '; ')}".capitalize(),
@@ -451,6 +464,15 @@ def write(found: Budget, sample: Sample | None, out: Path) -> list[Path]:
         with output_file(path) as temporary:
             temporary.write_text(written, encoding="utf-8")
     return [*paths, _draw(found, sample, out / "budget.png")]
+
+
+def _told(found: Budget, value: float) -> str:
+    return found.quantity.text(value) if math.isfinite(value) else "beyond the end of the run"
+
+
+def _finite(numbers: Mapping[str, float]) -> dict[str, float | None]:
+    """Numbers for JSON, which knows no infinite ones: None where a case that is not heated by the end stands."""
+    return {name: value if math.isfinite(value) else None for name, value in numbers.items()}
 
 
 def _draw(found: Budget, sample: Sample | None, path: Path) -> Path:

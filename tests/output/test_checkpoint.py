@@ -244,6 +244,16 @@ def test_a_table_with_another_digit_is_not_taken_for_the_result(tmp_path, name):
     assert not run(scene, tmp_path, MPI.COMM_SELF, force=True).recalled
 
 
+def test_pictures_of_every_kind_go_with_the_run_that_they_were_drawn_of(tmp_path):
+    """Those of `show --format svg` stayed beside the next run's results."""
+    scene = coarse_scene({"operation.end_time": 5.0, "output.pictures": False})
+    run(scene, tmp_path, MPI.COMM_SELF)
+    for name in ("temperatures.svg", "skin.pdf", "heating.gif", "notes.txt"):
+        (tmp_path / name).write_text("of the run before")
+    run(scene, tmp_path, MPI.COMM_SELF, force=True)
+    assert {path.suffix for path in tmp_path.iterdir()} & {".svg", ".pdf", ".gif", ".txt"} == {".txt"}
+
+
 def test_two_hundred_flipped_bits_give_no_other_result(tmp_path):
     """Of the checkpoint and of the tables: refused, computed again, or of no meaning."""
     scene = coarse_scene({"operation.end_time": 20.0, "output.pictures": False, "output.checkpoint_interval": 0.0})

@@ -2,7 +2,7 @@
 
 import pytest
 
-from porousmold.output.study_pictures import draw_study, plot_in_terminal
+from porousmold.output.study_pictures import _Study, draw_study, plot_in_terminal
 
 
 def study(**values):
@@ -36,6 +36,19 @@ def test_the_number_of_keys_decides_what_is_drawn(values, pictures, tmp_path):
 def test_failed_cases_and_constant_keys_are_left_out(tmp_path):
     entries, head = study(a=[1.0, 2.0, 3.0, 4.0], b=[0.5])
     entries[2] |= {"status": "failed", "heating_time": None, "reason": "no flow"}
+    assert [path.name for path in draw_study(tmp_path, entries, head)] == ["curves.png"]
+
+
+def test_a_case_without_the_first_record_is_in_the_pictures_of_the_others(tmp_path):
+    """A study of which half does not meet a target was drawn as if it had no such cases, and a key less."""
+    entries, head = study(a=[1.0, 2.0, 3.0], b=["one", "other"])
+    for entry in entries:
+        entry |= {"cost": 5.0, "reason": entry.pop("reason")}
+        entry["heating_time"] = None if entry["b"] == "one" else entry["heating_time"]
+    drawn = _Study(entries, [*head[:-1], "cost [1]", "reason"])
+    assert drawn.varied == ["a", "b"] and drawn.records == ["heating_time", "cost"]
+    assert len(drawn.having("heating_time")) == 3 and len(drawn.having("cost")) == 6
+    assert "without 3 of 6 cases" in drawn.without("heating_time") and not drawn.without("cost")
     assert [path.name for path in draw_study(tmp_path, entries, head)] == ["curves.png"]
 
 

@@ -10,6 +10,7 @@ from scipy.integrate import trapezoid
 from porousmold import InputError, Scene, run
 from porousmold.simulation.air_loop_spec import blower_of
 from porousmold.simulation.running import RunInterrupted
+from porousmold.simulation.specs import specs_of
 
 from ..support import ALUMINIUM, STUDIES, coarse_scene, simulation_of
 
@@ -86,6 +87,33 @@ def test_the_blower_of_a_hot_tool_draws_hot_air_from_the_start():
     result = summary_of({**BLOWER, **LOOP, **hot, "operation.recirculation": 0.9})
     for name in ("mass_flow", "pressure_drop", "blower_power"):
         assert result[name] == pytest.approx(np.full(len(result[name]), result[name][0]), rel=0.01)
+
+
+@pytest.mark.parametrize("flow", ["developed", "plug"])
+def test_a_blower_has_a_column_of_what_it_draws_beside_an_upright_bed(flow):
+    """A cold bed flows as it does lying, a hot one blown upwards like a chimney, blown downwards less."""
+    upright = {**BLOWER, "operation.blower_pressure": "100 Pa", "operation.duct_resistance": 0.0, "model.flow": flow}
+    upright |= {"operation.end_time": 1e-3, "solver.flow_tolerance": 1e-4, "model.turbulence": "none"}
+    hot = {
+        "operation.initial_temperature": 550.0,
+        "operation.inlet_temperature": 560.0,
+        "operation.heater_power": "9 kW",
+    }
+    hot |= {"operation.fresh_temperature": 300.0}
+    cold = [summary_of({**upright, "operation.gravity": gravity}) for gravity in (0.0, 9.81, -9.81)]
+    flows = [result.summary["mass_flow_initial"] for result in cold]
+    assert flows == pytest.approx([flows[0]] * 3, rel=1e-3)
+    lying, down, up = (summary_of({**upright, **hot, "operation.gravity": gravity}) for gravity in (0.0, 9.81, -9.81))
+    fluid = specs_of(coarse_scene(ALUMINIUM, upright)).laws.fluid
+    columns = [9.81 * 1.0 * float(fluid.density(101325.0, warm)) for warm in (300.0, 550.0)]
+    for result, sign in ((lying, 0.0), (down, -1.0), (up, 1.0)):
+        drop, volume = result["pressure_drop"][0], 2.0 * result["mass_flow"][0] / float(fluid.density(101325.0, 300.0))
+        given = 100.0 * (1.0 - (volume / (400.0 / 3600.0)) ** 2)
+        assert drop - sign * columns[0] == pytest.approx(given, rel=5e-3)
+    driven = [100.0 + sign * (columns[0] - columns[1]) for sign in (-1.0, 1.0)]
+    assert down.summary["mass_flow_initial"] < lying.summary["mass_flow_initial"] < up.summary["mass_flow_initial"]
+    ratio = up.summary["mass_flow_initial"] / down.summary["mass_flow_initial"]
+    assert 1.0 + 0.5 * (driven[1] / driven[0] - 1.0) < ratio < driven[1] / driven[0]
 
 
 @pytest.mark.slow

@@ -173,6 +173,23 @@ def test_a_guess_of_another_flow_is_near_it_in_fewer_iterations():
     assert 0.0 < np.linalg.norm(speeds[1] - speeds[0]) < NEAR * np.linalg.norm(speeds[0])
 
 
+@pytest.mark.parametrize("flow", ["developed", "plug"])
+@pytest.mark.parametrize("expansion", [3.0, 10.5])
+def test_the_mass_flow_of_a_gas_that_expands_is_exact_on_few_cells(expansion, flow):
+    """Creeping isothermal flow is as p dp/dx, that at a mean pressure p by the same drop times p over the outlet's."""
+    outlet = 2e4
+    creeping = {
+        "bed.bead_diameter": 2e-5,
+        "model.flow": flow,
+        "model.turbulence": "none",
+        "operation.outlet_pressure": outlet,
+    }
+    weak = started({**creeping, "operation.pressure_drop": 1.0}).balances.mass_flow
+    problem = started({**creeping, "operation.pressure_drop": (expansion - 1.0) * outlet})
+    exact = weak * (expansion - 1.0) * outlet * 0.5 * (1.0 + expansion) / (1.0 + 0.5 / outlet)
+    assert problem.balances.mass_flow == pytest.approx(exact, rel=1e-3)
+
+
 @pytest.mark.parametrize("drive", ["pressure_drop", "mass_flow", "inlet_velocity"])
 def test_a_gas_that_expands_along_the_bed_is_followed_by_newtons_method(drive):
     """Its density follows the pressure, here 2.4 bar at the inlet, within each iteration: updates fall quadratically, not by a

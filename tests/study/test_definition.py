@@ -64,6 +64,7 @@ def test_a_combination_that_no_scene_can_have_is_a_case_with_a_reason(tmp_path):
     (HEAD + "[vary]\nmodel.flow = { from = 0, to = 2, count = 2 }\n", "must be a list"),
     (HEAD + '[vary]\nwall.thickness = ["1 mm", "1 mm"]\n', "there twice"),
     (HEAD + 'record = ["heating_tim"]\n[vary]\nwall.thickness = [0.001]\n', "heating_tim"),
+    (HEAD + 'record = ["targets.hot"]\n[vary]\nwall.thickness = [0.001]\n', "no target of any case"),
     (HEAD + 'record = [["x"]]\n[vary]\nwall.thickness = [0.001]\n', "study.record"),
     (HEAD + 'design = "random"\n[vary]\nwall.thickness = [0.001]\n', "study.design"),
     (HEAD + 'design = "cases"\n', "case"), (HEAD + "[sett]\n", "set"), ("study = [", "not valid TOML"),

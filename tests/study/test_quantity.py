@@ -9,10 +9,11 @@ from porousmold.study.definition import Case
 from porousmold.study.quantity import Quantity, quantity_of
 from porousmold.study.running import Row
 from porousmold.study.sensitivity import elasticities
-from porousmold.study.uncertainty import budget
+from porousmold.study.uncertainty import budget, without_tolerance
 
 from ..support import ALUMINIUM, FIELD_CASES, cured_mold
 
+HEATED = {"operation.heater_power": 9e3}
 PLUG = {"model.flow": "plug", "solver.axial_cells": 8, "solver.cell_growth": 1.6}
 
 
@@ -23,7 +24,7 @@ def curing(**more):
 def test_the_first_target_is_what_a_scene_with_targets_is_about():
     quantity = quantity_of(curing(), None)
     assert quantity.record.startswith("targets.") and quantity.unit == "s" and "target" in quantity.words
-    assert quantity_of(curing(), "energy.cost").text(3.14159) == "3.1416"
+    assert quantity_of(curing(**HEATED | {"operation.energy_price": 0.3}), "energy.cost").text(3.14159) == "3.1416"
     assert quantity_of(curing(), "spread_at_end").text(3.14159) == "3.1416 K"
 
 
@@ -46,11 +47,30 @@ def test_what_is_counted_up_to_an_answer_is_none_of_cases_without_it():
 
 
 @pytest.mark.parametrize(
-    ("record", "words"), [("nothing", "must be of heating_time"), ("targets.other", "its targets are")]
+    ("record", "words"),
+    [
+        ("nothing", "must be of heating_time"),
+        ("targets.other", "its targets are"),
+        ("heating_time", "ends with its targets"),
+        ("last_cycle.heat_in", "needs .*operation.phase"),
+    ],
 )
 def test_what_no_run_records_is_refused(record, words):
     with pytest.raises(InputError, match=words):
         quantity_of(curing(), record)
+
+
+def test_a_cost_without_a_price_is_refused_by_the_key_that_is_missing():
+    with pytest.raises(InputError, match=r"needs operation\.energy_price"):
+        quantity_of(curing(**HEATED), "energy.cost")
+
+
+def test_what_a_layered_wall_leaves_out_of_the_budget_is_named():
+    given = {"wall.layer[1].contact_resistance": 1e-3, "bed.emissivity": 0.8}
+    missing = without_tolerance(curing(**given))
+    assert {"density and heat capacity of layers", "bed.emissivity"} < set(missing)
+    assert any("contact_resistance" in name for name in missing)
+    assert not without_tolerance(Scene.load(ALUMINIUM))
 
 
 def test_a_scene_without_the_answer_is_refused_before_the_other_runs(tmp_path):

@@ -58,6 +58,18 @@ def test_rows_stand_in_the_order_of_the_cases_and_failures_have_reasons(study_fi
     assert float(table[0]["heating_time [s]"]) == entries[0]["heating_time"]
 
 
+def test_a_target_that_a_case_has_not_is_told_and_leaves_its_other_records(tmp_path):
+    """Its row was missing, and computed again at every start."""
+    target = '[[case]]\ntarget = [{ name = "warm", place = "bed_side", above = "25.5 degC" }]\n'
+    head, common = TEXT.partition("record = ")[0], TEXT.partition("[set]")[2].partition("[vary]")[0]
+    head += 'design = "cases"\nrecord = ["targets.warm", "end_time"]\n[set]'
+    (tmp_path / "cases.toml").write_text(head + common + target + "[[case]]\nwall.thickness = 0.001\n")
+    warm, plain = run_study(Study.load(tmp_path / "cases.toml"), tmp_path / "out")
+    assert warm.status == plain.status == "done" and 0.0 < warm.values["targets.warm"] <= warm.values["end_time"]
+    assert plain.values["targets.warm"] is None and plain.values["end_time"] > 0.0
+    assert "without targets.warm" in plain.reason and plain.is_reached and not warm.reason
+
+
 def test_cases_have_one_mesh_and_rows_tell_where_that_is_coarse(tmp_path):
     """Runs that end while a front stands in the bed would be repeated on finer cells: as cases they are not, and say so."""
     path = tmp_path / "front.toml"

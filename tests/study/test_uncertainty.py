@@ -12,6 +12,7 @@ from porousmold.output.report import write_report
 from porousmold.scene.features.tolerances import TOLERANCES
 from porousmold.study.uncertainty import (
     CELLS,
+    Sample,
     alternatives_of,
     budget,
     cases_of,
@@ -149,6 +150,14 @@ def test_the_budget_is_written_and_reported(found, folder):
     page = write_report(folder).read_text()
     assert "95 % within" in page and "model.drag_factor" in page
     assert "below it there is no answer" in page
+
+
+def test_a_sample_of_which_some_never_answer_is_strict_json(found, folder, tmp_path):
+    some = Sample(12, 9, 0.1, 100.0, math.inf, math.inf)
+    write(found, some, tmp_path)
+    text = (tmp_path / "uncertainty.json").read_text()
+    assert json.loads(text, parse_constant=pytest.fail)["sample"]["high"] is None
+    assert "100 to beyond the end of the run" in summary_text(found, some)
 
 
 def test_the_command_goes_on_where_it_was(found, folder):

@@ -49,7 +49,7 @@ class Drive(Feature):
     gravity: float = key(
         "operation.gravity",
         "m/s^2",
-        "acceleration along the flow (negative: against it)",
+        "acceleration along the flow (negative: against it); a blower has the column of what it draws beside the bed",
         0.0,
         low=-1e3,
         high=1e3,
