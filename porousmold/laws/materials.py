@@ -209,6 +209,10 @@ UNITS = {
 }
 
 
+CHANGED = ", but "
+"""What follows a material's name where a scene changes properties of it."""
+
+
 def _law_of(value: Value, name: str, source: str) -> Value:
     """A property law of a number; a law as it is."""
     return value if callable(value) else constant(float(value), UNITS[name], source)
@@ -232,6 +236,11 @@ class Fluid:
             object.__setattr__(self, "density", ConstantDensity(float(self.density), self.source))
         for name in ("viscosity", "heat_capacity", "conductivity"):
             object.__setattr__(self, name, _law_of(getattr(self, name), name, self.source))
+
+    @property
+    def substance(self) -> str:
+        """Its name in the library, whatever properties of it a scene changes."""
+        return self.name.partition(CHANGED)[0]
 
     def laws(self) -> dict[str, Value]:
         """The four laws by name."""

@@ -85,3 +85,11 @@ def real_gas(fluid: Fluid, pressure: float, where: str | None = None) -> Fluid:
     names = ("heat_capacity", "viscosity", "conductivity")
     laws = {name: law(values, UNITS[name]) for name, values in zip(names, others, strict=True)}
     return replace(fluid, density=density, **laws)
+
+
+def density_error(gas: Fluid, pressure: float, temperature: float) -> float:
+    """Relative error of a `real_gas`'s density at another pressure (Pa) than that it is made for, against the table there, within
+    its range."""
+    pressures = _states()[gas.substance][0]
+    there = real_gas(replace(gas, name=gas.substance), min(max(pressure, pressures[0]), pressures[-1]))
+    return abs(float(gas.density(pressure, temperature) / there.density(pressure, temperature)) - 1.0)

@@ -44,8 +44,8 @@ def require_run(folder: Path, key: str = "RUN") -> None:
     try:
         summary = json.loads((folder / "result.json").read_text(encoding="utf-8"))
         is_as_written = summary.get("checksum") == checksum_of(summary, folder)
-    except (OSError, ValueError, AttributeError):
-        return  # which those who read it tell
+    except (OSError, ValueError, AttributeError) as error:
+        raise InputError(key, str(folder), "has a damaged result.json: run the scene again") from error
     if not is_as_written:
         raise InputError(key, str(folder), "has tables that are not what was written: run the scene again")
 

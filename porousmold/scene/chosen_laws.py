@@ -8,7 +8,7 @@ from ..laws import bead_interior, stirring
 from ..laws.conductivity import BEAD_CONDUCTION_LAWS, DISPERSION_LAWS, BeadConduction, Dispersion
 from ..laws.drag import DRAG_LAWS, DragLaw
 from ..laws.material_library import FLUIDS, SOLIDS
-from ..laws.materials import UNITS, ConstantDensity, Fluid, Solid, constant
+from ..laws.materials import CHANGED, UNITS, ConstantDensity, Fluid, Solid, constant
 from ..laws.nusselt import NUSSELT_CORRELATIONS, NusseltCorrelation
 from ..laws.porosity import POROSITY_MODELS, Porosity
 from ..laws.real_gas import real_gas
@@ -161,5 +161,5 @@ def _with_constants(material: Material, **given: float | None) -> Material:
         name: constant(value, UNITS[name], "scene") for name, value in changes.items() if name in UNITS
     }
     whole = material.laws().keys() <= changes.keys()
-    described = "constants of the scene" if whole else f"{material.name}, but {' and '.join(changes)} of the scene"
+    described = "constants of the scene" if whole else f"{material.name}{CHANGED}{' and '.join(changes)} of the scene"
     return replace(material, **(changes | laws | {"name": described}))

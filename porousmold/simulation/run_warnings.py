@@ -7,7 +7,7 @@ import numpy as np
 
 from ..laws.natural_convection import ONSET, carried_from_below, carried_from_the_side
 from ..laws.phases import LARGEST_DEPARTURE, departure, other_phase
-from ..laws.real_gas import RealGasDensity
+from ..laws.real_gas import RealGasDensity, density_error
 from ..scene.features.targets import series_of
 from ..scene.scene import Scene
 from .end_warnings import (
@@ -60,8 +60,18 @@ def _of_late_series(scene: Scene, end: float) -> list[str]:
     return [
         f"{name} begins at {series.times[0]:g} s, after the run's end: it was its first value all the time"
         for name, series in series_of(scene).items()
-        if len(series.times) > 1 and series.times[0] >= end
-    ]
+        if series.times[0] >= max(end, 1e-300)
+    ] + _of_late_outputs(scene, end)
+
+
+def _of_late_outputs(scene: Scene, end: float) -> list[str]:
+    """Of times of output that the run has not come to."""
+    late = [time for time in scene.output.times or () if time > end * (1.0 + 1e-9)]
+    return (
+        [f"output.times from {late[0]:g} s on are after the run's end at {end:g} s: nothing is kept of them"]
+        if late
+        else []
+    )
 
 
 def outside_ranges(specs: Specs, has_wall: bool, reached: Mapping[str, tuple[float, float]]) -> list[str]:
@@ -81,11 +91,19 @@ def outside_ranges(specs: Specs, has_wall: bool, reached: Mapping[str, tuple[flo
 
 def _of_the_phase(specs: Specs, temperatures: tuple[float, float]) -> list[str]:
     """Of a fluid that is no ideal gas, or of another phase, at these temperatures (K)."""
-    name, pressure = specs.laws.fluid.name, specs.flow.outlet_pressure
+    name, pressure = specs.laws.fluid.substance, specs.flow.outlet_pressure
     highest = pressure + (specs.flow.driven_by.range[1] if specs.flow.drive == "pressure_drop" else 0.0)
     found = [text for one in temperatures if (text := other_phase(name, pressure, one)) is not None]
+    if isinstance(specs.laws.fluid.density, RealGasDensity):
+        away = max(density_error(specs.laws.fluid, highest, one) for one in temperatures)
+        if away > LARGEST_DEPARTURE:
+            found.append(
+                f"fluid.real_gas holds the laws of {pressure / 1e5:.4g} bar, and its density is off by {away:.1%} at the inlet's "
+                f"{highest / 1e5:.4g} bar: mass flow and times up to half as far"
+            )
+        return found
     largest, where = max(((departure(name, highest, one), one) for one in temperatures), key=lambda pair: abs(pair[0]))
-    if not found and not isinstance(specs.laws.fluid.density, RealGasDensity) and abs(largest) > LARGEST_DEPARTURE:
+    if not found and abs(largest) > LARGEST_DEPARTURE:
         more = "more" if largest < 0.0 else "less"
         state = f"{highest / 1e5:.4g} bar and {where - 273.15:.1f} °C"
         found.append(

@@ -256,6 +256,6 @@ def _of_series(scene: Scene) -> list[str]:
     for name, series in series_of(scene).items():
         if series.gaps:
             found.append(f"{name}: {series.gaps} missing value(s) of {series.source}, interpolated")
-        if len(series.times) > 1 and series.times[0] > LATEST_BEGIN * (series.times[-1] - series.times[0]):
+        if series.times[0] > LATEST_BEGIN * (series.times[-1] - series.times[0]):
             found.append(f"{name} begins at {series.times[0]:g} s: up to then it is its first value")
     return found

@@ -233,7 +233,7 @@ def _require_phase(scene: Scene, laws: Laws) -> None:
     materials = laws.materials(scene.model.wall in ("conjugate", "thin"))
     for name, temperature in _given_to_the_fluid(scene):
         key = f"operation.{name}"
-        if (text := other_phase(laws.fluid.name, pressure, temperature)) is not None:
+        if (text := other_phase(laws.fluid.substance, pressure, temperature)) is not None:
             raise InputError(key, temperature, f"does not fit fluid.material: {text}", scene.source)
         for owner, material in materials.items():
             for what, law in material.laws().items():

@@ -163,12 +163,10 @@ class NonlinearFlow(ABC):
         detail = f"the false transient does not converge, residual {residual:.3e}, last update {update:.3e}"
         if not np.isfinite(residual):
             detail = "its residual is not a number: a porosity, a material or a law has no value somewhere in the bed"
-        raise SolveError(
-            f"flow ({symbols})",
-            time,
-            detail,
-            "a finer mesh (porousmold check says what the wall needs), model.turbulence = 'none', or a smaller pressure drop",
-        )
+        cures = ["a finer mesh (porousmold check says what the wall needs)", "a smaller pressure drop"]
+        cures += ["model.turbulence = 'none'"] if self.equations.model is not None else []
+        cures += ["model.rev_terms = 'consistent' or 'off'"] if self.equations.published_pressure_term else []
+        raise SolveError(f"flow ({symbols})", time, detail, " or ".join(cures[::-1]))
 
     def extrapolate(self, previous: Arrays, factor: float) -> None:
         """Extrapolate the solution `factor` times as far ahead as `previous` (its arrays) lies behind."""

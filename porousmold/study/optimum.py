@@ -307,21 +307,22 @@ def write(found: Optimum, study: Study, aim: Aim, out: Path) -> list[Path]:
 
 
 def _labelled(name: str) -> str:
-    return f"{name.replace('_', ' ')}, {unit_of_record(name)}"
+    return f"{name.replace('_', ' ')}, {unit_of_record(name)}".removesuffix(", 1")
+
+
+def _text(name: str, value: float | None) -> str:
+    """A record with its unit, if it has one."""
+    return "none" if value is None else f"{value:.6g} {unit_of_record(name)}".removesuffix(" 1")
 
 
 def summary_text(found: Optimum, study: Study, aim: Aim) -> str:
     """The short readable end of a search."""
-    limits = ", ".join(f"{name} below {limit:.6g} {unit_of_record(name)}" for name, limit in aim.below.items())
+    limits = ", ".join(f"{name} below {_text(name, limit)}" for name, limit in aim.below.items())
     under = f" with {limits}" if limits else ""
     if found.row is None:
         return f"no run has {aim.minimise}{under}: widen the bounds or the limit"
-    lines = [f"least {aim.minimise}{under}: {found.row.values[aim.minimise]:.6g} {unit_of_record(aim.minimise)}"]
-    lines += [
-        f"  {name} {value:.6g} {unit_of_record(name)}"
-        for name, value in found.row.values.items()
-        if name != aim.minimise
-    ]
+    lines = [f"least {aim.minimise}{under}: {_text(aim.minimise, found.row.values[aim.minimise])}"]
+    lines += [f"  {name} {_text(name, value)}" for name, value in found.row.values.items() if name != aim.minimise]
     for name in study.varied:
         tried = [setting(case, name) for case in study.cases if case.scene is not None]
         value = setting(found.row.case, name)

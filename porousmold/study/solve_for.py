@@ -294,7 +294,7 @@ def summary_text(found: Sequence[Change], aim: Aim, scene: Scene) -> str:
         power = change.beside["mean_power"]
         cost = f", mean power {power / 1e3:.3g} kW" if power is not None else ""
         (now, needed), sign = preferred_unit([change.value, change.needed], kind_of(KEYS, change.key))
-        lines.append(f"  {change.key:32s} {now:.4g} -> {needed:.4g} {sign}".rstrip() + f": {value:.5g} {unit}{cost}")
+        lines.append(f"  {change.key:32s} {now:.6g} -> {needed:.6g} {sign}".rstrip() + f": {value:.5g} {unit}{cost}")
         lines += [f"    {change.warning}"] if change.warning else []
     if any(change.needed is not None for change in found):
         lines.append(f"power of {modelled_part(dict(scene.geometry))}")

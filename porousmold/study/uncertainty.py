@@ -40,7 +40,7 @@ from ..simulation.accuracy import ORDER
 from .definition import Case, Study
 from .parameters import case_around, phase_values, value_of
 from .quantity import Quantity, quantity_of
-from .running import run_study
+from .running import IN_DOUBT, run_study
 
 ALTERNATIVES: Mapping[str, Mapping[str, str]] = {
     "bed.porosity_model": {"hunt-tien": "hunt-tien-spheres", "hunt-tien-spheres": "hunt-tien"},
@@ -77,7 +77,8 @@ class Contribution:
 @dataclass(frozen=True)
 class Budget:
     """The `value` of a quantity as the scene gives it, its `middle` and 95 % interval, the contributions, largest first, and what
-    the scene gives but has no tolerance; of what is counted up to an answer that the scene does not reach what is `unmet`."""
+    the scene gives but has no tolerance; of what is counted up to an answer that the scene does not reach what is `unmet`; how
+    many cases are `in_doubt`, as coarser cells move their answers."""
 
     quantity: Quantity
     value: float
@@ -88,6 +89,7 @@ class Budget:
     contributions: tuple[Contribution, ...]
     without_tolerance: tuple[str, ...] = ()
     unmet: str = ""
+    in_doubt: int = 0
 
     @property
     def doubt(self) -> str:
@@ -101,6 +103,8 @@ class Budget:
                 f"{len(one_sided)} of {len(self.contributions)} have an answer on one side alone, which counts for both: the "
                 "interval is no bound on the other"
             )
+        if self.in_doubt:
+            found.append(f"the cells of {self.in_doubt} cases may be too few (table.csv says why)")
         if without:
             found.append(f"{len(without)} of {len(self.contributions)} have none and count as 0")
         return "; ".join(found)
@@ -336,7 +340,7 @@ def budget(
     unmet = "" if given.is_reached or quantity.is_answer else given.reason
     return Budget(
         *(quantity, here, middle, middle / reach, middle * reach, deviation, ordered),
-        *(tuple(without_tolerance(scene)), unmet),
+        *(tuple(without_tolerance(scene)), unmet, sum(IN_DOUBT.search(row.reason) is not None for row in rows)),
     )
 
 

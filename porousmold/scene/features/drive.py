@@ -77,6 +77,10 @@ class Drive(Feature):
         drive: TimeSeries = getattr(self, name)
         if len(drive.values) == 1 and (drive.values[0] < 0.0 or (drive.values[0] == 0.0 and not is_pressure)):
             allowed = f"must be {'>=' if is_pressure else '>'} 0, but in a time series or a phase"
+            if is_pressure and operation.gravity > 0.0:
+                allowed = (
+                    "must be >= 0: of a flow that its weight drives against a rising pressure give operation.mass_flow"
+                )
             scene.refuse(f"operation.{name}", allowed, value=drive.values[0])
         if not any(drive.values) and len(drive.values) > 1 and not is_pressure:
             scene.refuse(f"operation.{name}", "must not be 0 all the time", value=drive.source)
