@@ -15,6 +15,8 @@ from .specs import HeatSpec
 
 ROUNDING = 1e-12
 """Of places, over the length."""
+SAME_TEMPERATURE = 1e-4
+"""K, to which stages are solved: where all is alike, the places of the extremes are those of every number of ranks."""
 
 
 class Places:
@@ -70,14 +72,15 @@ class Places:
         return ranks.extremes(self._domain.communicator, self._heat.unknown.x.array[self._numbers[place]])
 
     def extreme_places(self, place: str) -> tuple[float, float]:
-        """x[0] (m) of the coldest and of the hottest point of a place (collective)."""
-        numbers = self._numbers[place]
+        """x[0] (m) of the coldest and of the hottest point of a place, the first along the flow of those that are no less so
+        than by `SAME_TEMPERATURE` (collective)."""
+        numbers, communicator = self._numbers[place], self._domain.communicator
         values, along = self._heat.unknown.x.array[numbers], self._along[numbers]
-        ends = [(np.inf, 0.0), (-np.inf, 0.0)]
-        if len(numbers):
-            ends = [(values[i], along[i]) for i in (int(np.argmin(values)), int(np.argmax(values)))]
-        found = self._domain.communicator.allgather(ends)
-        return float(min(low for low, _ in found)[1]), float(max(high for _, high in found)[1])
+        first = [
+            along[np.abs(values - extreme) <= SAME_TEMPERATURE].min(initial=np.inf) for extreme in self.extremes(place)
+        ]
+        low, high = -ranks.maximum(communicator, np.negative(first))
+        return (float(low), float(high)) if np.isfinite([low, high]).all() else (0.0, 0.0)
 
     def step_at_the_inlet(self, place: str) -> float:
         """How far (K) the extremes of a place at the inlet are beyond those of all its other nodes; 0 where they are within
