@@ -5,13 +5,12 @@ flow that passes all of them follow by elimination (`solvers.station_gradients`)
 """
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 import ufl
 from dolfinx import fem
 
-from ..arrays import Integers
+from ..arrays import Floats, Integers
 from ..equations.developed import developed_residual, developed_state
 from ..equations.flow import BedMeasures, FlowEquations
 from ..laws.functions import Value
@@ -121,16 +120,16 @@ class DevelopedFlow(NonlinearFlow):
         equations, scales = self.equations, self.equations.scales
         drive = self._inflow.drive()
         pressure_drop = drive.value if drive.kind == "pressure_drop" else float(scales.pressure.value)
-        gradient = pressure_drop / self.columns.along[-1]
-        self._along.set_gradients(np.full(len(self.columns.along), -gradient))
+        gradients = self._along.even_gradients(pressure_drop)
+        self._along.set_gradients(gradients)
         if not drive.value and equations.gravity is None:
             self.unknown.x.array[:] = 0.0
             return True
-        self._guess(gradient)
+        self._guess(-self._along.at_nodes(gradients))
         return equations.model is None or equations.model.starts_near()
 
-    def _guess(self, gradient: Any) -> None:
-        """Local equilibrium of drag and beads at a pressure gradient (Pa/m), a number or one for each node."""
+    def _guess(self, gradient: Floats) -> None:
+        """Local equilibrium of drag and beads at a pressure gradient (Pa/m) for each node."""
         space = self.pressure.function_space
         temperature, pressure = self.temperature.x.array, self.pressure.x.array
         fields = local_equilibrium(self.equations, self._inflow.fluid, space, gradient, temperature, pressure)

@@ -69,7 +69,7 @@ class Columns:
             after, step = here + 1, steps[here]
             row = (2.0 * pressure[after] - step * gradient[after]) * matrix[after]
             row[[here, after]] -= step * pressure[[here, after]]
-            matrix[here] = row / (2.0 * pressure[here] + step * gradient[here])
+            matrix[here] = row / max(2.0 * pressure[here] + step * gradient[here], 2.0 * LEAST_PRESSURE * gas_at)
         return matrix
 
 
@@ -100,6 +100,19 @@ class PressureAlong:
     def of(self, gradients: Floats) -> Floats:
         """Gauge pressures (Pa) at the stations for dp/dx (Pa/m)."""
         return self.columns.pressure(gradients, self._gas_at)
+
+    def even_gradients(self, pressure_drop: float) -> Floats:
+        """dp/dx (Pa/m) at the stations with which a pressure drop (Pa) falls evenly: p itself, of a gas its square."""
+        along = self.columns.along
+        if self._gas_at is None:
+            return np.full(len(along), -pressure_drop / along[-1])
+        squares = self._gas_at**2, (self._gas_at + pressure_drop) ** 2
+        slope = (squares[0] - squares[1]) / along[-1]
+        return 0.5 * slope / np.sqrt(squares[1] + slope * along)
+
+    def at_nodes(self, values: Floats) -> Floats:
+        """Values of the stations at the nodes of `pressure`."""
+        return values[self._column]
 
     def matrix(self, gradients: Floats) -> Floats:
         """Their derivative in dp/dx (m)."""
