@@ -48,12 +48,12 @@ class Columns:
         if gas_at is None:
             steps = 0.5 * steps * (gradient[1:] + gradient[:-1])
             return np.append(-np.cumsum(steps[::-1])[::-1], 0.0)
-        pressure = np.full(len(self.along), gas_at)
-        for here in reversed(range(len(steps))):
-            after, half = pressure[here + 1], 0.5 * steps[here] * gradient[here]
-            square = after * (after - steps[here] * gradient[here + 1]) + half**2
-            pressure[here] = max(math.sqrt(max(square, 0.0)) - half, LEAST_PRESSURE * gas_at)
-        return pressure - gas_at
+        pressure, slopes, least = [gas_at], gradient.tolist(), LEAST_PRESSURE * gas_at
+        for here, step in reversed(list(enumerate(steps.tolist()))):
+            after, half = pressure[-1], 0.5 * step * slopes[here]
+            square = after * (after - step * slopes[here + 1]) + half**2
+            pressure.append(max(math.sqrt(max(square, 0.0)) - half, least))
+        return np.array(pressure[::-1]) - gas_at
 
     @functools.cached_property
     def _trapezoidal(self) -> Floats:
@@ -63,14 +63,11 @@ class Columns:
         """Derivative of `pressure` in dp/dx (m), a row for each station."""
         if gas_at is None:
             return self._trapezoidal
-        steps, pressure = np.diff(self.along), gas_at + self.pressure(gradient, gas_at)
-        matrix = np.zeros((len(pressure), len(pressure)))
-        for here in reversed(range(len(steps))):
-            after, step = here + 1, steps[here]
-            row = (2.0 * pressure[after] - step * gradient[after]) * matrix[after]
-            row[[here, after]] -= step * pressure[[here, after]]
-            matrix[here] = row / max(2.0 * pressure[here] + step * gradient[here], 2.0 * LEAST_PRESSURE * gas_at)
-        return matrix
+        pressure, trapezoidal = gas_at + self.pressure(gradient, gas_at), self._trapezoidal
+        # of p^2 = gas_at^2 + 2 T (p dp/dx), T the trapezoidal rule
+        matrix = np.diag(pressure) - trapezoidal * gradient
+        np.fill_diagonal(matrix, np.maximum(matrix.diagonal(), LEAST_PRESSURE * gas_at))
+        return np.asarray(np.linalg.solve(matrix, trapezoidal * pressure))
 
 
 class PressureAlong:
