@@ -33,6 +33,8 @@ from .column_gas import ColumnGas
 from .column_grid import ColumnGrid, Weights
 from .column_input import ColumnInput
 
+SMALLEST_CHANGE = 1e-3
+"""K of all beads, whose heat is the least that an imbalance is a part of."""
 LARGEST_SHARE = 0.72
 """Of the beads at a node: denser than that no packing is."""
 
@@ -97,7 +99,8 @@ class Column:
         self.time += given.time_step
         gained = self._stored_heat() - self._heat_at_first
         moved = self.heat_given - self.heat_carried_off - self.heat_to_walls
-        exchanged = max(abs(self.heat_given), abs(self.heat_to_walls), 1e-30)
+        least = SMALLEST_CHANGE * given.bead_heat_capacity * float(self.beads.masses.sum())
+        exchanged = max(abs(self.heat_given), abs(self.heat_to_walls), least)
         up = self.beads.places[:, 1]
         self.rows.append({
             "time": self.time,

@@ -1,6 +1,7 @@
 """The command `porousmold fluidise`."""
 
 import argparse
+import sys
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -24,6 +25,8 @@ UNITS |= {
     "heat_imbalance": "1",
 }
 
+ATMOSPHERE = 101325.0
+"""Pressure (Pa) of the gas."""
 SPREAD_OF_THE_SURFACE, LEAST_SPREAD = 0.6, 0.03
 """Relative error of a resting bed's pressure drop times its height in cells of the gas, whose porosity falls off over one at the
 surface (measured: 8, 18 and 35 % of Ergun's at 7.6, 4.3 and 2.2 cells), and what is told of it."""
@@ -74,6 +77,8 @@ def _fluidise(options: argparse.Namespace) -> str:
 
 def _input(options: argparse.Namespace) -> "ColumnInput":
     from ..laws.material_library import FLUIDS, SOLIDS, named
+    from ..laws.materials import beyond_ranges
+    from ..laws.phases import other_phase
     from .column_input import ColumnInput
 
     beads, fluid = named("--beads", options.beads, SOLIDS), named("--fluid", options.fluid, FLUIDS)
@@ -83,6 +88,12 @@ def _input(options: argparse.Namespace) -> "ColumnInput":
     for name, value in zip(TEMPERATURES, (start, inlet, wall), strict=True):
         if not 150.0 < value < 5000.0:
             raise InputError(f"--{name}", value, "must be > 150 and < 5000 K")
+        if (text := other_phase(fluid.name, ATMOSPHERE, value)) is not None:
+            raise InputError(f"--{name}", value, f"does not fit --fluid: {text}")
+    ends = min(start, inlet), max(start, inlet)
+    beyond = beyond_ranges(beads, *ends, ("density", "heat_capacity"))
+    for text in beyond + beyond_ranges(fluid, *ends, ("viscosity", "heat_capacity", "conductivity")):
+        print(f"warning: {text}", file=sys.stderr)
     lengths = {
         name.replace("-", "_"): to_si(f"--{name}", getattr(options, name.replace("-", "_")), "m") for name in LENGTHS
     }
@@ -93,7 +104,7 @@ def _input(options: argparse.Namespace) -> "ColumnInput":
     return ColumnInput(
         **lengths,
         velocity=to_si("--velocity", options.velocity, "m/s"),
-        density=float(fluid.density(101325.0, inlet)),
+        density=float(fluid.density(ATMOSPHERE, inlet)),
         viscosity=float(fluid.viscosity(inlet)),
         heat_capacity=float(fluid.heat_capacity(inlet)),
         conductivity=float(fluid.conductivity(inlet)),

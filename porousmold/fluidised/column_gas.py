@@ -61,7 +61,7 @@ class ColumnGas:
         )
         self._bead_velocity, self._inflow = fem.Function(vector), fem.Function(scalar)
         self._temperature.x.array[:] = given.initial_temperature
-        open_to_gas = np.abs(np.linspace(-0.5, 0.5, grid.cells[1] + 1) * given.width) >= 0.5 * given.blocked_width
+        open_to_gas = _open_parts(grid.cells[1], given.width, given.blocked_width)
         self._inflow.x.array[self._nodes] = given.velocity * open_to_gas
         self.volume_flow = given.depth * given.velocity * float(grid.parts[1] @ open_to_gas)
         speed = max(given.velocity, 1e-2 * math.sqrt(GRAVITY * given.bead_diameter))
@@ -240,3 +240,11 @@ class _Gas:
 def _assembled(function: fem.Function, form: Form) -> None:
     """A linear form into the array of a function."""
     fenicsx.assemble_vector(fenicsx.petsc_vector(function), form)
+
+
+def _open_parts(cells: int, width: float, blocked_width: float) -> Floats:
+    """Of what each node of the floor stands for, half a cell to either side, the part that is open, not in the blocked middle."""
+    places = np.linspace(-0.5, 0.5, cells + 1) * width
+    low, high = (np.clip(places + side * width / cells, -0.5 * width, 0.5 * width) for side in (-0.5, 0.5))
+    blocked = np.minimum(high, 0.5 * blocked_width) - np.maximum(low, -0.5 * blocked_width)
+    return np.asarray(1.0 - np.maximum(blocked, 0.0) / (high - low))

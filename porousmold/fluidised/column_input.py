@@ -112,6 +112,8 @@ class ColumnInput(BedInput):
             raise InputError("--cell-size", self.cell_size, "must be >= 2 and <= 10 bead diameters")
         if not 0.0 <= self.blocked_width < 0.9 * self.width:
             raise InputError("--blocked-width", self.blocked_width, f"must be >= 0 and < {0.9 * self.width:g} m")
+        if not 0.0 <= self.friction <= 2.0:
+            raise InputError("--friction", self.friction, "must be >= 0 and <= 2")
         for key, unit in (
             ("velocity", "m/s"),
             ("wall_coefficient", "W/m2/K"),

@@ -79,6 +79,8 @@ def _marched(
     bar.phase("beads come to rest")
     path, identity = out / "checkpoint.npz", f"{given} {code_digest((*COMPUTING, 'packing', 'fluidised'))}"
     saved = read_checkpoint(path, identity, end, given.time_step) if path.is_file() else None
+    if end < 0.5 * given.time_step:
+        raise InputError("--time", options.time, f"must be >= {0.5 * given.time_step:.3g} s, half a time step")
     column = kind(given) if saved is None else kind.restored(given, saved)
     kept = Kept(column, path, identity, end / FRAMES if options.animate else math.inf, saved)
 

@@ -26,7 +26,8 @@ from scipy.integrate import quad, solve_ivp
 from ..arrays import Floats
 from ..errors import InputError
 from ..laws import fluidisation
-from ..laws.materials import IdealGasDensity
+from ..laws.materials import IdealGasDensity, beyond_ranges
+from ..laws.phases import other_phase
 from ..scene.chosen_laws import Laws
 from ..scene.features import require_used
 from ..scene.features.bed import Beads
@@ -87,6 +88,13 @@ class FluidisedBed:
             allowed = "must be one temperature: a fluidised bed is mixed"
             raise InputError("operation.initial_temperature", None, allowed, scene.source)
         self._laws = Laws.of(scene)
+        given = {
+            "initial_temperature": (operation.initial_temperature,),
+            "inlet_temperature": operation.inlet_temperature.range,
+        }
+        for name, temperature in ((name, one) for name, several in given.items() for one in several):
+            if (text := other_phase(self._laws.fluid.substance, operation.outlet_pressure, temperature)) is not None:
+                scene.refuse(f"operation.{name}", f"does not fit fluid.material: {text}", value=temperature)
         if any(one.cure is not None for one in self._laws.walls.values()):
             allowed = "must not cure: the heat of cure has no effect on a fluidised bed"
             raise InputError("wall.material", ", ".join(self._laws.walls), allowed, scene.source)
@@ -154,10 +162,16 @@ class FluidisedBed:
         return rates, from_gas, outside
 
     @property
+    def _warmest_time(self) -> float:
+        """When (s) the inlet's temperature is farthest from the start, first."""
+        inlet, start = self.scene.operation.inlet_temperature, self.scene.operation.initial_temperature
+        number = max(range(len(inlet.values)), key=lambda one: abs(inlet.values[one] - start))
+        return float(max(inlet.times[number], 0.0))
+
+    @property
     def _warmest_inlet(self) -> float:
-        """The inlet's temperature (K) that is farthest from the start."""
-        start = self.scene.operation.initial_temperature
-        return float(max(self.scene.operation.inlet_temperature.values, key=lambda value: abs(value - start)))
+        """The inlet's temperature (K) then."""
+        return float(self.scene.operation.inlet_temperature(self._warmest_time))
 
     def march(self) -> tuple[dict[str, Any], Mapping[str, Floats]]:
         """Summary, and history (SI arrays by name) until the wall is within operation.heating_margin of the inlet's
@@ -168,7 +182,7 @@ class FluidisedBed:
         """
         operation, end = self.scene.operation, self.scene.operation.end_time
         inlet, start = operation.inlet_temperature, operation.initial_temperature
-        warm = self.state(0.0, self._warmest_inlet)
+        warm = self.state(self._warmest_time, self._warmest_inlet)
         wall_volumes, bead_volumes = self._wall_volumes(warm.height), [(self._bead_volume, self._laws.beads)]
         scale = _heat_taken(wall_volumes + bead_volumes, start, start + 1.0)
 
@@ -206,6 +220,13 @@ class FluidisedBed:
             warm, heated, float(times[-1]), (scale * given[0][-1], scale * given[1][-1]), stored
         ), history
 
+    def _beyond_ranges(self) -> list[str]:
+        """Of laws that do not hold at the temperatures given."""
+        operation = self.scene.operation
+        given = operation.initial_temperature, *operation.inlet_temperature.range
+        materials = self._laws.materials(True).values()
+        return [text for material in materials for text in beyond_ranges(material, min(given), max(given))]
+
     def _summary(
         self, warm: State, heated: float | None, end: float, given: tuple[float, float], stored: float
     ) -> dict[str, Any]:
@@ -229,7 +250,7 @@ class FluidisedBed:
             "heat_stored": stored,
             "energy_imbalance": (sum(given) - stored) / max(abs(sum(given)), abs(stored), 1e-6),
             "source": fluidisation.SOURCE,
-            "warnings": _warnings(self.scene, self._is_liquid, warm, biot, heated),
+            "warnings": _warnings(self.scene, self._is_liquid, warm, biot, heated) + self._beyond_ranges(),
         }
 
 

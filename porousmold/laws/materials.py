@@ -209,6 +209,8 @@ UNITS = {
 }
 
 
+SMALL_EXCESS = 0.1
+"""K beyond a law's range that are not told."""
 CHANGED = ", but "
 """What follows a material's name where a scene changes properties of it."""
 
@@ -276,3 +278,14 @@ class Solid:
     def laws(self) -> dict[str, Value]:
         """The laws by name."""
         return {name: getattr(self, name) for name in self._given()}
+
+
+def beyond_ranges(material: Fluid | Solid, low: float, high: float, laws: Iterable[str] = ()) -> list[str]:
+    """A sentence for each of some `laws` of a material (default: all) that does not hold from one temperature (K) to another."""
+    found = []
+    for name, law in material.laws().items():
+        first, last = law.temperature_range
+        if (name in laws or not laws) and (low < first - SMALL_EXCESS or high > last + SMALL_EXCESS):
+            known, used = (f"{a - 273.15:.1f} to {b - 273.15:.1f} °C" for a, b in ((first, last), (low, high)))
+            found.append(f"{material.name} {name} is given for {known}, used for {used}")
+    return found

@@ -125,7 +125,7 @@ def _limits(packing: Packing, bed_height: float | None) -> tuple[float, float]:
     """
     high = packing.levelled_height if bed_height is None else bed_height
     largest = MAXIMUM_DIAMETER_RATIO * packing.bead_diameter
-    top = float((packing.positions[:, 2] + 0.5 * packing.diameters).max())
+    top = packing.top
     if not 1.05 * largest <= high <= top * (1.0 + 1e-9):
         raise InputError("bed_height", float(high), f"must be >= {1.05 * largest:.4g} m, so that averaging spheres of "
                          f"{MAXIMUM_DIAMETER_RATIO:g} bead diameters fit, and <= {top:.4g} m, the top of the bed")  # fmt: skip

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from .fitting import Fits
     from .generator import Mixture
 
+LARGEST_CONTACT = 0.5
+"""Contact radius over bead radius."""
 SIZES = ("diameter", "width", "depth", "gap")
 
 
@@ -208,6 +210,9 @@ def _pack(options: argparse.Namespace) -> str | None:
 
 def _packing_text(packing: Packing, bed_height: float | None, out: Path) -> str:
     made, height = packing.made, "the levelled height" if bed_height is None else f"{bed_height * 1e3:g} mm"
+    if bed_height is not None and bed_height > packing.top:
+        print(f"warning: the bed ends at {packing.top * 1e3:.4g} mm, below {height}: its void fraction counts the space above it",
+              file=sys.stderr)  # fmt: skip
     lines = [
         f"{packing.diameters.size} beads, levelled height {packing.levelled_height * 1e3:.1f} mm",
         f"void fraction from the floor to {height}: {packing.void_fraction(bed_height):.4f} (friction {made['friction']:.4g})",
@@ -291,21 +296,36 @@ def _conductivity(options: argparse.Namespace) -> str:
     if modulus is not None and modulus == 0.0:
         raise InputError("--youngs-modulus", options.youngs_modulus, "must be > 0 Pa")
     bead_material, gas = named("--beads", options.beads, SOLIDS), named("--fluid", options.fluid, FLUIDS)
-    if not 0.0 <= share <= 0.5:
-        raise InputError("--contact-radius", share, "must be >= 0 and <= 0.5 bead radii")
+    if not 0.0 <= share <= LARGEST_CONTACT:
+        raise InputError("--contact-radius", share, f"must be >= 0 and <= {LARGEST_CONTACT:g} bead radii")
     if not 0.0 < temperature < 5000.0:
         raise InputError("--temperature", temperature, "must be > 0 and < 5000 K")
     table = Path(options.out)
     files = table, table.with_suffix(".json"), table.with_suffix(".png")
     check_writable(*files, sources=[options.packing])
     beads, fluid = bead_material.conductivity(temperature), gas.conductivity(temperature)
+    used = (bead_material.conductivity, bead_material.name), (gas.conductivity, gas.name)
+    for law, name in used:
+        first, last = law.temperature_range
+        if not first <= temperature <= last:
+            told = f"the conductivity of {name} is given for {first:g} to {last:g} K, used at {temperature:g} K"
+            print(f"warning: {told}", file=sys.stderr)
+    if not (beads > 0.0 and fluid > 0.0):
+        allowed = f"is beyond the laws' range: conductivities of {beads:.3g} (beads) and {fluid:.3g} W/m/K (fluid)"
+        raise InputError("--temperature", temperature, allowed)
     packing = _settled(options, _optional(options, "bead-diameter", "m"))
     if pressure is not None and modulus is not None:
         solid, contacts = 1.0 - packing.void_fraction(height), packing.bead_coordination_number
         radius = hertz_contact_radius(pressure, modulus, packing.bead_diameter, solid, contacts)
         share = 2.0 * radius / packing.bead_diameter
+        if share > LARGEST_CONTACT:
+            allowed = f"makes contacts of {share:.3g} bead radii by the law of Hertz, which holds for small ones"
+            raise InputError("--pressure", options.pressure, f"{allowed}: at most {LARGEST_CONTACT:g}")
     found = conduction(packing, beads, fluid, contact_radius=0.5 * share * packing.bead_diameter, height=height)
     reference = zehner_bauer_schluender(found.core_porosity, packing.bead_diameter, beads, fluid)
+    contacts_text = f"{share:.4f} of the bead radius"
+    if share > 0.0 and not packing.bead_coordination_number > 0.0:
+        contacts_text = "none, as no beads touch: gaps alone conduct"
     lines = [f"{d:.6g},{k:.6g}" for d, k in zip(found.conductivity_places, found.conductivity, strict=True)]
     with output_file(table) as temporary:
         temporary.write_text("\n".join(["wall_distance [m],conductivity [W/(m*K)]", *lines, ""]), encoding="utf-8")
@@ -325,7 +345,7 @@ def _conductivity(options: argparse.Namespace) -> str:
     return (
         f"core: {found.core:.4g} W/m/K at porosity {found.core_porosity:.3f}, {found.core / reference:.2f} of {reference:.4g} "
         "(Zehner, Bauer, Schluender)\n"
-        f"contacts: {share:.4f} of the bead radius\n"
+        f"contacts: {contacts_text}\n"
         f"from wall to wall: {found.overall:.4g} W/m/K; at a wall {found.wall_coefficient:.4g} W/m2/K\n"
         f"written to {', '.join(map(str, files))}"
     )

@@ -48,6 +48,8 @@ SMALLEST_FACE, LARGEST_GAP = 0.02, 1.0
 """Faces over bead radii, and gaps over diameters, of pairs that exchange heat."""
 POISSON_RATIO = 0.3
 """Of beads in contact; 0.2 to 0.35 change the radius by 2 %."""
+BEYOND_THE_TOP = 0.1
+"""Bead diameters above the highest bead up to which a bed is evaluated."""
 CORE = 3.0
 """Bead diameters from the walls on that count as the core."""
 
@@ -139,8 +141,14 @@ def conduction(
     if container.gap < (2.0 * CORE + 3.0) * diameter:
         raise InputError("PACKING", container.gap, f"must be at least {2.0 * CORE + 3.0:g} bead diameters wide")
     high = packing.levelled_height if height is None else height
-    if high - low < 4.0 * diameter:
-        raise InputError("--bed-height", high, f"must leave at least {4.0 * diameter:g} m of bed")
+    lowest = float(packing.positions[:, 2].min()) - 0.5 * diameter
+    if lowest > low + diameter:
+        raise InputError(
+            "packing", f"{lowest - low:.4g} m", "lies between the floor and the lowest bead: is --floor missing?"
+        )
+    if not low + 4.0 * diameter <= high <= packing.top + BEYOND_THE_TOP * diameter:
+        allowed = f"must leave at least {4.0 * diameter:g} m of bed, and be <= {packing.top:.4g} m, its top"
+        raise InputError("--bed-height", high, allowed)
     inside = (packing.positions[:, 2] > low) & (packing.positions[:, 2] < high)
     beads = packing.positions[inside]
     first, second, areas, distances, is_wall = _faces(beads, container, diameter, low, high)
@@ -157,7 +165,10 @@ def hertz_contact_radius(
     pressure: float, youngs_modulus: float, diameter: float, solid_fraction: float, coordination_number: float
 ) -> float:
     """Radius (m) of the contacts of elastic beads under a pressure (Pa): a^3 = 3 F R (1 - nu^2)/(4 E) of Hertz with the mean
-    force F = pi d^2 p/((1 - phi) Z) of Rumpf, for Young's modulus E (Pa) and `POISSON_RATIO`."""
+    force F = pi d^2 p/((1 - phi) Z) of Rumpf, for Young's modulus E (Pa) and `POISSON_RATIO`. Raises `InputError` where no beads
+    touch."""
+    if not coordination_number > 0.0:
+        raise InputError("--pressure", pressure, "has no contacts to act on: no beads of the packing touch")
     force = np.pi * diameter**2 * pressure / (solid_fraction * coordination_number)
     return float((0.375 * force * diameter * (1.0 - POISSON_RATIO**2) / youngs_modulus) ** (1.0 / 3.0))
 
@@ -256,6 +267,9 @@ def _solved(
     flux = float((to_wall[:, 1] * (0.5 - temperature)).sum()) / (height * container.width)
     half = 0.5 * container.gap
     core = np.abs(across) < half - CORE * diameter
+    if not np.isfinite(temperature).all() or not flux > 0.0:
+        allowed = "must be one bed from wall to wall: no heat passes it (is the container as in the file?)"
+        raise InputError("PACKING", str(container), allowed)
     slope, middle = np.polyfit(across[core], temperature[core], 1)
     jump = 0.5 - abs(slope) * half
     solid = core.sum() * np.pi / 6.0 * diameter**3

@@ -124,7 +124,9 @@ def _read_compressed(
 
 def _packing(path: str | Path, positions: Floats, diameters: Floats, box: Container, made: dict[str, Any]) -> Packing:
     try:
-        return Packing(positions, diameters, box, made)
+        packing = Packing(positions, diameters, box, made)
+        packing.check_overlaps()
+        return packing
     except InputError as error:
         raise InputError(KEY, error.value, error.allowed, str(path)) from error
 
@@ -162,6 +164,8 @@ def _read_csv(path: str | Path) -> Any:
         if name is not None:
             unit = match.group(2) if match else None
             scale = to_si(f"{KEY} column {name}", f"1 {unit}", "m", str(path)) if unit else 1.0
+            if name in columns:
+                raise InputError(KEY, str(path), f"has two columns {name}")
             columns[name] = scale * _numbers(path, [row[at : at + 1] for row in rows], 1)[:, 0]
     return _places(path, columns)
 

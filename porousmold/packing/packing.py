@@ -23,6 +23,8 @@ REACH = 0.05
 MOST_REACHING = 0.01
 """Part of a packing's beads that may reach further, by `FURTHEST_REACH` of their diameter at most."""
 FURTHEST_REACH = 0.25
+DEEPEST_OVERLAP, MOST_OVERLAPPING = 0.1, 0.01
+"""Part of the smaller diameter by which two beads may overlap, as soft contacts do, and part of the beads that may further."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +77,20 @@ class Packing:
             if found.sum() > most * count:
                 first = f"; the worst is bead {worst + 1} at {positions[worst].round(6).tolist()} m"
                 raise InputError("packing", f"{found.sum()} of {count} beads", what + first)
+
+    def check_overlaps(self) -> None:
+        """Refuse (`InputError`) beads that are within one another, such as rows that stand twice in a file."""
+        pairs, overlaps = self.contacts
+        deep = pairs[overlaps > DEEPEST_OVERLAP * self.diameters[pairs].min(axis=1)] if len(pairs) else pairs
+        count, of_all = len(np.unique(deep)), self.diameters.size
+        if count > MOST_OVERLAPPING * of_all:
+            allowed = f"overlap another one by more than {DEEPEST_OVERLAP:.0%} of the diameter: are rows there twice?"
+            raise InputError("packing", f"{count} of {of_all} beads", allowed)
+
+    @property
+    def top(self) -> float:
+        """Height (m) of the highest bead's top."""
+        return float((self.positions[:, 2] + 0.5 * self.diameters).max())
 
     @cached_property
     def reaching(self) -> Booleans:

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from ..laws.materials import beyond_ranges
 from ..laws.natural_convection import ONSET, carried_from_below, carried_from_the_side
 from ..laws.phases import LARGEST_DEPARTURE, departure, other_phase
 from ..laws.real_gas import RealGasDensity, density_error
@@ -80,12 +81,7 @@ def outside_ranges(specs: Specs, has_wall: bool, reached: Mapping[str, tuple[flo
     given = [*specs.heat.first_temperatures, *specs.heat.inlet_temperature.range]
     found = []
     for use, material in specs.laws.materials(has_wall).items():
-        low, high = reached.get(use, (min(given), max(given)))
-        for name, law in material.laws().items():
-            first, last = law.temperature_range
-            if low < first - LARGEST_OVERSHOOT or high > last + LARGEST_OVERSHOOT:
-                known, used = (f"{a - 273.15:.1f} to {b - 273.15:.1f} °C" for a, b in ((first, last), (low, high)))
-                found.append(f"{material.name} {name} is given for {known}, used for {used}")
+        found += beyond_ranges(material, *reached.get(use, (min(given), max(given))))
     return found + _of_the_phase(specs, reached.get("fluid", (min(given), max(given))))
 
 

@@ -79,6 +79,13 @@ def test_no_gas_enters_where_the_floor_is_blocked():
     assert abs(run.rows[-1]["heat_imbalance"]) < 1e-10
 
 
+@pytest.mark.parametrize("blocked", [0.0, 1e-4, 4e-3, 6.9e-3, 7.1e-3])
+def test_what_is_blocked_takes_its_share_of_the_gas(blocked):
+    """It was rounded to whole nodes: 0.1 and 6.9 mm let the same gas in."""
+    run = column(0.4, blocked_width=blocked)
+    assert run.gas.volume_flow == pytest.approx(0.4 * SIZES["depth"] * (SIZES["width"] - blocked), rel=1e-9)
+
+
 def lattice(spacing_of_cells=4):
     """Beads that leave the same porosity at every node, those at the walls included."""
     cell = SIZES["width"] / 4
@@ -193,6 +200,7 @@ def test_a_bed_at_rest_takes_the_drag_and_the_film_that_are_chosen(monkeypatch):
         ({"height": 0.01}, "--height = 0.01: must be >="),
         ({"cell_size": 1.0}, "--cell-size = 1.0: must be >= 2"),
         ({"blocked_width": 0.02}, "--blocked-width = 0.02: must be >= 0"),
+        ({"friction": -1.0}, "--friction = -1.0: must be >= 0"),
         ({"velocity": -1.0}, "--velocity = -1.0: must be >= 0"),
         ({"depth_coefficient": -1.0}, "--depth-coefficient = -1.0: must be >= 0"),
         ({"smallest_diameter": 2e-3}, "--smallest-diameter = 0.002: must be >= 0.0004 and <= 0.001"),
@@ -244,6 +252,13 @@ def test_few_cells_of_a_bed_at_rest_are_told(tmp_path, capsys, velocity, is_told
     """Its pressure drop was 18 % below Ergun's in 4 cells, in silence."""
     assert main([*command(tmp_path / "bed", 0.03), "--velocity", velocity]) == 0
     assert ("cells high" in capsys.readouterr().out) == is_told
+
+
+def test_a_time_below_a_step_and_a_fluid_in_another_phase_are_refused(tmp_path, capsys):
+    short = [*command(tmp_path / "short", 1e-6)]
+    assert main(short) == 2 and "half a time step" in capsys.readouterr().err
+    assert main([*command(tmp_path / "wet", 0.01), "--fluid", "steam"]) == 2
+    assert "condenses" in capsys.readouterr().err
 
 
 def test_a_folder_keeps_the_result_of_another_column(tmp_path, capsys):

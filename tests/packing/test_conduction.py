@@ -122,6 +122,30 @@ def test_what_has_no_walls_to_conduct_between_is_refused():
         conduction(Packing(beads, np.array([1.0, 0.9]), Slab(12.0, 4.0)), 1.0, 1.0)
 
 
+def test_what_is_above_the_bed_or_below_it_does_not_conduct(poured):
+    """Up to 1 m a bed of 60 mm had a seventh of its conductivity, in silence."""
+    with pytest.raises(InputError, match="its top"):
+        conduction(poured, 40.0, 0.03, height=1.0)
+    above = Packing(poured.positions + np.array([0.0, 0.0, 0.02]), poured.diameters, poured.container)
+    with pytest.raises(InputError, match="is --floor missing"):
+        conduction(above, 40.0, 0.03)
+    with pytest.raises(InputError, match="no heat passes"):
+        conduction(Packing(poured.positions, poured.diameters, Slab(0.08, 0.035)), 40.0, 0.03)
+    with pytest.raises(InputError, match="no beads of the packing touch"):
+        hertz_contact_radius(2e3, 2e11, 0.005, 0.6, 0.0)
+
+
+def test_the_command_refuses_large_contacts_and_temperatures_without_properties(poured, tmp_path, capsys):
+    write_packing(poured, tmp_path / "a.h5")
+    command = ["conductivity", str(tmp_path / "a.h5"), "--beads", "steel", "--out", str(tmp_path / "k.csv")]
+    assert main([*command, "--pressure", "200 MPa", "--youngs-modulus", "200 MPa"]) == 2
+    assert main([*command, "--fluid", "water", "--temperature", "2000 K"]) == 2
+    told = capsys.readouterr().err
+    assert "law of Hertz" in told and "beyond the laws' range" in told and not (tmp_path / "k.csv").exists()
+    assert main([*command, "--temperature", "1400 K"]) == 0
+    assert "air is given for" in capsys.readouterr().err
+
+
 def test_the_command_writes_profile_and_picture(poured, tmp_path, capsys):
     write_packing(poured, tmp_path / "bed.h5")
     words = ["conductivity", str(tmp_path / "bed.h5"), "--beads", "steel", "--fluid", "air", "--temperature", "350 K"]

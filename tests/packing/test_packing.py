@@ -51,6 +51,16 @@ def test_face_centred_cubic_lattice():
     assert touching.size > 20 and set(touching) == {12}
 
 
+def test_rows_that_stand_twice_are_refused():
+    """They made negative porosities, and 0.27 of a bed whose beads were there twice by a fifth."""
+    places = simple_cubic((6, 6, 6))
+    for copies in (216, 43):
+        twice = np.concatenate([places, places[:copies]])
+        with pytest.raises(InputError, match="overlap another one"):
+            Packing(twice, np.ones(len(twice)), Box(6.0, 6.0)).check_overlaps()
+    Packing(places, np.full(216, 1.05), Box(6.1, 6.1)).check_overlaps()  # as soft contacts do
+
+
 def test_contacts_across_periodic_sides():
     slab = Slab(3.0, 4.0)
     packing = Packing(np.array([[0.0, -1.95, 0.5], [0.0, 1.95, 0.5], [0.0, 0.0, 0.5]]), np.ones(3), slab)
