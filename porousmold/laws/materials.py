@@ -4,6 +4,7 @@ A law is a `Polynomial` in the temperature T (K), the exponential of one, straig
 viscosity. Laws accept floats, numpy arrays and UFL. The materials themselves are in `material_library`.
 """
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from math import isfinite
@@ -289,3 +290,14 @@ def beyond_ranges(material: Fluid | Solid, low: float, high: float, laws: Iterab
             known, used = (f"{a - 273.15:.1f} to {b - 273.15:.1f} °C" for a, b in ((first, last), (low, high)))
             found.append(f"{material.name} {name} is given for {known}, used for {used}")
     return found
+
+
+def without_value(material: Fluid | Solid, pressure: float, temperature: float) -> str:
+    """A sentence for a property that is no positive number at a pressure (Pa) and temperature (K), such as a polynomial far
+    outside its range; '' where there is none."""
+    for name, law in material.laws().items():
+        arguments = (pressure,) if isinstance(material, Fluid) and name == "density" else ()
+        if not 0.0 < float(law(*arguments, temperature)) < math.inf:
+            low, high = (f"{limit - 273.15:.1f}" for limit in law.temperature_range)
+            return f"{material.name} {name}, which is given for {low} to {high} °C, has no value there"
+    return ""

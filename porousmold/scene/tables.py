@@ -1,6 +1,7 @@
 """Tables of a scene as a TOML file has them: settings put on top of them, and values written back."""
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -54,6 +55,8 @@ def flat_tolerances(tables: Tables) -> Tables:
 
 def with_settings(tables: Settings, settings: Tables) -> Settings:
     """The tables with settings {"table.key": value} on top; None takes a value away."""
+    if not isinstance(settings, Mapping):
+        raise InputError("settings", str(settings), 'must be a dict {"table.key": value}')
     for full_name, value in settings.items():
         if (listed := LISTED.fullmatch(full_name)) is not None:
             entries, key = _list_of(tables, listed["list"]), listed["key"]

@@ -12,6 +12,8 @@ from .cell import ShearCell
 SKIPPED_BLOCKS = 2
 SMALLEST_GRADIENT = 0.2
 """Of the mean one: with less in the middle, nothing is measured there."""
+LARGEST_ERROR = 0.3
+"""Of a flux, its standard error up to which it says something."""
 LARGEST_DRIFT = 0.05
 """Of a flux that counts as steady, over the flux."""
 
@@ -77,6 +79,7 @@ def evaluate(
     enough = (np.abs(gradient) > SMALLEST_GRADIENT * reference) & (abs(rate) > SMALLEST_GRADIENT)
     stress = mean["stress"] / volume
     area = cell.width**2
+    wall_flux = 0.5 * (mean["into_beads"][:, 1] - mean["into_beads"][:, 0]) / area / reference
     return Sheared(
         cell=cell,
         beads=beads,
@@ -96,11 +99,21 @@ def evaluate(
         temperature=temperature,
         conduction=np.column_stack((fluxes[:, :, 0].mean(axis=0), error[:, 0])),
         convection=np.column_stack((fluxes[:, :, 1].mean(axis=0), error[:, 1])),
-        wall_flux=0.5 * (mean["into_beads"][:, 1] - mean["into_beads"][:, 0]) / area / reference,
-        steady=_steady(fluxes.sum(axis=2), np.array([block["moment"] for block in used]) / volume / reference),
+        wall_flux=wall_flux,
+        steady=_steady(fluxes.sum(axis=2), np.array([block["moment"] for block in used]) / volume / reference)
+        & (_passes_the_walls(fluxes.sum(axis=2), wall_flux) | (np.array([pair[1] for pair in cell.pairs]) > 0.0)),
         stirring=np.where(enough, stirring, math.nan),
         pictured=pictured,
     )
+
+
+def _passes_the_walls(fluxes: Floats, wall_flux: Floats) -> Booleans:
+    """Whether the fluxes of all blocks (blocks, m) are, in the mean, what passes the walls, as in a steady state without fluid:
+    within three standard errors, which are no more than `LARGEST_ERROR` of the larger of both."""
+    mean, error = fluxes.mean(axis=0), fluxes.std(axis=0, ddof=1) / math.sqrt(len(fluxes))
+    larger = np.maximum(np.abs(mean), np.abs(wall_flux))
+    agrees = np.abs(mean - wall_flux) <= np.maximum(3.0 * error, LARGEST_DRIFT * larger)
+    return np.asarray(agrees & (error <= LARGEST_ERROR * larger))
 
 
 def _steady(fluxes: Floats, stored: Floats) -> Booleans:

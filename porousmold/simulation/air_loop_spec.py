@@ -11,7 +11,7 @@ from ..laws.air_supply import AirSupply, Blower
 from ..laws.materials import Fluid
 from ..scene.chosen_laws import Laws
 from ..scene.features.air_loop import has_air_loop, read_curve, share_of
-from ..scene.features.geometries import GEOMETRIES, BedSize
+from ..scene.features.geometries import BedSize
 from ..scene.scene import Scene
 from ..scene.series import TimeSeries
 
@@ -86,17 +86,23 @@ def air_loop_of(scene: Scene, fluid: Fluid) -> AirLoopSpec | None:
     )
 
 
-def first_point(scene: Scene, laws: Laws, blower: Blower) -> float:
-    """Pressure drop (Pa) at which the blower and the middle of the bed agree; half of the blower's where only the mesh knows."""
-    size: BedSize | None = GEOMETRIES[scene.geometry.kind].size(scene.geometry)
-    fluid, operation = laws.fluid, scene.operation
-    temperature, phi = operation.initial_temperature, laws.bulk_porosity
-    density = float(fluid.density(operation.outlet_pressure, temperature))
+def first_point(
+    size: BedSize | None,
+    laws: Laws,
+    blower: Blower,
+    share: float,
+    outlet_pressure: float,
+    temperature: float,
+    diameter: float,
+) -> float:
+    """Pressure drop (Pa) at which the blower and the middle of a bed of this size, a `share` of which the tool is, agree at a
+    temperature (K); half of the blower's where the size is not known yet."""
+    fluid, phi = laws.fluid, laws.bulk_porosity
+    density = float(fluid.density(outlet_pressure, temperature))
     highest = max(blower.left_for_bed(flow, density) for flow in blower.volume_flows)
     if size is None:
         return 0.5 * highest
-    viscosity, diameter = float(fluid.viscosity(temperature)), scene.bed.bead_diameter
-    length, area = size.length, share_of(scene) * size.area
+    viscosity, length, area = float(fluid.viscosity(temperature)), size.length, share * size.area
 
     def excess(pressure: float) -> float:
         speed = float(laws.drag.speed(phi * pressure / length, phi, diameter, density, viscosity))

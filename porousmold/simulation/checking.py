@@ -25,7 +25,13 @@ from .mesh_quality import few_cells
 from .meshing import BYTES_AN_UNKNOWN, build_domain
 from .problem import sensors_of
 from .run_warnings import outside_ranges
-from .scene_warnings import first_cell, of_a_thin_core, warnings_of_the_first_cell, warnings_of_the_scene
+from .scene_warnings import (
+    first_cell,
+    of_a_narrow_bed,
+    of_a_thin_core,
+    warnings_of_the_first_cell,
+    warnings_of_the_scene,
+)
 from .specs import Specs, specs_of
 
 SECONDS_AT_THE_START, SECONDS_A_STEP = 0.9, {2: (6e-6, 4e-6), 3: (4e-5, 4e-5)}
@@ -87,7 +93,7 @@ def check(scene: Scene, communicator: Communicator) -> Checked:
     )
     few = few_cells(specs, domain, size)
     warnings += [f"{few}: every answer may be off by some per cent (see solver.mesh_refinement)"] if few else []
-    warnings += of_a_thin_core(scene, domain)
+    warnings += of_a_thin_core(scene, domain) + of_a_narrow_bed(scene, domain)
     return Checked(facts, warnings + _warnings_of_the_mesh(specs, domain, estimates, first, least))
 
 

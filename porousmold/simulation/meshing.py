@@ -3,6 +3,7 @@
 import math
 import os
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -17,9 +18,10 @@ from ..mesh.aliases import Communicator, Form
 from ..mesh.domain import Domain
 from ..mesh.from_gmsh import from_file
 from ..scene.features.geometries import HALVINGS, BedSize
-from ..scene.series import ProfileSeries
+from ..scene.series import ProfileSeries, TimeSeries
 from ..scene.start import Profile
 from ..solvers.protocols import Observer, silent
+from .air_loop_spec import first_point
 from .estimates import AXIAL_GRADING, Estimates, estimate
 from .specs import MeshSpec, Specs
 
@@ -65,8 +67,9 @@ def build_domain(
     )
     domain = read()
     _require_direction(specs, domain)
+    _require_parts(specs, domain)
     size = _size_of(domain)
-    estimates = estimate(specs, size)
+    estimates = estimate(_with_blower(specs, size), size)
     if mesh.own.refine_wall:
         drawn, domain = domain, read(cells_at_wall=partial(cells_at_wall, mesh, estimates))
         if (
@@ -80,6 +83,29 @@ def build_domain(
             "geometry.mesh", str(mesh.own.mesh), "needs a physical curve 'outer' for the outer wall's heat"
         )
     return domain, size, estimates
+
+
+def _require_parts(specs: Specs, domain: Domain) -> None:
+    """Raise `InputError` where blower or heater need to know whether a plane mesh without planes of symmetry is half of the tool
+    (collective)."""
+    mesh = specs.mesh
+    if specs.heat.air_loop is None or mesh.own.symmetry != "planar" or mesh.own.parts is not None:
+        return
+    if not ranks.anywhere(domain.communicator, len(domain.facets(geometry.SYMMETRY)) > 0):
+        allowed = (
+            "is missing: the mesh has no group 'symmetry': 1 where it is the whole cavity, 2 where it is half of it"
+        )
+        raise InputError("geometry.parts", None, allowed, mesh.scene_file)
+
+
+def _with_blower(specs: Specs, size: BedSize) -> Specs:
+    """Specs whose blower begins at the operating point that a bed of this size has, which only the mesh tells."""
+    loop = specs.heat.air_loop
+    if loop is None or loop.blower is None:
+        return specs
+    pressure = first_point(size, specs.laws, loop.blower, loop.share, specs.flow.outlet_pressure,
+                           specs.heat.initial_temperature, specs.mesh.bead_diameter)  # fmt: skip
+    return replace(specs, flow=replace(specs.flow, driven_by=TimeSeries.constant(pressure)))
 
 
 def _require_direction(specs: Specs, domain: Domain) -> None:

@@ -21,7 +21,13 @@ from .end_warnings import (
 from .energy_of_run import energy_of_the_tool, imbalance_of
 from .estimates import rayleigh_darcy
 from .march import Simulation
-from .scene_warnings import first_cell, of_a_thin_core, warnings_of_the_first_cell, warnings_of_the_scene
+from .scene_warnings import (
+    first_cell,
+    of_a_narrow_bed,
+    of_a_thin_core,
+    warnings_of_the_first_cell,
+    warnings_of_the_scene,
+)
 from .specs import Specs
 from .step_rules import given_bounds, is_open
 from .unmet_targets import kept_targets, why_not_met
@@ -50,7 +56,7 @@ def warnings_of(scene: Scene, simulation: Simulation, bounds: list[float] | None
         + _of_late_series(scene, simulation.time)
     )
     found += warnings_of_the_first_cell(specs, medium.estimates, first_cell(medium.domain))
-    found += of_a_thin_core(scene, medium.domain)
+    found += of_a_thin_core(scene, medium.domain) + of_a_narrow_bed(scene, medium.domain)
     if bounds is not None:
         return found + _of_the_expansion(scene, simulation) + _of_what_was_reached(simulation, bounds)
     return found + outside_ranges(simulation.specs, simulation.problem.has_wall, {})

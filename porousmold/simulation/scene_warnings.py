@@ -97,7 +97,7 @@ def warnings_of_the_scene(scene: Scene, specs: Specs, estimates: Estimates, size
         )
     if specs.flow.model.kind == "plug" and scene.is_given("model.turbulence") and scene.model.turbulence != "none":
         found.append("plug flow carries no turbulence: model.turbulence has no effect")
-    if estimates.conduction_ratio > HIGHEST_BEAD_CONDUCTION:
+    if estimates.conduction_ratio > HIGHEST_BEAD_CONDUCTION and scene.conductivity_profile is None:
         found.append(
             f"the beads conduct {estimates.conduction_ratio:.2g} times as much as measured for the whole bed: "
             "conduction in the bed is overestimated (see model.closures 'measured', or model.bead_conduction)"
@@ -211,6 +211,19 @@ def first_cell(domain: Domain) -> float:
     return float(np.median(np.concatenate(domain.communicator.allgather(heights)) if scale else [0.0]))
 
 
+def of_a_narrow_bed(scene: Scene, domain: Domain) -> list[str]:
+    """Whether the bed of a mesh of one's own is too narrow for averages over beads (collective)."""
+    if scene.geometry.kind != "mesh":
+        return []
+    space = fenicsx.lagrange_space(domain.mesh)
+    nodes = fenicsx.dof_table(space)[domain.cells(geometry.BED)].ravel()
+    widest = ranks.extremes(domain.communicator, nodal_values(domain.wall_distance, space)[nodes])[1]
+    wide = 2.0 * widest / scene.bed.bead_diameter
+    if not wide < SMALLEST_RATIO * (1.0 - 1e-9):
+        return []
+    return [f"the bed is {wide:.1f} beads wide, below {SMALLEST_RATIO:g}: averages over so few beads are uncertain"]
+
+
 def of_a_thin_core(scene: Scene, domain: Domain) -> list[str]:
     """Whether locally developed flow, whose profiles are those beside a plane wall, is off beside a thin core (collective)."""
     if not (scene.is_locally_developed and domain.axisymmetric):
@@ -224,7 +237,7 @@ def of_a_thin_core(scene: Scene, domain: Domain) -> list[str]:
         return []
     return [
         f"developed flow has the profile beside a plane wall, and the bed's wall has a radius of {1e3 * smallest:.3g} mm: times "
-        "may be off by a per cent (model.flow 'full', or geometry.kind 'annulus')"
+        "may be off by a per cent (model.flow 'full', or geometry.kind 'pipe' or 'annulus')"
     ]
 
 

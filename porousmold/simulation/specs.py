@@ -3,18 +3,19 @@
 Lengths in m, times in s, temperatures in K. None stands for what the scene leaves to the program.
 """
 
-import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from ..errors import InputError
 from ..laws.air_supply import Blower
+from ..laws.materials import without_value
 from ..laws.phases import other_phase
 from ..laws.porosity import Porosity
 from ..laws.turbulence_models import TurbulenceModel
 from ..mesh.gmsh_model import Conventions
 from ..scene.chosen_laws import Laws
 from ..scene.features import KEYS
+from ..scene.features.air_loop import share_of
 from ..scene.features.bed import SMALLEST_RATIO, AveragingVolume
 from ..scene.features.drive import Drive
 from ..scene.features.energy_model import EnergyModel
@@ -235,14 +236,9 @@ def _require_phase(scene: Scene, laws: Laws) -> None:
         key = f"operation.{name}"
         if (text := other_phase(laws.fluid.substance, pressure, temperature)) is not None:
             raise InputError(key, temperature, f"does not fit fluid.material: {text}", scene.source)
-        for owner, material in materials.items():
-            for what, law in material.laws().items():
-                arguments = (pressure,) if owner == "fluid" and what == "density" else ()
-                found = float(law(*arguments, temperature))
-                if not 0.0 < found < math.inf:
-                    low, high = (f"{limit - 273.15:.1f}" for limit in law.temperature_range)
-                    allowed = f"{material.name} {what}, which is given for {low} to {high} °C, has no value there"
-                    raise InputError(key, temperature, allowed, scene.source)
+        for material in materials.values():
+            if text := without_value(material, pressure, temperature):
+                raise InputError(key, temperature, text, scene.source)
 
 
 def _mesh(scene: Scene, laws: Laws) -> MeshSpec:
@@ -280,7 +276,10 @@ def _flow(scene: Scene, laws: Laws, blower: Blower | None, course: Course | None
         if course is not None:
             driven_by = followed([driven_by], course.drive)
     else:
-        drive, driven_by = "pressure_drop", TimeSeries.constant(first_point(scene, laws, blower))
+        size, operation = GEOMETRIES[scene.geometry.kind].size(scene.geometry), scene.operation
+        given_to_bed = operation.outlet_pressure, operation.initial_temperature, scene.bed.bead_diameter
+        first = first_point(size, laws, blower, share_of(scene), *given_to_bed)
+        drive, driven_by = "pressure_drop", TimeSeries.constant(first)
     return FlowSpec(
         model=model,
         drive=drive,

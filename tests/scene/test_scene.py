@@ -110,6 +110,11 @@ def test_broken_files_are_refused_by_one_line(tmp_path, content):
         Scene.load(tmp_path / "absent.toml")
 
 
+def test_settings_that_are_no_table_are_refused():
+    with pytest.raises(InputError, match="must be a dict"):
+        Scene.load(ALUMINIUM).changed([("wall.thickness", "2 mm")])
+
+
 @pytest.mark.parametrize("value", ["\0", "\0.csv", 10**400])
 def test_null_bytes_and_endless_integers_are_refused(value):
     for name in ("operation.inlet_temperature", "bed.porosity_profile", "geometry.length"):

@@ -117,3 +117,12 @@ def test_a_drifting_flux_is_not_steady():
 def test_bad_input_is_refused(settings, message):
     with pytest.raises(InputError, match=message):
         ShearCell(**({"solid_fraction": 0.5, "shear_rate": 0.01} | settings))
+
+
+def test_fluxes_that_are_not_those_through_the_walls_are_not_steady():
+    """52 with an error of 20 beside 0.02 at the walls counted as steady, as three errors hide any difference."""
+    noisy = 50.0 + 60.0 * np.array([[1.0], [-1.0]] * 5)
+    quiet = 0.5 + 0.01 * np.array([[1.0], [-1.0]] * 5)
+    assert not evaluation._passes_the_walls(noisy, np.array([0.02])).any()
+    assert not evaluation._passes_the_walls(quiet, np.array([0.2])).any()
+    assert evaluation._passes_the_walls(quiet, np.array([0.51])).all()

@@ -130,7 +130,7 @@ def test_the_first_front_stays_between_the_temperatures_given(tmp_path, kind):
 
 def test_keys_of_a_mesh_in_three_dimensions():
     with pytest.raises(InputError, match=re.escape("geometry.parts")):
-        Scene.load(CURVED, {"geometry.parts": 4})
+        Scene.load(CURVED, {"geometry.parts": 4, "geometry.symmetry": "axisymmetric"})
     with pytest.raises(InputError, match=re.escape("geometry.refine_wall")):
         Scene.load(ALUMINIUM, {"geometry.refine_wall": True})
     shell = Scene.load(STUDIES / "mold" / "shell.toml")
@@ -274,3 +274,76 @@ def test_developed_flow_beside_a_thin_core_is_told(core, is_told, tmp_path):
     given |= {"model.flow": "developed", "model.turbulence": "none", "bed.bead_diameter": 0.004}
     warnings = check(Scene.load(PIPE, given), MPI.COMM_SELF).warnings
     assert any("profile beside a plane wall" in text for text in warnings) == is_told
+
+
+def cavity(path, whole):
+    """A plane mold of 0.6 m and 60 mm, the whole of it between two walls, or its upper half without a group `symmetry`."""
+    sides = (-1, 1) if whole else (1,)
+    text = ["l = 0.6; h = 0.03; a = 0.003;", "Point(1) = {0, 0, 0}; Point(2) = {l, 0, 0}; Line(1) = {1, 2};"]
+    groups = {name: [] for name in ("bed", "wall", "inlet", "outlet", "interface", "outer")}
+    for number, side in enumerate(sides):
+        p, c, s = 10 + 10 * number, 10 + 10 * number, 1 + 2 * number
+        text += [
+            f"Point({p}) = {{0, {side} * h, 0}}; Point({p + 1}) = {{l, {side} * h, 0}};",
+            f"Point({p + 2}) = {{0, {side} * (h + a), 0}}; Point({p + 3}) = {{l, {side} * (h + a), 0}};",
+            f"Line({c}) = {{1, {p}}}; Line({c + 1}) = {{2, {p + 1}}}; Line({c + 2}) = {{{p}, {p + 1}}};",
+            f"Line({c + 3}) = {{{p}, {p + 2}}}; Line({c + 4}) = {{{p + 1}, {p + 3}}}; Line({c + 5}) = {{{p + 2}, {p + 3}}};",
+            f"Curve Loop({s}) = {{1, {c + 1}, {-c - 2}, {-c}}}; Plane Surface({s}) = {{{s}}};",
+            f"Curve Loop({s + 1}) = {{{c + 2}, {c + 4}, {-c - 5}, {-c - 3}}}; Plane Surface({s + 1}) = {{{s + 1}}};",
+            f"Transfinite Curve{{1, {c + 2}, {c + 5}}} = 13; Transfinite Curve{{{c}, {c + 1}}} = 12 Using Progression 0.7;",
+            f"Transfinite Curve{{{c + 3}, {c + 4}}} = 2;",
+            f"Transfinite Surface{{{s}, {s + 1}}}; Recombine Surface{{{s}, {s + 1}}};",
+        ]
+        for name, entity in zip(groups, (s, s + 1, c, c + 1, c + 2, c + 5), strict=True):
+            groups[name].append(str(entity))
+    kinds = {name: "Surface" if name in ("bed", "wall") else "Curve" for name in groups}
+    text += [f'Physical {kinds[name]}("{name}") = {{{", ".join(of)}}};' for name, of in groups.items()]
+    path.write_text("\n".join(text) + "\n")
+    return path
+
+
+BLOWN = {
+    "operation.pressure_drop": None,
+    "operation.blower_pressure": "4 kPa",
+    "operation.blower_flow": "300 m^3/h",
+    "operation.heater_power": "6 kW",
+    "operation.end_time": 20.0,
+    "model.turbulence": "none",
+    "model.flow": "developed",
+    "output.pictures": False,
+}
+
+
+def test_a_whole_cavity_takes_the_blowers_air_once(tmp_path):
+    """It counted as half of the tool: twice the air, twice the power, in silence."""
+    files = {whole: str(cavity(tmp_path / f"{whole}.geo", whole)) for whole in (False, True)}
+    with pytest.raises(InputError, match=r"geometry\.parts: is missing: the mesh has no group 'symmetry'"):
+        run(Scene.load(CURVED, BLOWN | {"geometry.mesh": files[True]}), communicator=MPI.COMM_SELF)
+    half, whole = (
+        run(Scene.load(CURVED, BLOWN | {"geometry.mesh": files[is_whole], "geometry.parts": parts})).summary
+        for is_whole, parts in ((False, 2), (True, 1))
+    )
+    assert whole["mass_flow_initial"] == pytest.approx(2.0 * half["mass_flow_initial"], rel=1e-3)
+    assert whole["energy"]["heater"] == pytest.approx(half["energy"]["heater"], rel=1e-3)
+    assert Scene.load(CURVED, {"geometry.mesh": files[True]})  # without a supply it makes no difference
+
+
+def test_the_estimates_of_a_blown_mesh_are_those_of_the_built_in_mold(tmp_path):
+    """Its pressure drop was half of the blower's: a bead Reynolds number 24 times too high, and nine times the steps."""
+    weak = BLOWN | {
+        "operation.blower_pressure": "20 kPa",
+        "operation.blower_flow": "60 m^3/h",
+        "bed.bead_diameter": "5 mm",
+    }
+    mesh = {"geometry.mesh": str(cavity(tmp_path / "half.geo", False)), "geometry.parts": 2}
+    built_in = {"geometry.length": 0.6, "geometry.cavity_height": 0.06}
+    own = problem_of(Scene.load(CURVED, weak | mesh)).medium.estimates
+    mold = problem_of(Scene.load(ALUMINIUM, weak | built_in)).medium.estimates
+    assert own.reynolds_number == pytest.approx(mold.reynolds_number, rel=0.01)
+
+
+def test_a_narrow_bed_of_ones_own_is_told(tmp_path):
+    wide = {"geometry.mesh": str(cavity(tmp_path / "half.geo", False))}
+    for diameter, is_told in ((5e-3, False), (8e-3, True)):
+        told = check(Scene.load(CURVED, wide | {"bed.bead_diameter": diameter}), MPI.COMM_SELF).warnings
+        assert any("7.5 beads wide, below 10" in text for text in told) == is_told

@@ -243,9 +243,7 @@ class Mesh(Geometry):
         return "the part in the mesh" + (", per metre of width" if self.is_per_width(geometry) else "")
 
     def parts(self, geometry: Values) -> float:
-        if geometry.get("symmetry") == "none":
-            return float(geometry.get("parts") or 1)
-        return 2.0 if self.is_per_width(geometry) else 1.0
+        return float(geometry.get("parts") or (2 if self.is_per_width(geometry) else 1))
 
     def is_per_width(self, geometry: Values) -> bool:
         return geometry.get("symmetry") in (None, "planar")

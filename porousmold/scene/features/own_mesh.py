@@ -51,17 +51,16 @@ class OwnMesh(Feature):
         "join the nodes of a mesh that lie at one place, where bed and wall were meshed apart",
         False,
     )
-    parts: int = key(
+    parts: int | None = key(
         "geometry.parts",
         "integer",
-        "number of such parts in the whole tool (symmetry 'none'), for blower and heater",
-        1,
+        "number of such parts in the whole tool, for blower and heater; default 1, of a planar mesh with a group symmetry 2",
         low=1,
         high=1000,
         closed=True,
     )
 
     def check(self, scene: "Scene") -> None:
-        """Parts are those of a mesh in three dimensions."""
-        if self.parts != 1 and self.symmetry != "none":
-            scene.refuse("geometry.parts", "must go with geometry.symmetry 'none'")
+        """A mesh about an axis is the whole tool."""
+        if self.parts not in (None, 1) and self.symmetry == "axisymmetric":
+            scene.refuse("geometry.parts", "must be 1 about an axis")
