@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -59,7 +60,9 @@ def _rotameter(options: argparse.Namespace) -> str:
     for name, value in (("diameter", diameter), ("reference-temperature", reference), ("interval", interval)):
         if value <= 0.0:
             raise InputError(f"--{name}", getattr(options, name.replace("-", "_")), "must be > 0")
-    time, log = read_log(Path(options.log))
+    time, log, gaps = read_log(Path(options.log))
+    if gaps:
+        print(f"warning: {gaps} missing value(s) of {options.log}, interpolated", file=sys.stderr)
     velocity = inlet_velocity(**log, area=0.25 * np.pi * diameter**2, reference_temperature=reference)
     if not np.all(np.isfinite(velocity)):
         raise InputError("--diameter", options.diameter, "gives no finite velocity")

@@ -49,7 +49,8 @@ def inlet_velocity(
 
 
 def read_log(path: Path) -> tuple[Any, ...]:
-    """(time in s, {name: values in SI}) of a logger's CSV file with the columns of `COLUMNS` in any order after the time.
+    """(time in s, {name: values in SI}, how many were missing and are interpolated) of a logger's CSV file with the columns of
+    `COLUMNS` in any order after the time.
 
     Raises `InputError` for a missing column or a pressure that is not absolute.
     """
@@ -71,7 +72,7 @@ def read_log(path: Path) -> tuple[Any, ...]:
     times = columns.times()
     if len(times) < 2:
         raise InputError("LOG", str(path), "must have two rows at least")
-    return times, values
+    return times, values, columns.gaps
 
 
 def averaged(time: Floats, values: Floats, interval: float) -> tuple[Floats, Floats]:

@@ -121,6 +121,7 @@ def _summary(test: "Test", levels: "Levels", found: Any) -> str:
 
 
 def _test_range(options: argparse.Namespace) -> str:
+    from .falling_head import DARCY_LIMIT
     from .measurement import LIQUIDS, read_setup
     from .virtual import ReadingErrors, accuracy, measurable_range
 
@@ -169,6 +170,14 @@ def _test_range(options: argparse.Namespace) -> str:
     lines = [f"relative error below {error:.3g} in 95 % of the tests, tests not longer than {longest / 3600.0:.4g} h:"]
     for name, span in ranges.items():
         lines.append(f"{name:14s} {f'{span[0]:.2g} to {span[1]:.2g} m2' if span else 'none'}")
+        if span and test.bead_diameter is not None:
+            numbers = [liquids[name].highest_reynolds_number(k, test.bead_diameter) for k in permeabilities]
+            beyond = [k for k, number in zip(permeabilities, numbers, strict=True) if number > DARCY_LIMIT]
+            if beyond and beyond[0] <= span[1]:
+                lines.append(
+                    f"  warning: from {beyond[0]:.2g} m2 on the particle Reynolds number exceeds {DARCY_LIMIT:g} with these "
+                    "beads: Darcy's law does not hold, and permeabilities come out too low"
+                )
     lines.append("(c0 and c1 of the set-up are the same for all liquids)")
     picture = draw_accuracies(folder / "test-range.png", found, error)
     return "\n".join([*lines, f"written to {folder}: test-range.json, {picture.name}"])

@@ -82,6 +82,11 @@ class Setup:
         rate, offset = self.rate_and_offset(permeability, approach)
         return (self.initial_head + offset) * np.exp(-rate * np.asarray(time)) - offset
 
+    def highest_reynolds_number(self, permeability: float, bead_diameter: float) -> float:
+        """Particle Reynolds number rho U d/mu at the start of the fall, with beads of a diameter (m)."""
+        rate, offset = self.rate_and_offset(permeability)
+        return self.density * rate * (self.initial_head + offset) * bead_diameter / self.viscosity
+
     def duration(self, permeability: float) -> float:
         """Time (s) at which the level reaches the bed's top: the end of the test."""
         rate, offset = self.rate_and_offset(permeability)

@@ -153,7 +153,7 @@ def read_levels(path: Path, setup: Setup, averaging_time: float, key: str = "DAT
         raise InputError(key, str(path), f"row {line}: the mass that has run out falls by {np.max(fallen):.3g} kg; "
                          "was the container moved, or is the level rising?")  # fmt: skip
     intervals = np.diff(times)
-    warnings = []
+    warnings = [f"{path.name}: {columns.gaps} missing value(s), interpolated"] if columns.gaps else []
     if np.max(intervals, initial=0.0) > LONG_GAP * np.median(intervals):
         line = columns.lines[int(np.argmax(intervals)) + 1]
         warnings.append(f"{path.name}: gap of {np.max(intervals):.3g} s before row {line}, bridged by a straight line")

@@ -127,6 +127,21 @@ def test_gaps_are_bridged_and_told(tmp_path):
     assert evaluate(test, levels)["approaches"]["complete"]["global"].permeability == pytest.approx(1e-8, rel=5e-3)
 
 
+def test_missing_values_are_told(tmp_path):
+    lines = rows()
+    lines[50] = lines[50].split(",")[0] + ","
+    assert "1 missing value(s), interpolated" in read(tmp_path, HEAD + "\n".join(lines))[2][0]
+
+
+def test_a_range_in_which_darcys_law_does_not_hold_is_told(tmp_path, capsys):
+    """Water was promised up to where its Reynolds number is 29, at which `permeability` calls a test invalid."""
+    (tmp_path / "setup.toml").write_text(SETUP + '[bed]\nbead_diameter = "0.97 mm"\n')
+    assert main(["test-range", str(tmp_path / "setup.toml"), "--samples", "20", "--out", str(tmp_path / "out")]) == 0
+    told = capsys.readouterr().out.splitlines()
+    after_water = told[next(i for i, line in enumerate(told) if line.startswith("water")) + 1]
+    assert "the particle Reynolds number exceeds 1" in after_water
+
+
 @pytest.mark.parametrize("side", ["first", "last"])
 def test_readings_while_nothing_runs_out_are_told(tmp_path, side):
     """Half a minute before the valve opens made the permeability 40 % too small, a plateau at the end 20 %."""
