@@ -84,6 +84,9 @@ def read_packing(
     if not start.strip():
         raise InputError(KEY, str(path), "is empty")
     if start.startswith(b"\x89HDF"):
+        if bead_diameter is not None or placement not in (None, Placement()):
+            allowed = "is a packing of `porousmold pack`: bead diameter, axis, floor and centre are its own, none can be given"
+            raise InputError(KEY, str(path), allowed)
         return _read_hdf5(path, box)
     if start.startswith(b"\x93NUMPY"):
         positions, diameters = read_npy(path)
@@ -93,6 +96,8 @@ def read_packing(
         positions, diameters = _read_csv(path)
     else:
         positions, diameters = _read_text(path)
+    if diameters is not None and bead_diameter is not None:
+        raise InputError(KEY, str(path), "holds the beads' sizes: a bead diameter has no effect")
     if diameters is None:
         if bead_diameter is None:
             raise InputError(KEY, str(path), "holds no radius or diameter: give the bead diameter")
@@ -131,6 +136,11 @@ def _packing(path: str | Path, positions: Floats, diameters: Floats, box: Contai
         raise InputError(KEY, error.value, error.allowed, str(path)) from error
 
 
+def _same(one: Container, other: Container) -> bool:
+    (kind, sizes), (other_kind, others) = description(one), description(other)
+    return kind == other_kind and np.allclose(list(sizes.values()), list(others.values()), rtol=1e-9)
+
+
 def _read_hdf5(path: str | Path, box: Container | None) -> Packing:
     try:
         with h5py.File(path, "r") as file:
@@ -139,7 +149,9 @@ def _read_hdf5(path: str | Path, box: Container | None) -> Packing:
             made = dict(json.loads(file.attrs["made"]))
     except (OSError, KeyError, ValueError, TypeError, AttributeError, RuntimeError) as error:
         raise InputError(KEY, str(path), f"is not a packing written by porousmold, or is damaged: {error}") from error
-    return _packing(path, positions, diameters, box or own, made)
+    if box is not None and not _same(box, own):
+        raise InputError(KEY, str(path), f"holds beads in {own}, not in {box}")
+    return _packing(path, positions, diameters, own, made)
 
 
 NAMES = {

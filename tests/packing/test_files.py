@@ -193,6 +193,20 @@ def test_broken_files_get_one_line(tmp_path, name):
     assert "\n" not in str(caught.value) and name in str(caught.value)
 
 
+def test_what_a_packing_of_its_own_holds_cannot_be_given_again(tmp_path):
+    """Another container replaced its own in silence, and an axis, a floor or a bead diameter had no effect."""
+    slab = Slab(0.04, 0.028)
+    beads = Packing(np.array([[0.0, 0.0, 0.002], [0.004, 0.0, 0.002]]), np.full(2, 0.004), slab)
+    write_packing(beads, tmp_path / "a.h5")
+    assert read_packing(tmp_path / "a.h5", Slab(0.04 * (1.0 + 1e-12), 0.028), None, Placement()).container == slab
+    for given in ((Slab(0.05, 0.028),), (None, 0.002), (None, None, Placement("x"))):
+        with pytest.raises(InputError, match=r"holds beads in|its own"):
+            read_packing(tmp_path / "a.h5", *given)
+    (tmp_path / "a.csv").write_text("x,y,z,radius\n0,0,0.002,0.002\n0.004,0,0.002,0.002\n")
+    with pytest.raises(InputError, match="has no effect"):
+        read_packing(tmp_path / "a.csv", slab, 0.002)
+
+
 def test_foreign_hdf5_is_refused(tmp_path):
     with h5py.File(tmp_path / "other.h5", "w") as file:
         file["something"] = np.zeros(3)
