@@ -23,8 +23,8 @@ from .stations import Columns, nearest
 LARGEST_MASS_FLUX = 1e9
 """kg/m2/s beyond which none is sought."""
 CONVERGED_DENSITY, MOST_DENSITIES = 1e-12, 60
-"""Part of the reference pressure by which a further density would change the pressure; two dozen reach it at fifteen times the
-outlet's pressure."""
+"""Part of the outlet's pressure, or of the largest, by which a further density would change the pressure; two reach it of an
+ideal gas."""
 
 
 def shares_of_section(across: Floats, *, axisymmetric: bool) -> Floats:
@@ -92,15 +92,15 @@ class PlugFlow:
 
     def _pressures(self, mass_flux: float, temperature: Floats, time: float) -> Floats:
         """Gauge pressures (Pa) at the stations, whose temperatures (K) are given. Raises `SolveError`."""
-        gauge, gas_at = (
-            np.zeros(len(temperature)),
-            self._reference_pressure if self._fluid.density.compressible else None,
-        )
+        gauge, outlet = np.zeros(len(temperature)), self._reference_pressure
         for _ in range(MOST_DENSITIES):
-            density = self._fluid.density(gauge + self._reference_pressure, temperature) + 0.0 * temperature
-            gradient = self._resistance(mass_flux, density, self._fluid.viscosity(temperature))
-            before, gauge = gauge, self.columns.pressure(-gradient, gas_at)
-            if np.max(np.abs(gauge - before)) < CONVERGED_DENSITY * self._reference_pressure:
+            density = self._fluid.density(gauge + outlet, temperature) + 0.0 * temperature
+            gradient = -self._resistance(mass_flux, density, self._fluid.viscosity(temperature))
+            before, gauge = gauge, self.columns.pressure(gradient)
+            if self._fluid.density.compressible:  # p dp/dx of a gas hardly depends on p
+                squares = outlet**2 + 2.0 * self.columns.pressure((before + outlet) * gradient)
+                gauge = np.sqrt(np.maximum(squares, 0.0)) - outlet
+            if np.max(np.abs(gauge - before)) < CONVERGED_DENSITY * max(outlet, np.max(np.abs(gauge))):
                 return gauge
         raise SolveError("plug flow", time, "its pressure and density do not converge", "a smaller pressure drop")
 
