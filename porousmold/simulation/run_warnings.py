@@ -67,7 +67,7 @@ def _of_late_series(scene: Scene, end: float) -> list[str]:
     return [
         f"{name} begins at {series.times[0]:g} s, after the run's end: it was its first value all the time"
         for name, series in series_of(scene).items()
-        if series.times[0] >= max(end, 1e-300)
+        if series.times[0] > 0.0 and series.times[0] >= end
     ] + _of_late_outputs(scene, end)
 
 

@@ -153,12 +153,16 @@ def warnings_of_the_scene(scene: Scene, specs: Specs, estimates: Estimates, size
     found += (
         _of_positions(scene, size.length) + _of_the_porosity(scene, specs, size) + _of_a_thin_wall(specs, estimates)
     )
-    if specs.mesh.is_too_narrow:
-        found.append(
-            f"the bed is {specs.mesh.beads_across:.1f} beads wide, below {SMALLEST_RATIO:g}: "
-            "volume averages are not meaningful at this width"
-        )
-    return found
+    beads_across = specs.mesh.beads_across
+    return found + (_of_the_width(beads_across) if beads_across is not None and specs.mesh.is_too_narrow else [])
+
+
+def _of_the_width(beads_across: float) -> list[str]:
+    """Of a bed so many beads wide."""
+    return [
+        f"the bed is {beads_across:.1f} beads wide, below {SMALLEST_RATIO:g}: "
+        "volume averages are not meaningful at this width"
+    ]
 
 
 def _of_a_thin_wall(specs: Specs, estimates: Estimates) -> list[str]:
@@ -219,9 +223,7 @@ def of_a_narrow_bed(scene: Scene, domain: Domain) -> list[str]:
     nodes = fenicsx.dof_table(space)[domain.cells(geometry.BED)].ravel()
     widest = ranks.extremes(domain.communicator, nodal_values(domain.wall_distance, space)[nodes])[1]
     wide = 2.0 * widest / scene.bed.bead_diameter
-    if not wide < SMALLEST_RATIO * (1.0 - 1e-9):
-        return []
-    return [f"the bed is {wide:.1f} beads wide, below {SMALLEST_RATIO:g}: averages over so few beads are uncertain"]
+    return _of_the_width(wide) if wide < SMALLEST_RATIO * (1.0 - 1e-9) else []
 
 
 def of_a_thin_core(scene: Scene, domain: Domain) -> list[str]:

@@ -63,7 +63,8 @@ def load(path: str | Path, *, allow_extensions: bool = False) -> tuple[Study, Ai
     study, where = Study.load(path, allow_extensions=allow_extensions), str(path)
     head = table_of(read_toml("study", path), "optimum", where)
     check_names(head, ("minimise", "below", "trade_off"), "optimum.", where)
-    minimise, below, trade_off = head.get("minimise", study.record[0]), head.get("below", {}), head.get("trade_off")
+    default = "heating_time" if "heating_time" in study.record else study.record[0]
+    minimise, below, trade_off = head.get("minimise", default), head.get("below", {}), head.get("trade_off")
     if not isinstance(below, dict):
         raise InputError(
             "optimum.below", str(below), "must be a table of limits, such as { fluid_heat = '3 MJ' }", where
