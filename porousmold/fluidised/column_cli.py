@@ -25,8 +25,6 @@ UNITS |= {
     "heat_imbalance": "1",
 }
 
-ATMOSPHERE = 101325.0
-"""Pressure (Pa) of the gas."""
 SPREAD_OF_THE_SURFACE, LEAST_SPREAD = 0.6, 0.03
 """Relative error of a resting bed's pressure drop times its height in cells of the gas, whose porosity falls off over one at the
 surface (measured: 8, 18 and 35 % of Ergun's at 7.6, 4.3 and 2.2 cells), and what is told of it."""
@@ -76,6 +74,7 @@ def _fluidise(options: argparse.Namespace) -> str:
 
 
 def _input(options: argparse.Namespace) -> "ColumnInput":
+    from ..laws.fluidisation import ATMOSPHERE
     from ..laws.material_library import FLUIDS, SOLIDS, named
     from ..laws.materials import beyond_ranges
     from ..laws.phases import other_phase

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..arrays import Booleans, Floats
 from ..laws.evaporation import BOILING_TEMPERATURE
-from ..laws.fluidisation import GRAVITY
+from ..laws.fluidisation import ATMOSPHERE, GRAVITY
 from ..laws.material_library import FLUIDS
 from .column_grid import ColumnGrid, both_sides
 from .droplet_input import DropletInput
@@ -29,7 +29,6 @@ LEAST_PART = 0.1
 """Of the way between two nodes that the circle cuts, which counts at least as outside."""
 HELD = 1e3
 """Conductance of a node within the circle to its temperature, over that to the next node."""
-ATMOSPHERE = 101325.0
 
 
 @dataclass(frozen=True)

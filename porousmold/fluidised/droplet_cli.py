@@ -71,6 +71,7 @@ def _droplet(options: argparse.Namespace) -> str:
 
 
 def _input(options: argparse.Namespace) -> "DropletInput":
+    from ..laws.fluidisation import ATMOSPHERE
     from ..laws.material_library import FLUIDS, SOLIDS, named
     from .droplet_input import DropletInput
 
@@ -101,7 +102,7 @@ def _input(options: argparse.Namespace) -> "DropletInput":
     if options.fluid is not None:
         fluid, at = named("--fluid", options.fluid, FLUIDS), 293.15
         gas = {
-            "density": float(fluid.density(101325.0, at)),
+            "density": float(fluid.density(ATMOSPHERE, at)),
             "viscosity": float(fluid.viscosity(at)),
             "heat_capacity": float(fluid.heat_capacity(at)),
             "conductivity": float(fluid.conductivity(at)),

@@ -26,9 +26,8 @@ from scipy.integrate import quad, solve_ivp
 from ..arrays import Floats
 from ..errors import InputError
 from ..laws import fluidisation
-from ..laws.materials import IdealGasDensity, beyond_ranges, without_value
-from ..laws.phases import other_phase
-from ..scene.chosen_laws import Laws
+from ..laws.materials import IdealGasDensity, beyond_ranges
+from ..scene.chosen_laws import Laws, require_phase
 from ..scene.features import require_used
 from ..scene.features.bed import Beads
 from ..scene.features.extensions import Extensions
@@ -88,16 +87,7 @@ class FluidisedBed:
             allowed = "must be one temperature: a fluidised bed is mixed"
             raise InputError("operation.initial_temperature", None, allowed, scene.source)
         self._laws = Laws.of(scene)
-        given = {
-            "initial_temperature": (operation.initial_temperature,),
-            "inlet_temperature": operation.inlet_temperature.range,
-        }
-        for name, temperature in ((name, one) for name, several in given.items() for one in several):
-            if (text := other_phase(self._laws.fluid.substance, operation.outlet_pressure, temperature)) is not None:
-                scene.refuse(f"operation.{name}", f"does not fit fluid.material: {text}", value=temperature)
-            for material in self._laws.materials(True).values():
-                if text := without_value(material, operation.outlet_pressure, temperature):
-                    scene.refuse(f"operation.{name}", text, value=temperature)
+        require_phase(scene, self._laws)
         if any(one.cure is not None for one in self._laws.walls.values()):
             allowed = "must not cure: the heat of cure has no effect on a fluidised bed"
             raise InputError("wall.material", ", ".join(self._laws.walls), allowed, scene.source)

@@ -29,6 +29,8 @@ from ..errors import InputError
 from .functions import Value
 
 GRAVITY = 9.80665
+ATMOSPHERE = 101325.0
+"""Pressure (Pa) of the gas in a column."""
 STEFAN_BOLTZMANN = 5.670374419e-8
 GAS_CONSTANTS = {"air": 2.8, "thesis_air": 2.8, "nitrogen": 2.8, "carbon_dioxide": 2.4, "argon": 2.2, "helium": 50.0}
 """C_A by material (VDI Heat Atlas, chapter M5); 2.8 for others."""

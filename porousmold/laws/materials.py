@@ -4,7 +4,6 @@ A law is a `Polynomial` in the temperature T (K), the exponential of one, straig
 viscosity. Laws accept floats, numpy arrays and UFL. The materials themselves are in `material_library`.
 """
 
-import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from math import isfinite
@@ -297,7 +296,8 @@ def without_value(material: Fluid | Solid, pressure: float, temperature: float) 
     outside its range; '' where there is none."""
     for name, law in material.laws().items():
         arguments = (pressure,) if isinstance(material, Fluid) and name == "density" else ()
-        if not 0.0 < float(law(*arguments, temperature)) < math.inf:
+        value = float(law(*arguments, temperature))
+        if not (value > 0.0 and isfinite(value)):
             low, high = (f"{limit - 273.15:.1f}" for limit in law.temperature_range)
             return f"{material.name} {name}, which is given for {low} to {high} °C, has no value there"
     return ""

@@ -37,7 +37,7 @@ class _Study:
 
     def having(self, *names: str) -> Entries:
         """The cases that have all of these records."""
-        return [entry for entry in self.known if all(_is_number(entry[name]) for name in names)]
+        return _having(self.known, *names)
 
     def without(self, *names: str) -> str:
         """How many cases have not, as a title; none where all have."""
@@ -82,7 +82,7 @@ def plot_in_terminal(entries: Sequence[Mapping[str, Any]], head: Sequence[str]) 
     plotext.theme("clear")
     plotext.plotsize(78, 20)
     for (label, members), marker in zip(_families(study, key).items(), itertools.cycle("•x+o*")):
-        members = [entry for entry in members if _is_number(entry[record])]
+        members = _having(members, record)
         x = [entry[key] for entry in members] if study.numbers else list(range(1, len(members) + 1))
         y = [entry[record] for entry in members]
         plotext.plot(x, y, marker=marker, label=label or None)
@@ -90,6 +90,11 @@ def plot_in_terminal(entries: Sequence[Mapping[str, Any]], head: Sequence[str]) 
     plotext.title(study.labels[record])
     picture = str(plotext.build())
     return picture if sys.stdout.isatty() else str(plotext.uncolorize(picture))
+
+
+def _having(entries: Entries, *names: str) -> Entries:
+    """Those of some cases that have all of these records."""
+    return [entry for entry in entries if all(_is_number(entry[name]) for name in names)]
 
 
 def _is_number(value: Any) -> bool:
@@ -125,7 +130,7 @@ def _curves(folder: Path, study: _Study) -> Path:
         axes.set_visible(False)
     for axes, name in zip(all_axes.flat, shown, strict=False):
         for label, members in list(families.items())[:MOST_CURVES]:
-            shown_here = [e for e in members if _is_number(e[name])]
+            shown_here = _having(members, name)
             axes.plot([e[key] for e in shown_here], [e[name] for e in shown_here], "o-", markersize=4, label=label)
         axes.set_title(study.without(name), fontsize=8)
         axes.set(xlabel=study.labels[key], ylabel=study.labels[name])

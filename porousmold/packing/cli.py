@@ -284,6 +284,7 @@ def _porosity(options: argparse.Namespace) -> str | None:
 
 def _conductivity(options: argparse.Namespace) -> str:
     from ..laws.material_library import FLUIDS, SOLIDS, named
+    from ..laws.materials import beyond_ranges
     from .conduction import conduction, hertz_contact_radius, zehner_bauer_schluender
     from .files import check_writable
     from .pictures import draw_conduction
@@ -304,12 +305,9 @@ def _conductivity(options: argparse.Namespace) -> str:
     files = table, table.with_suffix(".json"), table.with_suffix(".png")
     check_writable(*files, sources=[options.packing])
     beads, fluid = bead_material.conductivity(temperature), gas.conductivity(temperature)
-    used = (bead_material.conductivity, bead_material.name), (gas.conductivity, gas.name)
-    for law, name in used:
-        first, last = law.temperature_range
-        if not first <= temperature <= last:
-            told = f"the conductivity of {name} is given for {first:g} to {last:g} K, used at {temperature:g} K"
-            print(f"warning: {told}", file=sys.stderr)
+    at = temperature, temperature, ["conductivity"]
+    for text in beyond_ranges(bead_material, *at) + beyond_ranges(gas, *at):
+        print(f"warning: {text}", file=sys.stderr)
     if not (beads > 0.0 and fluid > 0.0):
         allowed = f"is beyond the laws' range: conductivities of {beads:.3g} (beads) and {fluid:.3g} W/m/K (fluid)"
         raise InputError("--temperature", temperature, allowed)

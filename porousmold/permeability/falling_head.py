@@ -85,7 +85,11 @@ class Setup:
     def highest_reynolds_number(self, permeability: float, bead_diameter: float) -> float:
         """Particle Reynolds number rho U d/mu at the start of the fall, with beads of a diameter (m)."""
         rate, offset = self.rate_and_offset(permeability)
-        return self.density * rate * (self.initial_head + offset) * bead_diameter / self.viscosity
+        return self.reynolds_number(rate * (self.initial_head + offset), bead_diameter)
+
+    def reynolds_number(self, speed: float, bead_diameter: float) -> float:
+        """Particle Reynolds number rho U d/mu at a superficial speed (m/s)."""
+        return self.density * speed * bead_diameter / self.viscosity
 
     def duration(self, permeability: float) -> float:
         """Time (s) at which the level reaches the bed's top: the end of the test."""
@@ -238,4 +242,4 @@ def fit_baseline(setup: Setup, levels: Levels) -> tuple[float, float]:
 def reynolds_number(setup: Setup, levels: Levels, bead_diameter: float) -> float:
     """Largest particle Reynolds number rho U d/mu of the test with beads of `bead_diameter` (m)."""
     fastest = float(np.max(levels.flow_rate)) / setup.cross_section
-    return setup.density * fastest * bead_diameter / setup.viscosity
+    return setup.reynolds_number(fastest, bead_diameter)

@@ -1,15 +1,17 @@
 """The property laws and correlations that a scene chose, and where they come from."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
+from ..errors import InputError
 from ..laws import bead_interior, stirring
 from ..laws.conductivity import BEAD_CONDUCTION_LAWS, DISPERSION_LAWS, BeadConduction, Dispersion
 from ..laws.drag import DRAG_LAWS, DragLaw
 from ..laws.material_library import FLUIDS, SOLIDS
-from ..laws.materials import CHANGED, UNITS, ConstantDensity, Fluid, Solid, constant
+from ..laws.materials import CHANGED, UNITS, ConstantDensity, Fluid, Solid, constant, without_value
 from ..laws.nusselt import NUSSELT_CORRELATIONS, NusseltCorrelation
+from ..laws.phases import other_phase
 from ..laws.porosity import POROSITY_MODELS, Porosity
 from ..laws.real_gas import real_gas
 from ..laws.registry import Registry
@@ -18,6 +20,7 @@ from .features.geometries import GEOMETRIES
 from .features.wall import name_of
 from .keys import Table
 from .scene import Scene
+from .series import TimeSeries
 
 CHOICES: Mapping[str, Registry[Any]] = {
     "model.drag": DRAG_LAWS,
@@ -163,3 +166,29 @@ def _with_constants(material: Material, **given: float | None) -> Material:
     whole = material.laws().keys() <= changes.keys()
     described = "constants of the scene" if whole else f"{material.name}{CHANGED}{' and '.join(changes)} of the scene"
     return replace(material, **(changes | laws | {"name": described}))
+
+
+def require_phase(scene: Scene, laws: Laws) -> None:
+    """Raise `InputError` where a temperature that is given for the fluid makes another phase of it, or nonsense of a material:
+    a polynomial far outside its range."""
+    pressure = scene.operation.outlet_pressure
+    materials = laws.materials(scene.model.wall in ("conjugate", "thin"))
+    for name, temperature in _given_to_the_fluid(scene):
+        key = f"operation.{name}"
+        if (text := other_phase(laws.fluid.substance, pressure, temperature)) is not None:
+            raise InputError(key, temperature, f"does not fit fluid.material: {text}", scene.source)
+        for material in materials.values():
+            if text := without_value(material, pressure, temperature):
+                raise InputError(key, temperature, text, scene.source)
+
+
+def _given_to_the_fluid(scene: Scene) -> Iterator[tuple[str, float]]:
+    """(key, temperature in K) of what the fluid is given: the ends of every range."""
+    operation = scene.operation
+    yield from (
+        ("initial_temperature", one) for one in (scene.start.range if scene.start else (operation.initial_temperature,))
+    )
+    for name in ("inlet_temperature", "return_temperature", "fresh_temperature"):
+        value = getattr(operation, name)
+        if value is not None:
+            yield from ((name, one) for one in (value.range if isinstance(value, TimeSeries) else (value,)))

@@ -60,7 +60,7 @@ def evaluate(
     volume = cell.volume
     reference = 1.0 / cell.distance  # lambda (T_top - T_bottom)/H
     fluxes = -np.array([block["fluxes"].sum(axis=0) for block in used]) / volume / reference  # (blocks, m, 2)
-    error = fluxes.std(axis=0, ddof=1) / math.sqrt(len(used))
+    error, whole = fluxes.std(axis=0, ddof=1) / math.sqrt(len(used)), fluxes.sum(axis=2)
     profile = mean["profile"]
     number = np.maximum(profile[:, 0], 1e-12)
     slices = volume / bins
@@ -73,7 +73,7 @@ def evaluate(
     diffusion = np.array([block["diffusion"] for block in used])
     in_core = -mean["fluxes"][core, :, 1].sum(axis=0) / (core.sum() * slices)
     fraction = float(solid[core].mean())
-    peclet = np.array([pair[0] for pair in cell.pairs])
+    peclet, biot = np.array(cell.pairs).T
     with np.errstate(divide="ignore", invalid="ignore"):
         stirring = in_core / (4.0 * peclet * fraction * rate * gradient)
     enough = (np.abs(gradient) > SMALLEST_GRADIENT * reference) & (abs(rate) > SMALLEST_GRADIENT)
@@ -100,8 +100,8 @@ def evaluate(
         conduction=np.column_stack((fluxes[:, :, 0].mean(axis=0), error[:, 0])),
         convection=np.column_stack((fluxes[:, :, 1].mean(axis=0), error[:, 1])),
         wall_flux=wall_flux,
-        steady=_steady(fluxes.sum(axis=2), np.array([block["moment"] for block in used]) / volume / reference)
-        & (_passes_the_walls(fluxes.sum(axis=2), wall_flux) | (np.array([pair[1] for pair in cell.pairs]) > 0.0)),
+        steady=_steady(whole, np.array([block["moment"] for block in used]) / volume / reference)
+        & (_passes_the_walls(whole, wall_flux) | (biot > 0.0)),
         stirring=np.where(enough, stirring, math.nan),
         pictured=pictured,
     )

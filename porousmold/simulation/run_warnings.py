@@ -28,6 +28,7 @@ from .scene_warnings import (
     warnings_of_the_first_cell,
     warnings_of_the_scene,
 )
+from .snapshots import SAME_TIME
 from .specs import Specs
 from .step_rules import given_bounds, is_open
 from .unmet_targets import kept_targets, why_not_met
@@ -54,6 +55,7 @@ def warnings_of(scene: Scene, simulation: Simulation, bounds: list[float] | None
         _of_the_outcome(simulation)
         + warnings_of_the_scene(scene, specs, medium.estimates, medium.size)
         + _of_late_series(scene, simulation.time)
+        + _of_late_outputs(scene, simulation.time)
     )
     found += warnings_of_the_first_cell(specs, medium.estimates, first_cell(medium.domain))
     found += of_a_thin_core(scene, medium.domain) + of_a_narrow_bed(scene, medium.domain)
@@ -68,17 +70,15 @@ def _of_late_series(scene: Scene, end: float) -> list[str]:
         f"{name} begins at {series.times[0]:g} s, after the run's end: it was its first value all the time"
         for name, series in series_of(scene).items()
         if series.times[0] > 0.0 and series.times[0] >= end
-    ] + _of_late_outputs(scene, end)
+    ]
 
 
 def _of_late_outputs(scene: Scene, end: float) -> list[str]:
     """Of times of output that the run has not come to."""
-    late = [time for time in scene.output.times or () if time > end * (1.0 + 1e-9)]
-    return (
-        [f"output.times from {late[0]:g} s on are after the run's end at {end:g} s: nothing is kept of them"]
-        if late
-        else []
-    )
+    late = [time for time in scene.output.times or () if time > end * (1.0 + SAME_TIME)]
+    if not late:
+        return []
+    return [f"output.times from {late[0]:g} s on are after the run's end at {end:g} s: nothing is kept of them"]
 
 
 def outside_ranges(specs: Specs, has_wall: bool, reached: Mapping[str, tuple[float, float]]) -> list[str]:

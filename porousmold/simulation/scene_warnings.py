@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from ..arrays import Floats
 from ..laws.porosity import LawPorosity, benyahia_oneill_mean_porosity, dixon_mean_porosity, mean_porosity
 from ..laws.stirring import SOLID_FRACTIONS
 from ..mesh import domain as geometry
@@ -215,14 +216,19 @@ def first_cell(domain: Domain) -> float:
     return float(np.median(np.concatenate(domain.communicator.allgather(heights)) if scale else [0.0]))
 
 
+def _nodes_of_the_bed(domain: Domain) -> tuple[Floats, Floats]:
+    """Distance from the wall and place (m) of the nodes of the bed's cells, of each cell by itself."""
+    space = fenicsx.lagrange_space(domain.mesh)
+    nodes = fenicsx.dof_table(space)[domain.cells(geometry.BED)].ravel()
+    return nodal_values(domain.wall_distance, space)[nodes], space.tabulate_dof_coordinates()[nodes]
+
+
 def of_a_narrow_bed(scene: Scene, domain: Domain) -> list[str]:
     """Whether the bed of a mesh of one's own is too narrow for averages over beads (collective)."""
     if scene.geometry.kind != "mesh":
         return []
-    space = fenicsx.lagrange_space(domain.mesh)
-    nodes = fenicsx.dof_table(space)[domain.cells(geometry.BED)].ravel()
-    widest = ranks.extremes(domain.communicator, nodal_values(domain.wall_distance, space)[nodes])[1]
-    wide = 2.0 * widest / scene.bed.bead_diameter
+    distance, _ = _nodes_of_the_bed(domain)
+    wide = 2.0 * ranks.extremes(domain.communicator, distance)[1] / scene.bed.bead_diameter
     return _of_the_width(wide) if wide < SMALLEST_RATIO * (1.0 - 1e-9) else []
 
 
@@ -230,11 +236,9 @@ def of_a_thin_core(scene: Scene, domain: Domain) -> list[str]:
     """Whether locally developed flow, whose profiles are those beside a plane wall, is off beside a thin core (collective)."""
     if not (scene.is_locally_developed and domain.axisymmetric):
         return []
-    space = fenicsx.lagrange_space(domain.mesh)
-    distance, radius = nodal_values(domain.wall_distance, space), space.tabulate_dof_coordinates()[:, 1]
-    nodes = fenicsx.dof_table(space)[domain.cells(geometry.BED)].ravel()
-    at_wall = nodes[distance[nodes] <= 1e-9 * ranks.largest_magnitude(domain.communicator, distance)]
-    smallest = ranks.extremes(domain.communicator, radius[at_wall])[0]
+    distance, places = _nodes_of_the_bed(domain)
+    at_wall = distance <= 1e-9 * ranks.largest_magnitude(domain.communicator, distance)
+    smallest = ranks.extremes(domain.communicator, places[at_wall, 1])[0]
     if smallest >= THINNEST_CORE * scene.bed.bead_diameter:
         return []
     return [

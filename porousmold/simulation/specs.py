@@ -3,17 +3,14 @@
 Lengths in m, times in s, temperatures in K. None stands for what the scene leaves to the program.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
-from ..errors import InputError
 from ..laws.air_supply import Blower
-from ..laws.materials import without_value
-from ..laws.phases import other_phase
 from ..laws.porosity import Porosity
 from ..laws.turbulence_models import TurbulenceModel
 from ..mesh.gmsh_model import Conventions
-from ..scene.chosen_laws import Laws
+from ..scene.chosen_laws import Laws, require_phase
 from ..scene.features import KEYS
 from ..scene.features.air_loop import share_of
 from ..scene.features.bed import SMALLEST_RATIO, AveragingVolume
@@ -202,7 +199,7 @@ def specs_of(scene: Scene) -> Specs:
     """The parts of a scene, with its series as steps in time follow them."""
     scene = with_thinned_series(scene)
     laws = Laws.of(scene)
-    _require_phase(scene, laws)
+    require_phase(scene, laws)
     air_loop, course = air_loop_of(scene, laws.fluid), Course.of(scene)
     return Specs(
         mesh=_mesh(scene, laws),
@@ -213,32 +210,6 @@ def specs_of(scene: Scene) -> Specs:
         output=Output.of(scene).with_times(scene),
         laws=laws,
     )
-
-
-def _given_to_the_fluid(scene: Scene) -> Iterator[tuple[str, float]]:
-    """(key, temperature in K) of what the fluid is given: the ends of every range."""
-    operation = scene.operation
-    yield from (
-        ("initial_temperature", one) for one in (scene.start.range if scene.start else (operation.initial_temperature,))
-    )
-    for name in ("inlet_temperature", "return_temperature", "fresh_temperature"):
-        value = getattr(operation, name)
-        if value is not None:
-            yield from ((name, one) for one in (value.range if isinstance(value, TimeSeries) else (value,)))
-
-
-def _require_phase(scene: Scene, laws: Laws) -> None:
-    """Raise `InputError` where a temperature that is given for the fluid makes another phase of it, or nonsense of a material:
-    a polynomial far outside its range."""
-    pressure = scene.operation.outlet_pressure
-    materials = laws.materials(scene.model.wall in ("conjugate", "thin"))
-    for name, temperature in _given_to_the_fluid(scene):
-        key = f"operation.{name}"
-        if (text := other_phase(laws.fluid.substance, pressure, temperature)) is not None:
-            raise InputError(key, temperature, f"does not fit fluid.material: {text}", scene.source)
-        for material in materials.values():
-            if text := without_value(material, pressure, temperature):
-                raise InputError(key, temperature, text, scene.source)
 
 
 def _mesh(scene: Scene, laws: Laws) -> MeshSpec:

@@ -96,10 +96,12 @@ class PlugFlow:
         for _ in range(MOST_DENSITIES):
             density = self._fluid.density(gauge + outlet, temperature) + 0.0 * temperature
             gradient = -self._resistance(mass_flux, density, self._fluid.viscosity(temperature))
-            before, gauge = gauge, self.columns.pressure(gradient)
+            before = gauge
             if self._fluid.density.compressible:  # p dp/dx of a gas hardly depends on p
                 squares = outlet**2 + 2.0 * self.columns.pressure((before + outlet) * gradient)
                 gauge = np.sqrt(np.maximum(squares, 0.0)) - outlet
+            else:
+                gauge = self.columns.pressure(gradient)
             if np.max(np.abs(gauge - before)) < CONVERGED_DENSITY * max(outlet, np.max(np.abs(gauge))):
                 return gauge
         raise SolveError("plug flow", time, "its pressure and density do not converge", "a smaller pressure drop")

@@ -70,10 +70,8 @@ class StationGradients:
         """Change a Newton update of the profiles so that, with new pressure gradients, the mass flow is as it has to be."""
         system, before, columns = self._system, self._unknown.x.array.copy(), self._columns
         gradients, scale = self._along.gradients, float(self._equations.scales.pressure.value) / columns.along[-1]
-        along_the_bed = abs(self._along.of(gradients)[0])
-        expands = (
-            self._inflow.fluid.density.compressible and along_the_bed > NOTICEABLE_CHANGE * self._reference_pressure
-        )
+        inlet, matrix = float(self._along.of(gradients)[0]), self._along.matrix(gradients)
+        expands = self._inflow.fluid.density.compressible and abs(inlet) > NOTICEABLE_CHANGE * self._reference_pressure
         if expands:
             with self._denser() as difference:
                 system.assemble_residual_into(self._push_of_pressure)
@@ -82,7 +80,7 @@ class StationGradients:
         by_gradient, by_pressure = self._gains
         self._solve_for(by_gradient, self._push)
         flow, slope = self._through_stations(self._unknown, by_gradient)
-        change = self._changes(gradients, flow, slope)
+        change = self._changes(inlet, matrix, flow, slope)
         largest = max(np.max(np.abs(gradients)), scale)
         follows = expands and size < NEAR and np.max(np.abs(change)) < NEAR * largest
         if follows:
@@ -92,14 +90,14 @@ class StationGradients:
             with self._denser():
                 (denser,) = self._through_stations(self._unknown)
             slope_in_pressure = self._through_stations(by_pressure)[0] + (denser - flow) / difference
-            change = self._changes(gradients, flow, slope, slope_in_pressure)
+            change = self._changes(inlet, matrix, flow, slope, slope_in_pressure)
         self.update = np.inf
         if not np.isfinite(change).all():
             return
         change = np.clip(change, -LARGEST_CHANGE * largest, LARGEST_CHANGE * largest)
         more = by_gradient.x.array * change[self._column_of_unknown]
         if follows:
-            more += by_pressure.x.array * (self._along.matrix(gradients) @ change)[self._column_of_unknown]
+            more += by_pressure.x.array * (matrix @ change)[self._column_of_unknown]
         update.array -= more[: len(update.array)]
         self._unknown.x.array[:] += more
         gradients += change
@@ -159,10 +157,9 @@ class StationGradients:
         gain.x.scatter_forward()
 
     def _changes(
-        self, gradients: Floats, flow: Floats, slope: Floats, slope_in_pressure: Floats | None = None
+        self, inlet: float, matrix: Floats, flow: Floats, slope: Floats, slope_in_pressure: Floats | None = None
     ) -> Floats:
-        """`changes_of_gradient` with what the drive gives at present."""
-        inlet, matrix = float(self._along.of(gradients)[0]), self._along.matrix(gradients)
+        """`changes_of_gradient` with what the drive gives at a gauge pressure (Pa) at the inlet."""
         given, more = (self.given_mass_flow(pressure) for pressure in (inlet, inlet + 1.0))
         drive = (self._inflow.drive().value - inlet, 0.0) if given is None or more is None else (given, more - given)
         return changes_of_gradient(matrix, flow, slope, slope_in_pressure, drive, is_pressure_drop=given is None)

@@ -75,10 +75,11 @@ def load(path: str | Path, *, allow_extensions: bool = False) -> tuple[Study, Ai
             raise InputError(
                 f"optimum.below.{name}", str(given), f"a name with a point stands in quotes: {quoted} = ...", where
             )
+    scene = next((case.scene for case in study.cases if case.scene is not None), None)
     for key, name in [("minimise", minimise), ("trade_off", trade_off), *(("below", name) for name in below)]:
         if name not in study.record and not (key == "trade_off" and name is None):
             raise InputError(f"optimum.{key}", str(name), f"must be one of study.record {study.record}", where)
-        for scene in [case.scene for case in study.cases if case.scene is not None and name is not None][:1]:
+        if scene is not None and name is not None:
             check_record(scene, name, f"optimum.{key}")
     limits = {name: to_si(f"optimum.below.{name}", given, kind_of_record(name), where) for name, given in below.items()}
     for name, limit in limits.items():
