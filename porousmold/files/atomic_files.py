@@ -3,7 +3,7 @@
 import errno
 import fcntl
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
@@ -53,16 +53,19 @@ class InUseError(OSError):
 
 
 class Lock:
-    """A file that this process alone holds; `close()` takes it away."""
+    """A file that this process alone holds; `close()` takes it away, and the folders `made` for it that are empty then."""
 
-    def __init__(self, path: Path, file: IO[str]) -> None:
-        self._path, self._file = path, file
+    def __init__(self, path: Path, file: IO[str], made: Sequence[Path]) -> None:
+        self._path, self._file, self._made = path, file, made
 
     def close(self) -> None:
         """Let others have it; the file is gone."""
         if not self._file.closed:
             self._path.unlink(missing_ok=True)
             self._file.close()
+            with suppress(OSError):  # a folder with something in it stays
+                for folder in self._made:
+                    folder.rmdir()
 
     def __enter__(self) -> "Lock":
         return self
@@ -73,8 +76,10 @@ class Lock:
 
 def locked(path: Path, *, wait: bool = False) -> Lock:
     """A `Lock` on a file until it is closed, or the process ends; `InUseError` if another process holds it, or with `wait` when
-    that has let it go."""
+    that has let it go. Makes the file's folder; `OSError` if it cannot."""
+    made = [folder for folder in path.parents if not folder.exists()]
     while True:
+        path.parent.mkdir(parents=True, exist_ok=True)
         file = path.open("w")
         try:
             fcntl.flock(file, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
@@ -83,5 +88,5 @@ def locked(path: Path, *, wait: bool = False) -> Lock:
             raise InUseError("another process is at work there") from error
         with suppress(FileNotFoundError):
             if os.fstat(file.fileno()).st_ino == path.stat().st_ino:
-                return Lock(path, file)
+                return Lock(path, file, made)
         file.close()  # the one that held it took the file away in between

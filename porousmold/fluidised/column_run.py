@@ -13,7 +13,7 @@ from zipfile import BadZipFile
 import numpy as np
 
 from ..errors import InputError, SolveError
-from ..files.atomic_files import locked, output_folder
+from ..files.atomic_files import InUseError, locked
 from ..files.stop_signals import StopSignals
 from ..files.units import to_si
 from ..output.console import SECONDS_AND_PARTS, Bar
@@ -45,11 +45,12 @@ def ran(kind: Any, given: Any, write: Callable[[Any, Path, list[Any]], str], opt
     end, out = to_si("--time", options.time, "s"), Path(options.out)
     if not 0.0 < end < 1e4:
         raise InputError("--time", options.time, "must be > 0 and < 10000 s")
-    output_folder(out)
     try:
         lock = locked(out / ".lock")
-    except OSError as error:
+    except InUseError as error:
         raise InputError("--out", str(out), "is in use by another run of porousmold") from error
+    except OSError as error:
+        raise InputError("--out", str(out), f"cannot be written: {error.strerror or error}") from error
     with lock:
         if not options.force and is_of_another(out, given):
             raise InputError("--out", str(out), "holds the result of another column: use --force to replace it")

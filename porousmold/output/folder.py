@@ -41,8 +41,8 @@ FIELDS_PART = ".fields.part"
 class RunFolder:
     """A folder that a run writes, held against other processes until `close()`.
 
-    Made at once, so that one that cannot be written is found before the run: `InputError`. Files of an older run go, as they
-    would pass for this one's, unless it is `kept` to go on from.
+    Made at once, so that one that cannot be written is found before the run: `InputError`; gone if it is empty at the end. Files
+    of an older run go, as they would pass for this one's, unless it is `kept` to go on from.
     """
 
     def __init__(self, path: str | Path, communicator: Communicator, *, kept: bool = False) -> None:
@@ -53,7 +53,6 @@ class RunFolder:
             if first:
                 if self.path.is_file():
                     raise OSError("it is a file")
-                self.path.mkdir(parents=True, exist_ok=True)
                 self._lock = locked(self.path / LOCK)
         if not kept:
             self.clear()

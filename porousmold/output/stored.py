@@ -19,6 +19,7 @@ def locked_folder(folder: Path, purpose: str) -> Lock:
     """The lock of a run's folder, held until it is closed; `InputError` where it cannot be had, so that nothing can be
     `purpose` ("drawn", ...)."""
     try:
+        folder.stat()  # none is made
         return locked(folder / LOCK)
     except OSError as error:
         raise InputError("RUN", str(folder), f"cannot be {purpose}: {error.strerror or error}") from error

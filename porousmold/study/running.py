@@ -211,7 +211,6 @@ def _take(case: Case, out: Path, record: Sequence[str], workers: MPI.Comm) -> tu
 def _claim(case: Case, out: Path, record: Sequence[str]) -> Any:
     if row_of(case, out, record).status != MISSING:
         return None
-    (out / case.name).mkdir(exist_ok=True)
     try:
         claim = locked(out / case.name / ".claim")
     except InUseError:

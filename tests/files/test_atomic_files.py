@@ -8,7 +8,7 @@ import sys
 import pytest
 
 from porousmold.errors import InputError, OutputError
-from porousmold.files.atomic_files import FULL, output_file
+from porousmold.files.atomic_files import FULL, locked, output_file
 from tests.support import STUDIES
 
 COARSE = ("solver.axial_cells=4", "solver.cell_growth=2", "model.flow=plug", "operation.heating_margin=60 K")
@@ -30,6 +30,14 @@ def test_a_file_that_must_not_be_written_is_bad_input(tmp_path):
     with pytest.raises(InputError) as refusal, output_file(tmp_path / "table.csv"):
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
     assert not isinstance(refusal.value, OutputError)
+
+
+def test_a_lock_leaves_no_empty_folder(tmp_path):
+    locked(tmp_path / "runs" / "one" / ".lock").close()
+    assert not list(tmp_path.iterdir())
+    with locked(tmp_path / "runs" / "one" / ".lock"):
+        (tmp_path / "runs" / "result.json").write_text("{}")
+    assert [path.name for path in tmp_path.rglob("*")] == ["runs", "result.json"]
 
 
 def limited(size, *arguments):
