@@ -25,6 +25,7 @@ from ..arrays import Booleans, Floats, Integers
 from . import fenicsx, ranks
 from .aliases import Communicator, Constant, Expression, Mesh
 from .nodes import facet_corners
+from .point_values import nodal_values
 from .quadrature_rules import column_rule, flow_axis, vertex_rule
 
 BED, WALL = 1, 2
@@ -109,10 +110,14 @@ class Domain:
         return self.facet_tags.find(tag)
 
     @functools.cached_property
-    def begin(self) -> float:
-        """Lowest x[0] of the bed (m), from which distances along the flow count (collective)."""
+    def ends(self) -> tuple[float, float]:
+        """Lowest and highest x[0] of the bed (m); distances along the flow count from the first (collective)."""
         nodes = fenicsx.cell_vertices(self.mesh)[self.cells(BED)]
-        return ranks.extremes(self.communicator, self.mesh.geometry.x[nodes.ravel(), 0])[0]
+        return ranks.extremes(self.communicator, self.mesh.geometry.x[nodes.ravel(), 0])
+
+    @property
+    def begin(self) -> float:
+        return self.ends[0]
 
     @functools.cached_property
     def from_inlet_to_outlet(self) -> Floats:
@@ -123,6 +128,13 @@ class Domain:
             sums = np.asarray(ranks.total(self.communicator, np.append(corners.sum(axis=0), len(corners))))
             middles.append(sums[:3] / max(sums[3], 1.0))
         return np.asarray(middles[1] - middles[0])
+
+    @functools.cached_property
+    def depth(self) -> float:
+        """Largest distance from the wall in the bed, m (collective)."""
+        space = fenicsx.lagrange_space(self.mesh)
+        in_bed = fem.locate_dofs_topological(space, self.mesh.topology.dim, self.cells(BED))
+        return ranks.largest_magnitude(self.communicator, nodal_values(self.wall_distance, space)[in_bed])
 
     def planes_of_symmetry(self) -> list[Integers]:
         """Local facets of the planes of symmetry (`SYMMETRY`, `SIDE`) across each axis. Oblique ones are in none: there, as at a

@@ -1,6 +1,5 @@
 """Domains from gmsh files: physical groups by their names, the distance to the wall, cells at the wall on request."""
 
-import itertools
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -16,9 +15,11 @@ from ..errors import InputError
 from ..files.units import FARTHEST
 from . import fenicsx, gmsh_model
 from .aliases import Communicator
-from .domain import BED, INLET, INTERFACE, OUTER, OUTLET, SIDE, SYMMETRY, WALL, Domain, Stations
+from .distances import distance_to_facets, heights_of
+from .domain import BED, INLET, INTERFACE, OUTER, OUTLET, SIDE, SYMMETRY, WALL, Domain
 from .halving import halved
 from .near_wall_cells import gaps, with_cells_at_wall
+from .wall_stations import Surface, stations_along_curve, stations_along_surface
 
 BOUNDARY_NAMES = {
     "inlet": INLET, "outlet": OUTLET, "interface": INTERFACE, "outer": OUTER, "symmetry": SYMMETRY, "side": SIDE,
@@ -27,9 +28,6 @@ REQUIRED = ("inlet", "outlet", "interface")
 """Boundaries that every mesh must have."""
 PLAIN_WALL = ("wall",)
 """Group of a wall without layers, which a mesh may lack."""
-
-Facets = Mapping[int, Floats]
-"""Corners (facets, corners, coordinates) of the boundary's parts, by tag, in m."""
 
 
 def from_file(
@@ -71,7 +69,7 @@ def from_file(
     boundaries = [
         one for name in BOUNDARY_NAMES if name in (*REQUIRED, *conventions.groups) for one in conventions.in_file(name)
     ]
-    problem, model, facets = None, None, None  # type: tuple[str | None, Any, Any]
+    problem, model, facets, around = None, None, None, None  # type: tuple[str | None, Any, Any, Any]
     if communicator.rank == 0:
         try:
             model = gmsh_model.open_model(path, dimension, required, boundaries, trusted=trusted)
@@ -80,9 +78,10 @@ def from_file(
                 plain = halved(plain)
             gmsh_model.replace_model(model, dimension, plain)
             facets = {tag: plain.points[nodes][:, :, :dimension] for tag, nodes in plain.facets.items()}
+            around = surface_of(plain) if dimension == 3 else None
         except Exception as error:  # gmsh raises plain Exception for everything
             problem = str(error)
-    problem, facets = communicator.bcast((problem, facets))
+    problem, facets, around = communicator.bcast((problem, facets, around))
     try:
         if problem is not None:
             raise InputError("geometry.mesh", str(path), f"is no mesh that can be used: {problem}")
@@ -93,7 +92,7 @@ def from_file(
     space = fenicsx.lagrange_space(domain)
     distance = fem.Function(space)
     distance.x.array[:] = distance_to_facets(space.tabulate_dof_coordinates()[:, :dimension], facets[INTERFACE])
-    length, stations = (_along_curve if dimension == 2 else _along_surface)(facets)
+    length, stations = stations_along_curve(facets) if around is None else stations_along_surface(facets, around)
     return Domain(domain, cell_tags, facet_tags, axisymmetric, distance, length, stations, layers=len(layers))
 
 
@@ -205,111 +204,10 @@ def joined(mesh: gmsh_model.PlainMesh) -> gmsh_model.PlainMesh:
     return gmsh_model.PlainMesh(mesh.points[first], cells, facets)
 
 
-def _along_curve(facets: Facets) -> tuple[float, Stations]:
-    """Length (m) along a plane bed's interface, and its stations at a fraction of that; of several walls along the longest."""
-    corners = _longest_chain(facets[INTERFACE], facets[INLET].reshape(-1, 2).mean(axis=0))
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))])
-
-    def stations(fraction: float) -> dict[str, tuple[float, ...]]:
-        return _beside(facets, np.array([np.interp(fraction * along[-1], along, corners[:, i]) for i in range(2)]))
-
-    return float(along[-1]), stations
-
-
-def _longest_chain(segments: Floats, inlet: Floats) -> Floats:
-    """Corners, one after the other, of the longest connected part of segments (n, 2, 2), from its end that is nearer to the
-    inlet's middle."""
-    nodes, ends = np.unique(segments.reshape(-1, 2), axis=0, return_inverse=True)
-    pairs = np.unique(np.sort(ends.reshape(-1, 2), axis=1), axis=0)
-    graph = coo_matrix((np.ones(len(pairs)), tuple(pairs.T)), shape=(len(nodes), len(nodes)))
-    part = connected_components(graph, directed=False)[1]
-    lengths = np.linalg.norm(nodes[pairs[:, 0]] - nodes[pairs[:, 1]], axis=1)
-    longest = np.argmax(np.bincount(part[pairs[:, 0]], weights=lengths))
-    neighbours: dict[int, list[int]] = {}
-    for first, last in pairs[part[pairs[:, 0]] == longest].tolist():
-        neighbours.setdefault(first, []).append(last)
-        neighbours.setdefault(last, []).append(first)
-    tips = [node for node, beside in neighbours.items() if len(beside) == 1] or list(neighbours)
-    chain = [min(tips, key=lambda node: float(np.linalg.norm(nodes[node] - inlet)))]
-    visited = set(chain)
-    while ahead := [node for node in neighbours[chain[-1]] if node not in visited]:
-        chain.append(ahead[0])
-        visited.add(ahead[0])
-    return np.asarray(nodes[chain])
-
-
-def _along_surface(facets: Facets) -> tuple[float, Stations]:
-    """Extent (m) of an interface in three dimensions along x[0], and its stations: where it is nearest to the bed's middle
-    plane, which is at the lowest x[2] of `side` or, without that, half-way across."""
-    nodes = np.unique(facets[INTERFACE].reshape(-1, 3), axis=0)
-    low, high = nodes.min(axis=0), nodes.max(axis=0)
-    middle = low[2] if SIDE in facets else 0.5 * (low[2] + high[2])
-    floor = facets[INLET].reshape(-1, 3)[:, 1].mean()
-    upper = nodes[nodes[:, 1] > floor]
-
-    def stations(fraction: float) -> dict[str, tuple[float, ...]]:
-        place = low[0] + fraction * (high[0] - low[0])
-        return _beside(facets, upper[np.argmin(np.hypot(upper[:, 0] - place, upper[:, 2] - middle))])
-
-    return float(high[0] - low[0]), stations
-
-
-def _beside(facets: Facets, bed_side: Floats) -> dict[str, tuple[float, ...]]:
-    named = {"bed_side": tuple(bed_side)}
-    for name, tag in (("outer", OUTER), ("centre", SYMMETRY)):
-        if tag in facets:
-            corners = facets[tag].reshape(-1, len(bed_side))
-            named[name] = tuple(corners[np.argmin(np.linalg.norm(corners - bed_side, axis=1))])
-    return named
-
-
-def heights_of(facets: Floats) -> Floats:
-    """Length (m) of segments (n, 2, coordinates); area over the longest side of triangles and quadrilaterals."""
-    sides = np.linalg.norm(np.roll(facets, -1, axis=1) - facets, axis=2).max(axis=1)
-    if facets.shape[1] == 2:
-        return sides
-    diagonals = facets[:, 1] - facets[:, 0], facets[:, 2] - facets[:, 0]
-    if facets.shape[1] == 4:
-        diagonals = facets[:, 2] - facets[:, 0], facets[:, 3] - facets[:, 1]
-    return np.asarray(0.5 * np.linalg.norm(np.cross(*diagonals), axis=1) / np.maximum(sides, 1e-300))
-
-
-def distance_to_facets(points: Floats, facets: Floats) -> Floats:
-    """Distance (m) of points (n, coordinates) to the nearest of the facets (m, corners, coordinates): segments in a plane,
-    triangles or quadrilaterals in space, each of these taken as two triangles."""
-    if facets.shape[1] == 4:
-        facets = np.concatenate([facets[:, [0, 1, 2]], facets[:, [0, 2, 3]]])
-    middles = facets.mean(axis=1)
-    radius = np.linalg.norm(facets - middles[:, None], axis=2).max()
-    tree, result, open_points, count = cKDTree(middles), np.full(len(points), np.inf), np.arange(len(points)), 8
-    while len(open_points):  # a facet whose middle lies beyond the distance found plus the radius is no nearer
-        count = min(count, len(facets))
-        reached, candidates = tree.query(points[open_points], k=np.arange(1, count + 1))
-        result[open_points] = _distances(points[open_points], facets[candidates]).min(axis=1)
-        is_open = (reached[:, -1] - radius < result[open_points]) & (count < len(facets))
-        open_points, count = open_points[is_open], 2 * count
-    return result
-
-
-def _distances(points: Floats, facets: Floats) -> Floats:
-    """Distance of every point (n, coordinates) to each of its facets (n, facets, corners, coordinates)."""
-    corners = np.moveaxis(facets, 2, 0)
-    place = points[:, None]
-    result = np.min(
-        [_to_segment(place, first, last) for first, last in itertools.combinations(corners, 2)], axis=0, initial=np.inf
-    )
-    if len(corners) == 3:
-        first, second = corners[1] - corners[0], corners[2] - corners[0]
-        normal = np.cross(first, second)
-        square, offset = np.sum(normal**2, axis=-1), place - corners[0]
-        weights = [np.sum(np.cross(offset, second) * normal, axis=-1) / square]
-        weights.append(np.sum(np.cross(first, offset) * normal, axis=-1) / square)
-        above = (weights[0] >= 0.0) & (weights[1] >= 0.0) & (weights[0] + weights[1] <= 1.0)
-        result = np.where(above, np.abs(np.sum(offset * normal, axis=-1)) / np.sqrt(square), result)
-    return result
-
-
-def _to_segment(place: Floats, first: Floats, last: Floats) -> Floats:
-    along, offset = last - first, place - first
-    fraction = np.clip(np.sum(offset * along, axis=-1) / np.sum(along**2, axis=-1), 0.0, 1.0)
-    return np.linalg.norm(offset - fraction[..., None] * along, axis=-1)
+def surface_of(mesh: gmsh_model.PlainMesh) -> Surface:
+    """Of the bed in three dimensions."""
+    cells = mesh.cells[BED]
+    sides = gmsh_model.sides_of(cells, 3)
+    single = gmsh_model.lone(sides)
+    behind = mesh.points[cells[single // (len(sides) // len(cells))]].mean(axis=1)
+    return Surface(mesh.points[sides[single]], behind, np.isin(sides[single], mesh.facets[INTERFACE]).all(axis=1))

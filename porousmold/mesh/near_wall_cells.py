@@ -12,6 +12,7 @@ from itertools import pairwise
 import numpy as np
 
 from ..arrays import Booleans, Floats, Integers
+from .distances import unit_normals
 from .gmsh_model import PlainMesh, lone, sides_of
 
 SHARE = 0.7
@@ -119,17 +120,6 @@ def _rims(facets: Integers, interface: Integers) -> Integers:
     return np.array([side for side in _sides(facets).tolist() if tuple(sorted(side)) in of_wall], dtype=np.int64)
 
 
-def _unit_normals(corners: Floats) -> Floats:
-    """Of facets with these corners (facets, corners, 3)."""
-    if corners.shape[1] == 2:
-        along = corners[:, 1] - corners[:, 0]
-        normals = np.column_stack([-along[:, 1], along[:, 0], np.zeros(len(along))])
-    else:  # of a quadrilateral that of its diagonals
-        last = corners[:, 3] - corners[:, 1] if corners.shape[1] == 4 else corners[:, 2] - corners[:, 1]
-        normals = np.cross(corners[:, 2] - corners[:, 0], last)
-    return normals / np.linalg.norm(normals, axis=1, keepdims=True)
-
-
 def _facet_normals(mesh: PlainMesh, bed: int, interface: int) -> Floats:
     """Unit normals of the interface's facets, into the bed. Raises `ValueError` for a facet that no cell of the bed has."""
     facets, cells = mesh.facets[interface], mesh.cells[bed]
@@ -138,7 +128,7 @@ def _facet_normals(mesh: PlainMesh, bed: int, interface: int) -> Floats:
     if not all(len(found) for found in behind):
         raise ValueError("its interface must lie beside the bed")
     middles = mesh.points[cells[[found[0] for found in behind]]].mean(axis=1)
-    normals = _unit_normals(mesh.points[facets])
+    normals = unit_normals(mesh.points[facets])
     inwards = middles - mesh.points[facets].mean(axis=1)
     return normals * np.sign(np.einsum("nk,nk->n", normals, inwards))[:, None]
 
@@ -164,7 +154,7 @@ def _along_boundary(mesh: PlainMesh, bed: int, interface: int, nodes: Integers, 
     result[nodes] = moved
     facets = _boundary(mesh.cells[bed], mesh.facets[interface])
     facets = facets[np.isin(facets, nodes).any(axis=1)]
-    for facet, normal in zip(facets, _unit_normals(mesh.points[facets]), strict=True):
+    for facet, normal in zip(facets, unit_normals(mesh.points[facets]), strict=True):
         result[facet] -= np.outer(result[facet] @ normal, normal)
     return result[nodes]
 
@@ -174,5 +164,5 @@ def _boundary(cells: Integers, interface: Integers) -> Integers:
     dimension = 2 if interface.shape[1] == 2 else 3
     facets = sides_of(cells, dimension)
     of_wall = {tuple(sorted(facet)) for facet in interface.tolist()}
-    alone = facets[np.sort(lone(facets))]
+    alone = facets[lone(facets)]
     return alone[[tuple(sorted(facet)) not in of_wall for facet in alone.tolist()]]

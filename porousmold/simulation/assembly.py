@@ -212,7 +212,7 @@ def locally_developed_flow(specs: Specs, medium: Medium) -> LocallyDevelopedFlow
         medium.equations,
         medium.flow_temperature,
         Inflow(medium.boundary.present_drive, medium.inlet_area, specs.laws.fluid),
-        lambda: profile_table(specs, estimates, medium.size.half_height),
+        lambda: profile_table(specs, estimates, medium.domain.depth),
         estimates.mass_flux,
         QUADRATURE_DEGREE,
     )
@@ -384,7 +384,7 @@ def _air_loop(specs: Specs, medium: Medium, heat: Heat, equations: EnergyEquatio
     assert isinstance(heat, TransientHeat), "checked with the scene"
     temperature = ufl.split(heat.unknown)[0] if equations.two_temperatures else heat.unknown
     given = specs.laws.fluid, specs.flow.outlet_pressure, boundary, equations, temperature, medium.domain.communicator
-    heat.flows.supply = AirLoop(spec, *given, specs.flow.gravity * medium.domain.length)
+    heat.flows.supply = AirLoop(spec, *given, specs.flow.gravity * medium.domain.from_inlet_to_outlet[0])
     boundary.call_with_time(heat.flows.supply.set_time)
     return heat.flows.supply
 

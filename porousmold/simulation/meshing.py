@@ -29,6 +29,9 @@ WIDEST_CELL, WIDEST_OF_CONDUCTION = 0.2, 0.05
 """Of the width from the wall to the middle of the bed; where conduction from the wall heats it sooner than the flow does."""
 GROWTH_OF_CONDUCTION = 0.4
 """Exponent on the growth of the cells there: the front comes across the flow."""
+FINE_LAYER = 1.5
+"""Bead diameters from the wall within which cells grow slowly: porosity laws that fall as exp(-2 y / d) have a seventh of their
+rise left at one of them, a twentieth here."""
 FINER_PROFILES = 2.0
 """Factor on the cells across the bed of a table of profiles, which is cheap."""
 BYTES_AN_UNKNOWN = {2: 10e3, 3: 40e3}
@@ -113,8 +116,9 @@ def _require_direction(specs: Specs, domain: Domain) -> None:
     dimensions for its length, and for gravity, profiles and heat fluxes along the flow."""
     way, mesh = domain.from_inlet_to_outlet, specs.mesh
     distance = float(np.linalg.norm(way))
-    if domain.length < LEAST_LENGTH * distance:
-        allowed = f"must have its flow along x[0]: it is {domain.length:.4g} m long there, {distance:.4g} m from inlet to outlet"
+    begin, end = domain.ends
+    if mesh.dimension == 3 and end - begin < LEAST_LENGTH * distance:
+        allowed = f"must have its flow along x[0]: it is {end - begin:.4g} m long there, {distance:.4g} m from inlet to outlet"
         raise InputError("geometry.mesh", str(mesh.own.mesh), allowed, mesh.scene_file)
     if way[0] > ALONG * distance:
         return
@@ -153,7 +157,7 @@ def straight_domain(
         if estimates.uniform_across and spec.cells.first is None:
             return np.linspace(0.0, width, 1 + LEAST_CELLS)
         first_cell = spec.cells.first or estimates.first_cell
-        layer, widest = spec.bead_diameter, (WIDEST_OF_CONDUCTION if conducts else WIDEST_CELL) * width
+        layer, widest = FINE_LAYER * spec.bead_diameter, (WIDEST_OF_CONDUCTION if conducts else WIDEST_CELL) * width
         growth = spec.cells.growth ** (GROWTH_OF_CONDUCTION if conducts else 1.0)
         return refined(geometry.graded_coordinates(width, first_cell, growth, layer, widest), finer)
 
@@ -179,7 +183,8 @@ def plane_of_stations(spec: MeshSpec, estimates: Estimates, communicator: Commun
     """Plane bed whose stations are those of a table of profiles: across it twice the cells that a scene has by default."""
     assert spec.size is not None
     width, first_cell = spec.size.half_height, spec.cells.first or estimates.first_cell
-    nodes = geometry.graded_coordinates(width, first_cell, spec.cells.growth, spec.bead_diameter, WIDEST_CELL * width)
+    layer = FINE_LAYER * spec.bead_diameter
+    nodes = geometry.graded_coordinates(width, first_cell, spec.cells.growth, layer, WIDEST_CELL * width)
     across = geometry.Across.to_wall(refined(nodes, FINER_PROFILES * max(1.0, spec.cells.refinement)))
     return geometry.straight_bed(communicator, np.linspace(0.0, 1.0, stations), [across])
 
@@ -209,7 +214,7 @@ def _announce(spec: MeshSpec, cells_along: int, across: list[geometry.Across], o
 
 def cells_at_wall(spec: MeshSpec, estimates: Estimates, gap: float) -> Floats:
     """Depths (m) of the nodes that the wall of a mesh of one's own needs in a gap beside it."""
-    return geometry.graded_coordinates(gap, estimates.first_cell, spec.cells.growth, spec.bead_diameter)
+    return geometry.graded_coordinates(gap, estimates.first_cell, spec.cells.growth, FINE_LAYER * spec.bead_diameter)
 
 
 def axial_nodes(length: float, cells: int, last_cell: float) -> Floats:
@@ -239,15 +244,16 @@ def refined(nodes: Floats, factor: float) -> Floats:
 
 
 def _size_of(domain: Domain) -> BedSize:
-    """Of a mesh's bed, as if it were straight and as high as its inlet (collective)."""
-    area = area_of_inlet(domain)
+    """Of a mesh's bed, as if it were straight, as high as its inlet, and as long as its wall, or as the way from inlet to outlet
+    where a wall is beside a part of that only (collective)."""
+    area, length = area_of_inlet(domain), max(domain.length, float(np.linalg.norm(domain.from_inlet_to_outlet)))
     if domain.axisymmetric:
-        return BedSize(length=domain.length, half_height=math.sqrt(area / math.pi), axisymmetric=True)
+        return BedSize(length=length, half_height=math.sqrt(area / math.pi), axisymmetric=True)
     if domain.mesh.topology.dim == 2:
-        return BedSize(length=domain.length, half_height=area)
+        return BedSize(length=length, half_height=area)
     at_inlet = fem.locate_dofs_topological(domain.wall_distance.function_space, 2, domain.facets(geometry.INLET))
     height = ranks.largest_magnitude(domain.communicator, domain.wall_distance.x.array[at_inlet])
-    return BedSize(length=domain.length, half_height=height, half_width=area / height)
+    return BedSize(length=length, half_height=height, half_width=area / height)
 
 
 def area_of_inlet(domain: Domain) -> float:

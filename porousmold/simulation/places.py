@@ -28,13 +28,14 @@ class Places:
         self._along = self._places_along_the_flow()
 
     def _places_along_the_flow(self) -> Floats:
-        """x[0] (m) of every temperature of the heat's unknowns, without what rounding leaves at 0."""
+        """Distance along x[0] from the bed's begin (m) of every temperature of the heat's unknowns, without what rounding leaves
+        at 0."""
         space, along = self._heat.space, np.zeros(len(self._heat.unknown.x.array))
         parts = [(space, np.arange(len(along)))]
         if self._specs.model.two_temperatures:
             parts = [fenicsx.collapse(space, part) for part in range(2)]
         for part, numbers in parts:
-            places = part.tabulate_dof_coordinates()[:, 0]
+            places = part.tabulate_dof_coordinates()[:, 0] - self._domain.begin
             along[numbers] = np.where(np.abs(places) < ROUNDING * self._domain.length, 0.0, places)
         return along
 
@@ -72,8 +73,8 @@ class Places:
         return ranks.extremes(self._domain.communicator, self._heat.unknown.x.array[self._numbers[place]])
 
     def extreme_places(self, place: str) -> tuple[float, float]:
-        """x[0] (m) of the coldest and of the hottest point of a place, the first along the flow of those that are no less so
-        than by `SAME_TEMPERATURE` (collective)."""
+        """Distance along x[0] (m) of the coldest and of the hottest point of a place, the first along the flow of those that are
+        no less so than by `SAME_TEMPERATURE` (collective)."""
         numbers, communicator = self._numbers[place], self._domain.communicator
         values, along = self._heat.unknown.x.array[numbers], self._along[numbers]
         first = [

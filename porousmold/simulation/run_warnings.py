@@ -224,8 +224,9 @@ def _of_the_beads_weight(simulation: Simulation) -> list[str]:
     temperature = specs.heat.inlet_temperature.values[-1]
     density = specs.laws.fluid.density(specs.flow.outlet_pressure, temperature)
     heavier = specs.laws.beads.density(temperature) - density
-    weight = (1.0 - specs.porosity.bulk_porosity) * heavier * -specs.flow.gravity * simulation.problem.domain.length
-    drop = max(history["pressure_drop"]) + density * specs.flow.gravity * simulation.problem.domain.length
+    lift = -specs.flow.gravity * float(simulation.problem.domain.from_inlet_to_outlet[0])
+    weight = (1.0 - specs.porosity.bulk_porosity) * heavier * lift
+    drop = max(history["pressure_drop"]) - density * lift
     if drop <= weight:
         return []
     return [

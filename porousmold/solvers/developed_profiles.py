@@ -16,10 +16,10 @@ STATIONS = 21
 REACH = 30.0
 """Factor of G above and below its middle that the table reaches."""
 POWERS = (0.6, 1.2, 1.8)
-"""Of G, about which the scaled speed, k and epsilon go: profiles are divided by them before they are interpolated, and follow
-them beyond the table. The powers of other unknowns are 1."""
+"""Of G, about which the scaled speed, k and epsilon go: profiles are divided by them before they are interpolated. The powers of
+other unknowns are 1."""
 STEEPEST = 4.0
-"""Slope d ln f/d ln G at most, where a profile passes through zero."""
+"""Slope d ln f/d ln G at most, where a profile passes through zero; beyond the table it is that at its end, and not below 0."""
 
 
 class ProfilesOfGradient(DevelopedFlow):
@@ -82,10 +82,10 @@ class ProfileTable:
         for number, spline in enumerate(self._splines):
             power = self._power(number)
             scaled, change = spline.ev(inside, place), spline.ev(inside, place, dx=1)
-            change = np.where(inside == logarithm, change, 0.0)
             slope = power + change / np.where(np.abs(scaled) > 0.0, scaled, 1.0)
-            value = scaled * np.exp(power * (logarithm - self.middle))
-            found.append((value, np.clip(slope, -STEEPEST, STEEPEST)))
+            slope = np.clip(slope, np.where(inside == logarithm, -STEEPEST, 0.0), STEEPEST)
+            value = scaled * np.exp(power * (inside - self.middle) + slope * (logarithm - inside))
+            found.append((value, slope))
         return found
 
     @staticmethod

@@ -40,6 +40,9 @@ FOLLOWED = 0.05
 """Of the flow's tolerance, that the pressure's update may be: what it leaves of the mass balance the heat misses."""
 UNRELAXED = 6
 """Iterations after which the profiles are relaxed."""
+PATIENT, CREEPING = 20, 1e-6
+"""Iterations after which an update of the pressure is small enough: the profile of a node where the fluid nearly stands may
+change on and on, and nothing else."""
 LINEAR_REDUCTION = 1e-8
 """Of the residual of iterated linear systems."""
 
@@ -178,7 +181,7 @@ class LocallyDevelopedFlow:
         def converged(update: float) -> bool:
             self.counts.newton_iterations += 1
             self.observe("")
-            return update < tolerance
+            return update < (max(tolerance, CREEPING) if self._iteration > PATIENT else tolerance)
 
         try:
             is_solved = self.system.solve(Iterations(MOST_ITERATIONS, converged, prepare))

@@ -11,8 +11,9 @@ from mpi4py import MPI
 
 from porousmold.errors import InputError
 from porousmold.mesh import domain as geometry
+from porousmold.mesh.distances import distance_to_facets
 from porousmold.mesh.domain import BED, INLET, INTERFACE, OUTLET, WALL, graded_coordinates
-from porousmold.mesh.from_gmsh import distance_to_facets, from_file, require_connection, require_place
+from porousmold.mesh.from_gmsh import from_file, require_connection, require_place
 from porousmold.mesh.gmsh_model import Conventions, PlainMesh
 from porousmold.simulation.checking import first_cell
 

@@ -7,7 +7,7 @@ import pytest
 from mpi4py import MPI
 
 from porousmold import InputError, Scene, run
-from porousmold.mesh.from_gmsh import _longest_chain
+from porousmold.mesh.wall_stations import longest_chain
 from porousmold.simulation.checking import check
 from porousmold.simulation.specs import specs_of
 
@@ -72,6 +72,17 @@ def test_a_mesh_that_begins_elsewhere_has_profiles_where_they_are_given(tmp_path
     for name in ("heat_stored", "heat_by_fluid", "heat_through_outer_wall", "outlet_temperature"):
         assert there.history[name] == pytest.approx(here.history[name], rel=1e-6, abs=1e-3)
     assert here.history["lowest_temperature"][0] == pytest.approx(298.15, abs=0.1)
+    assert there.history["coldest_place"] == pytest.approx(here.history["coldest_place"], abs=1e-6)
+
+
+def test_a_step_at_the_inlet_is_told_wherever_that_is(tmp_path):
+    settings = {"model.energy": "one-temperature", "model.flow": "developed", **SOON}
+    for begin in ("0", "2.5", "-0.5"):
+        moved = [(f"{{{x}, ", f"{{{begin} + {x}, ") for x in ("0", "length")]
+        mesh = mold_like(tmp_path / f"{begin}.geo", *COARSE, *moved)
+        problem = simulation_of(Scene.load(CURVED, settings | {"geometry.mesh": str(mesh)}), MPI.COMM_SELF).problem
+        problem.heat.unknown.interpolate(lambda x, begin=float(begin): 300.0 + 5.0 * (x[0] < begin + 1e-6) + x[0])
+        assert problem.places.step_at_the_inlet("bed") == pytest.approx(4.0), begin  # 5 K, less 1 K at 1 m
 
 
 @pytest.mark.parametrize("refine", [False, True])
@@ -239,13 +250,62 @@ def test_what_counts_along_the_flow_is_refused_in_a_mesh_that_lies_otherwise(tmp
             simulation_of(upright(tmp_path, {key: value}), MPI.COMM_SELF)
 
 
+SLOTTED = """
+Point(1) = {{0, 0, 0}}; Point(2) = {{0.3, 0, 0}}; Point(3) = {{0.3, 0.025, 0}}; Point(4) = {{0, 0.025, 0}};
+Point(5) = {{{beside}, {height}, 0}}; Point(6) = {{{covered}, 0.025, 0}};
+Line(1) = {{1, 2}}; Line(2) = {{2, {first}}}; Line(3) = {{{first}, 3}};
+Line(4) = {{3, 6}}; Line(5) = {{6, 4}}; Line(6) = {{4, 1}};
+Curve Loop(1) = {{1:6}}; Plane Surface(1) = {{1}};
+Transfinite Curve {{1}} = 13; Transfinite Curve {{4}} = 5; Transfinite Curve {{5}} = 9;
+Transfinite Curve {{2}} = 9; Transfinite Curve {{3}} = 3; Transfinite Curve {{6}} = 11;
+Transfinite Surface {{1}} = {{1, 2, 3, 4}}; Recombine Surface {{1}};
+Physical Surface("bed") = {{1}};
+Physical Curve("{whole}") = {{6}}; Physical Curve("{slot}") = {{3}};
+Physical Curve("symmetry") = {{1}}; Physical Curve("interface") = {{{interface}}};
+"""
+"""Half of a bed of 0.3 m x 50 mm with an opening of 5 mm at the wall at one end."""
+
+
+def slotted(path, *, slot, interface="4, 5"):
+    """That mesh with the `slot` as inlet or outlet, its interface of these curves: "5" ends at 0.2 m."""
+    numbers = {"beside": 0.3, "height": 0.02, "covered": 0.2, "first": 5, "interface": interface}
+    path.write_text(SLOTTED.format(slot=slot, whole="outlet" if slot == "inlet" else "inlet", **numbers))
+    return {**OF_A_MESH, "geometry.mesh": str(path), "geometry.symmetry": "planar"}
+
+
+def test_developed_flow_has_the_profiles_of_the_bed_beside_a_port_at_the_wall(tmp_path):
+    """The same flow to and from it: of a port within a bead of the wall the whole bed had the profiles there, 27 % too fast."""
+    changes = {"bed.bead_diameter": "8 mm", "bed.allow_small_ratio": True, "model.closures": "measured"}
+    flows = []
+    for slot in ("inlet", "outlet"):
+        mesh = slotted(tmp_path / f"{slot}.geo", slot=slot)
+        mesh |= {"model.flow": "developed", "model.turbulence": "none", "operation.pressure_drop": "1 kPa", **changes}
+        problem = simulation_of(coarse_scene(mesh), MPI.COMM_SELF).problem
+        problem.flow.start()
+        flows.append(problem.balances.mass_flow)
+    assert flows[0] == pytest.approx(flows[1], rel=0.01)
+
+
+def test_the_column_beside_an_upright_bed_is_as_high_as_that(tmp_path):
+    """Not only as its wall: cold air flows as in a lying one, where a wall is beside two thirds of the bed."""
+    blower = {"operation.blower_pressure": "20 Pa", "operation.blower_flow": "0.02 m^3/s", "geometry.parts": 2}
+    blower |= {"operation.heater_power": "2 kW", "operation.pressure_drop": None, "model.flow": "developed"}
+    blower |= {"model.turbulence": "none", "operation.inlet_temperature": "90 degC"}
+    mesh = slotted(tmp_path / "short.geo", slot="outlet", interface="5")
+    flows = []
+    for gravity in (0.0, -9.81):
+        settings = {**mesh, **blower, "operation.gravity": gravity, "operation.end_time": 1e-3}
+        flows.append(run(coarse_scene(settings), communicator=MPI.COMM_SELF).summary["mass_flow_initial"])
+    assert flows[0] == pytest.approx(flows[1], rel=1e-3)
+
+
 def test_of_two_walls_the_longer_one_tells_length_and_stations():
     """Not a way to and fro between them: 0.4 m for a bed between walls of 0.4 and 0.3 m."""
     lower = [[[0.1 * n, 0.0], [0.1 * (n + 1), 0.0]] for n in (2, 0, 3, 1)]
     upper = [[[0.1 * n, 0.06], [0.1 * (n + 1), 0.06]] for n in range(3)]
-    chain = _longest_chain(np.array(lower + upper), np.array([0.0, 0.03]))
+    chain = longest_chain(np.array(lower + upper), np.array([0.0, 0.03]))
     assert chain == pytest.approx(np.array([[0.1 * n, 0.0] for n in range(5)]))
-    assert _longest_chain(np.array(lower), np.array([0.4, 0.0]))[0] == pytest.approx([0.4, 0.0])
+    assert longest_chain(np.array(lower), np.array([0.4, 0.0]))[0] == pytest.approx([0.4, 0.0])
 
 
 def test_a_rarefied_gas_is_warned_of():

@@ -39,6 +39,11 @@ def test_profiles_from_laminar_to_turbulent_are_found_at_once(gradient, bead_dia
     speeds, slopes = table.at(np.full(25, 1e-3 * half_height), logarithms)[0]
     assert np.all(np.diff(speeds) > 0.0)
     assert np.all((slopes > 0.4) & (slopes < 1.02))
+    for end in table._ends[:2]:  # slopes that change at once let iterations go to and fro between them
+        beside = end + np.array([-1e-6, 1e-6])
+        values, slopes = table.at(np.full(2, 1e-3 * half_height), beside)[0]
+        assert slopes[0] == pytest.approx(slopes[1], abs=1e-4)
+        assert np.diff(np.log(values)) == pytest.approx(slopes[:1] * 2e-6, rel=1e-3)
 
 
 def test_a_bed_of_a_millimetre_has_the_flow_of_a_larger_one():

@@ -27,7 +27,7 @@ class Cells(Feature):
     growth: float = key(
         "solver.cell_growth",
         "",
-        "largest growth ratio of cells across the bed; its root within a bead diameter of the wall",
+        "largest growth ratio of cells across the bed; its root within 1.5 bead diameters of the wall",
         1.33,
         low=1.001,
         high=3.0,
