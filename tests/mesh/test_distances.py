@@ -29,7 +29,7 @@ def test_the_nearest_place_on_a_quadrilateral_that_is_not_plane_is_on_its_sides(
 
 
 def test_a_line_meets_the_facets_that_lie_across_it():
-    facets = np.concatenate([SQUARE, [*SQUARE, 0.0, 0, 2], [*SQUARE, 3.0, 0, 1]])
+    facets = np.concatenate([SQUARE + np.array(shift) for shift in ([0.0, 0, 0], [0.0, 0, 2], [3.0, 0, 1])])
     found = np.unique(np.round(along_line_to(np.array([0.5, 0.5, 0.5]), np.array([0.0, 0, 1]), facets), 12))
     assert found == pytest.approx([-0.5, 1.5])
     assert not len(along_line_to(np.array([-1.0, 0.5, 0.0]), np.array([1.0, 0, 0]), SQUARE)), "it runs along this one"

@@ -42,14 +42,14 @@ def test_full_return_without_losses_heats_bed_and_wall_alone():
 
 
 def test_a_loop_with_everything_balances():
-    result = summary_of({**BLOWER, **LOOP})
+    result = summary_of({**BLOWER, **LOOP, "solver.step_refinement": 2.0})
     energy = result.summary["energy"]
     assert abs(energy["loop_imbalance"]) < 1e-4 and abs(result.summary["energy_imbalance"]) < 1e-4
     lost = energy["exhaust"] + energy["return_duct"]
     assert energy["spent"] == pytest.approx(energy["wall"] + energy["beads"] + lost, rel=2e-3)
     # the powers' history gives the same as the stages
     time, power = (np.array(result[name]) for name in ("time", "heater_power"))
-    assert trapezoid(power, time) == pytest.approx(energy["heater"], rel=0.02)
+    assert trapezoid(power, time) == pytest.approx(energy["heater"], rel=0.01)
     assert np.max(power) == pytest.approx(3000.0)
     inlet = np.array(result["inlet_temperature"])
     assert inlet[0] < 350.0 and np.max(inlet) == inlet[-1] == pytest.approx(363.15)
