@@ -1,16 +1,19 @@
 """What a run says of itself where its numbers mean less, or other, than one would think."""
 
 import json
+import re
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from mpi4py import MPI
+from scipy.integrate import trapezoid
 
 from porousmold import InputError, Scene, run
 from porousmold.errors import SolveError
 from porousmold.simulation.checking import check
 from porousmold.simulation.run_warnings import _of_the_openings
+from porousmold.simulation.specs import specs_of
 
 from ..support import ALUMINIUM, RESIN, STUDIES, coarse_scene
 
@@ -176,6 +179,54 @@ def test_the_spread_at_the_end_is_that_when_the_wall_is_heated():
         assert spreads[-1] > last
         assert spreads[-1] <= 2.0 * (1.0 + 1e-3)  # as the wall is within 2 K of the inlet's temperature
     assert spreads[0] == pytest.approx(spreads[1], rel=0.01)
+
+
+STORE_OF_OIL = {
+    "geometry": {"kind": "pipe", "length": 1.0, "diameter": "1 m"},
+    "bed": {"bead_diameter": "15 mm", "bead_material": "quartzite", "porosity_model": "constant", "bulk_porosity": 0.4},
+    "fluid": {"material": "therminol_vp1"},
+    "operation": {
+        "initial_temperature": "100 degC",
+        "inlet_temperature": "350 degC",
+        "mass_flow": "30 kg/s",
+        "outlet_pressure": "15 bar",
+        "end_time": "20 min",
+    },
+    "model": {"flow": "plug", "turbulence": "none", "wall": "insulated"},
+    "output": {"pictures": False},
+}
+
+
+def test_what_a_liquid_displaces_as_it_expands_is_told():
+    """The heat that is stored counts what the hot fluid has displaced: too high by what the run says."""
+    scene = Scene(STORE_OF_OIL)
+    result = run(scene, communicator=MPI.COMM_SELF)
+    (told,) = [text for text in result.summary["warnings"] if "density changes" in text]
+    fluid, beads = specs_of(scene).laws.fluid, specs_of(scene).laws.beads
+    cold, hot, volume = 373.15, 623.15, 0.25 * np.pi
+    temperature = np.linspace(cold, hot, 401)
+    in_fluid = 0.4 * fluid.density(15e5, hot) * trapezoid(fluid.heat_capacity(temperature), temperature)
+    in_beads = 0.6 * trapezoid(beads.density(temperature) * beads.heat_capacity(temperature), temperature)
+    off = result.summary["heat_stored"] / (volume * (in_fluid + in_beads)) - 1.0
+    assert off == pytest.approx(float(re.search(r"by up to ([\d.]+)%", told)[1]) / 100, rel=0.1)
+    few = scene.changed({"operation.inlet_temperature": "110 degC"})
+    assert not any("density changes" in text for text in check(few, MPI.COMM_SELF).warnings)
+    assert not any("density changes" in text for text in check(coarse_scene(), MPI.COMM_SELF).warnings)
+
+
+def test_friction_that_would_heat_a_liquid_is_told():
+    drive = {
+        "operation.mass_flow": None,
+        "operation.pressure_drop": "10 bar",
+        "operation.inlet_temperature": "110 degC",
+    }
+    scene = Scene(STORE_OF_OIL).changed({"bed.bead_diameter": "1 mm", **drive})
+    (told,) = [text for text in check(scene, MPI.COMM_SELF).warnings if "friction" in text]
+    fluid = specs_of(scene).laws.fluid
+    rise = 10e5 / float(fluid.density(15e5, 383.15) * fluid.heat_capacity(383.15))
+    assert f"up to {rise:.2g} K" in told
+    weak = scene.changed({"operation.pressure_drop": "0.5 bar"})
+    assert not any("friction" in text for text in check(weak, MPI.COMM_SELF).warnings)
 
 
 def test_a_porosity_beside_its_profile_is_refused():
