@@ -23,6 +23,7 @@ def spent_of(simulation: Simulation) -> dict[str, float | None]:
         outlet_pressure=specs.flow.outlet_pressure,
         initial_temperature=specs.heat.initial_temperature,
         end=recorder.answered_at if problem.air_loop is None else recorder.ended_at,
+        jumps=() if specs.course is None else specs.course.ends,
     )
     if problem.air_loop is not None:
         spent |= _spent_by_the_supply(simulation, spent["pumping_work"])

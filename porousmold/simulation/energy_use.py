@@ -21,10 +21,12 @@ def energy_use(
     outlet_pressure: float,
     initial_temperature: float,
     end: float | None = None,
+    jumps: Sequence[float] = (),
 ) -> dict[str, float]:
     """{"fluid_heat": J, "pumping_work": J, "energy_spent": J of both, "mean_power": W} of a run up to a time `end` (s), or all.
 
-    history: columns time (s), mass_flow (kg/s), pressure_drop (Pa), inlet_temperature (K). The trapezoidal rule over the steps.
+    history: columns time (s), mass_flow (kg/s), pressure_drop (Pa), inlet_temperature (K). The trapezoidal rule over the steps;
+    in a step from one of the `jumps` (s), where a phase ends and what is given changes at once, the rate at its end.
     """
     time, mass_flow, pressure_drop, inlet = (
         np.array(history[name]) for name in ("time", "mass_flow", "pressure_drop", "inlet_temperature")
@@ -33,11 +35,12 @@ def energy_use(
     density = fluid.density(outlet_pressure + np.abs(pressure_drop), inlet)
     heat_rate = np.abs(mass_flow) * np.abs(enthalpy(inlet) - enthalpy(initial_temperature))
     until = time[-1] if end is None else end
+    after_jump = np.isin(np.append(time[:1], time[:-1]), jumps)
 
     def integral(rate: Floats) -> float:
         # the trapezoidal rule by hand: every run would import scipy.integrate for it alone
         steps = np.diff(time, prepend=time[0])
-        middles = 0.5 * (rate + np.append(rate[:1], rate[:-1]))
+        middles = 0.5 * (rate + np.where(after_jump, rate, np.append(rate[:1], rate[:-1])))
         return float(np.interp(until, time, np.cumsum(steps * middles)))
 
     heat, work = integral(heat_rate), integral(mass_flow * pressure_drop / density)

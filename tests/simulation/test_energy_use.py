@@ -30,6 +30,18 @@ def test_heat_and_work_are_the_integrals_up_to_the_heating_time():
     assert whole["fluid_heat"] == pytest.approx((0.1 * 60.0 + 0.005 * 60.0**2) * 4000.0 * 10.0)
 
 
+def test_a_step_from_where_a_phase_ends_has_the_rate_of_the_new_one():
+    history = {
+        "time": np.array([0.0, 100.0, 110.0, 200.0]),
+        "mass_flow": np.array([0.0, 0.0, 1.0, 1.0]),  # at rest, then 1 kg/s
+        "pressure_drop": np.array([0.0, 0.0, 5e3, 5e3]),
+        "inlet_temperature": np.full(4, 308.15),
+    }
+    used = energy_use(history, FLUID, **START, jumps=[100.0])
+    assert used["fluid_heat"] == pytest.approx(100.0 * 4000.0 * 10.0)
+    assert used["pumping_work"] == pytest.approx(100.0 * 5e3 / 1000.0)
+
+
 def test_cooling_costs_the_cold():
     history = {
         "time": [0.0, 1.0],
