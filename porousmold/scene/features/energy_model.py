@@ -44,7 +44,7 @@ class EnergyModel(Feature):
     exchange_factor: float = key(
         "model.exchange_factor",
         "",
-        "factor on the heat exchange between fluid and beads",
+        "factor on the coefficient of heat exchange between fluid and beads; what model.bead_modes resists inside stays",
         1.0,
         low=0.0,
         high=1e6,
