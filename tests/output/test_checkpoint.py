@@ -192,7 +192,7 @@ def test_on_another_number_of_ranks_after_kills(tmp_path):
     inlet = tmp_path / "inlet.csv"
     inlet.write_text("time [s], temperature [degC]\n0, 25\n60, 90\n300, 60\n360, 90\n")
     changes = COARSE | {"operation.heating_margin": "40 K", "output.checkpoint_interval": 0, "output.pictures": False,
-                        "operation.inlet_temperature": str(inlet), "solver.step_tolerance": 0.03,
+                        "operation.inlet_temperature": str(inlet), "solver.step_tolerance": 0.01,
                         "model.bead_modes": 1, "model.turbulence": "none"}  # fmt: skip
     scene = Scene.load(ALUMINIUM, changes)
     whole = run(scene, communicator=MPI.COMM_SELF)
