@@ -205,8 +205,10 @@ def joined(mesh: gmsh_model.PlainMesh) -> gmsh_model.PlainMesh:
 
 
 def surface_of(mesh: gmsh_model.PlainMesh) -> Surface:
-    """Of the bed in three dimensions."""
+    """Of the bed in three dimensions. Raises `ValueError` for an interface elsewhere."""
     cells = mesh.cells[BED]
+    if not np.isin(mesh.facets[INTERFACE], cells).all():
+        raise ValueError("its interface must lie beside the bed")
     sides = gmsh_model.sides_of(cells, 3)
     single = gmsh_model.lone(sides)
     behind = mesh.points[cells[single // (len(sides) // len(cells))]].mean(axis=1)

@@ -21,7 +21,7 @@ from .distances import (
     nearest_on_facets,
     unit_normals,
 )
-from .domain import INLET, INTERFACE, OUTER, SIDE, SYMMETRY, Stations
+from .domain import INLET, INTERFACE, OUTER, OUTLET, SIDE, SYMMETRY, Stations
 
 Facets = Mapping[int, Floats]
 """Corners (facets, corners, coordinates) of the boundary's parts, by tag, in m."""
@@ -44,16 +44,18 @@ class Surface:
     behind: Floats
     of_wall: Booleans
 
-    def inwards(self, place: Floats, rounding: float) -> Floats:
-        """Unit normal into the bed at a place on its surface: the mean of those of the facets there that are nearly alike, along
-        planes that bound the bed there, too."""
+    def inwards(self, place: Floats, rounding: float) -> Floats | None:
+        """Unit normal into the bed at a place on its wall: the mean of those of the facets there that are nearly alike, along
+        other planes that bound the bed there, too; None of a wall within the bed."""
         at_place = np.flatnonzero(distances_from(place, self.corners) <= rounding)
+        if not self.of_wall[at_place].any():
+            return None
         middles = self.corners[at_place].mean(axis=1)
         normals = unit_normals(self.corners[at_place])
         normals *= np.sign(np.einsum("nk,nk->n", normals, self.behind[at_place] - middles))[:, None]
         alike = normals @ normals[np.argmax(self.of_wall[at_place])] > ACROSS
         mean = normals[alike].mean(axis=0)
-        for plane in normals[~alike]:
+        for plane in normals[~alike & ~self.of_wall[at_place]]:
             mean = mean - (plane @ mean) * plane
         return np.asarray(mean / np.linalg.norm(mean))
 
@@ -80,7 +82,11 @@ def longest_chain(segments: Floats, inlet: Floats) -> Floats:
     graph = coo_matrix((np.ones(len(pairs)), tuple(pairs.T)), shape=(len(nodes), len(nodes)))
     part = connected_components(graph, directed=False)[1]
     lengths = np.linalg.norm(nodes[pairs[:, 0]] - nodes[pairs[:, 1]], axis=1)
-    longest = np.argmax(np.bincount(part[pairs[:, 0]], weights=lengths))
+    along = np.bincount(part[pairs[:, 0]], weights=lengths)
+    heights = np.bincount(part, weights=nodes[:, 1]) / np.bincount(part)
+    longest = np.argmax(
+        np.where(along >= (1.0 - ROUNDING) * along.max(), heights, -np.inf)
+    )  # of two alike the upper one
     neighbours: dict[int, list[int]] = {}
     for first, last in pairs[part[pairs[:, 0]] == longest].tolist():
         neighbours.setdefault(first, []).append(last)
@@ -95,22 +101,29 @@ def longest_chain(segments: Floats, inlet: Floats) -> Floats:
 
 
 def stations_along_surface(facets: Facets, bed: Surface) -> tuple[float, Stations]:
-    """Extent (m) of an interface in three dimensions along x[0], and its stations, given the surface of the bed: where the
-    interface is nearest to the bed's middle plane, which is at the lowest x[2] of `side` or, without that, half-way across; of
-    two walls there on the upper one."""
+    """Extent (m) of an interface in three dimensions along x[0], and its stations from the inlet's end, given the surface of the
+    bed: where the interface is nearest to the plane `side` or, without that, half-way across x[2]; of two walls there on the
+    upper one."""
     nodes = facets[INTERFACE].reshape(-1, 3)
     low, high = nodes.min(axis=0), nodes.max(axis=0)
     rounding = ROUNDING * float((high - low).max())
-    middle = low[2] if SIDE in facets else 0.5 * (low[2] + high[2])
+    middle = 0.5 * (low[2] + high[2])
+    if SIDE in facets:
+        side = facets[SIDE].reshape(-1, 3)[:, 2].mean()
+        middle = low[2] if side <= middle + rounding else high[2]
+    ends = low[0], high[0]
+    if facets[OUTLET].reshape(-1, 3)[:, 0].mean() < facets[INLET].reshape(-1, 3)[:, 0].mean():
+        ends = high[0], low[0]
 
     def stations(fraction: float) -> dict[str, tuple[float, ...]]:
-        place = np.clip(low[0] + fraction * (high[0] - low[0]), low[0] + rounding, high[0] - rounding)
+        place = ends[0] + fraction * (ends[1] - ends[0]) + NEAREST * (high[0] - low[0])  # beside the corner of a step
+        place = np.clip(place, low[0] + rounding, high[0] - rounding)
         bed_side = _point_at(facets[INTERFACE], float(place), float(middle), rounding)
         named = {"bed_side": tuple(bed_side)}
         if OUTER in facets:
             named["outer"] = tuple(nearest_on_facets(bed_side, facets[OUTER]))
-        if SYMMETRY in facets:
-            inwards = bed.inwards(bed_side, rounding)
+        inwards = bed.inwards(bed_side, 10.0 * rounding)
+        if inwards is not None:
             named["centre"] = tuple(bed_side + _depth(bed_side, inwards, bed, facets[INTERFACE]) * inwards)
         return named
 
@@ -118,7 +131,11 @@ def stations_along_surface(facets: Facets, bed: Surface) -> tuple[float, Station
 
 
 def _point_at(facets: Floats, place: float, middle: float, rounding: float) -> Floats:
-    """The point at x[0] = `place` that is nearest to x[2] = `middle`; the uppermost of several."""
+    """The point at x[0] = `place`, or where facets are nearest to that, that is nearest to x[2] = `middle`; the uppermost of
+    several."""
+    begins, ends_at = facets[:, :, 0].min(axis=1), facets[:, :, 0].max(axis=1)
+    nearest_facet = np.argmin(np.maximum(begins - place, place - ends_at) + np.where(ends_at > begins, 0.0, np.inf))
+    place = float(np.clip(place, begins[nearest_facet] + rounding, ends_at[nearest_facet] - rounding))
     ahead = facets[:, :, 0] > place
     crossed = ahead.any(axis=1) & ~ahead.all(axis=1)
     facets, ahead = facets[crossed], ahead[crossed]
@@ -135,12 +152,13 @@ def _point_at(facets: Floats, place: float, middle: float, rounding: float) -> F
 
 
 def _depth(wall: Floats, inwards: Floats, bed: Surface, interface: Floats) -> float:
-    """How far (m) the middle of the bed is from a point of the wall along its normal: there that is farthest from the wall; 0
-    where it does not lead into the bed."""
+    """How far (m) the middle of the bed is from a point of the wall along its normal: there that is farthest from the wall, the
+    last of several; 0 where it does not lead into the bed."""
     met = along_line_to(wall, inwards, bed.corners)
     extent = float(np.ptp(interface.reshape(-1, 3), axis=0).max())
     end = float(np.min(met, where=met > NEAREST * extent, initial=np.inf))
     if not np.isfinite(end):
         return 0.0
     depths = end * np.arange(1, STEPS_INWARDS + 1) / STEPS_INWARDS
-    return float(depths[np.argmax(distance_to_facets(wall + depths[:, None] * inwards, interface))])
+    nearest = distance_to_facets(wall + depths[:, None] * inwards, interface)
+    return float(depths[np.flatnonzero(nearest >= (1.0 - NEAREST) * nearest.max())[-1]])

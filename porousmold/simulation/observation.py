@@ -40,6 +40,9 @@ def profile_near_wall(problem: Problem, fraction: float = 0.5, points: int = 120
         probe = PointProbe(problem.domain, line)
     except ValueError:  # the straight line leaves a mesh that is not convex; on every rank alike
         return None
+    depths = fem.Function(fenicsx.lagrange_space(problem.domain.mesh))
+    depths.x.array[:] = nodal_values(problem.domain.wall_distance, depths.function_space).clip(min=0.0)
+    distance = probe(depths)[:, 0]  # the line is not along the normal of a curved wall
     fields = problem.flow.fields()
     temperature, beads = (probe(function)[:, 0] for function in (problem.temperature, problem.bead_temperature))
     specs, laws = problem.specs, problem.specs.laws

@@ -28,14 +28,17 @@ class Places:
         self._along = self._places_along_the_flow()
 
     def _places_along_the_flow(self) -> Floats:
-        """Distance along x[0] from the bed's begin (m) of every temperature of the heat's unknowns, without what rounding leaves
-        at 0."""
+        """Distance along x[0] from the inlet's end of the bed (m) of every temperature of the heat's unknowns, without what
+        rounding leaves at 0."""
         space, along = self._heat.space, np.zeros(len(self._heat.unknown.x.array))
+        begin, end = self._domain.ends
+        runs_back = self._domain.from_inlet_to_outlet[0] < 0.0
         parts = [(space, np.arange(len(along)))]
         if self._specs.model.two_temperatures:
             parts = [fenicsx.collapse(space, part) for part in range(2)]
         for part, numbers in parts:
-            places = part.tabulate_dof_coordinates()[:, 0] - self._domain.begin
+            places = part.tabulate_dof_coordinates()[:, 0]
+            places = end - places if runs_back else places - begin
             along[numbers] = np.where(np.abs(places) < ROUNDING * self._domain.length, 0.0, places)
         return along
 

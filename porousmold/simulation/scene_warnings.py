@@ -21,6 +21,7 @@ from ..scene.series import ProfileSeries
 from ..scene.start import Profile
 from .estimates import Estimates, flow_change
 from .specs import Specs
+from .step_rules import given_bounds, is_open
 
 HIGHEST_BIOT_NUMBER = 0.1
 LATEST_BEGIN = 0.05
@@ -168,8 +169,7 @@ def _of_expansion(scene: Scene, specs: Specs, estimates: Estimates) -> list[str]
     """Whether the mass counts that a change of density displaces: the quasi-steady flow is the same along the bed, and the fluid
     stores phi int rho C_f dT, where phi rho (h - h_0) stays, rho that of the fluid that came."""
     fluid, beads, pressure = specs.laws.fluid, specs.laws.beads, specs.flow.outlet_pressure
-    given = *specs.heat.first_temperatures, *specs.heat.inlet_temperature.range
-    low, high = min(given), max(given)
+    low, high = given_bounds(specs.heat)
     if scene.model.flow_update == "transient" or not estimates.flows:
         return []
     between, phi = np.linspace(low, high, 41), specs.porosity.bulk_porosity
@@ -190,16 +190,16 @@ def _of_expansion(scene: Scene, specs: Specs, estimates: Estimates) -> list[str]
 def _of_friction(specs: Specs, estimates: Estimates, size: BedSize) -> list[str]:
     """Whether friction in a liquid, which is left out, heats it; in a gas that expands it does not."""
     fluid, heat = specs.laws.fluid, specs.heat
-    given = *heat.first_temperatures, *heat.inlet_temperature.range
-    if fluid.density.compressible or not estimates.flows:
+    low, high = given_bounds(heat)
+    if fluid.density.compressible or not estimates.flows or any(is_open(heat)):
         return []
     temperature, drop = heat.inlet_temperature.range[1], estimates.pressure_gradient * size.length
     rise = drop / float(fluid.density(specs.flow.outlet_pressure, temperature) * fluid.heat_capacity(temperature))
-    if rise <= LARGEST_FRICTION * max(max(given) - min(given), 1e-6):
+    if rise <= LARGEST_FRICTION * (high - low):
         return []
     return [
         f"friction, which is left out, heats the fluid by up to {rise:.2g} K along a pressure drop of {drop / 1e5:.2g} bar, all "
-        f"differences of temperature are {max(given) - min(given):.3g} K"
+        f"differences of temperature are {high - low:.3g} K"
     ]
 
 

@@ -30,6 +30,7 @@ class LocalProfiles:
         fields = tuple(NodalProfile(fem.Function(space), fem.Function(space)) for _ in range(count))
         self.nodal = NodalProfiles(fem.Function(space), fields)
         self._distance = np.maximum(nodal_values(domain.wall_distance, space), 0.0)
+        self._farthest = ranks.largest_magnitude(domain.communicator, self._distance)
         self._logarithm_form: DeferredForm | None = None
 
     def follow(self, logarithm: Value) -> None:
@@ -67,7 +68,7 @@ class LocalProfiles:
         self.table.cover(mean)
         if uniform:
             logarithm.x.array[:] = mean
-        distance = np.full_like(self._distance, np.max(self._distance)) if uniform else self._distance
+        distance = np.full_like(self._distance, self._farthest) if uniform else self._distance
         for number, ((values, slopes), field) in enumerate(
             zip(self.table.at(distance, logarithm.x.array), self.nodal.fields, strict=True)
         ):

@@ -34,13 +34,13 @@ from .state import ArrayOf, Arrays, Saved, State
 
 PRESSURE_LOST = 1e-6
 """Part of the reference pressure that the reference flow loses at inlet and outlet."""
-CONVERGED, MOST_ITERATIONS = 1e-9, 40
+CONVERGED, MOST_ITERATIONS = 1e-9, 100
 """Relative update of the pressure at which a flow that starts is found."""
 FOLLOWED = 0.05
 """Of the flow's tolerance, that the pressure's update may be: what it leaves of the mass balance the heat misses."""
 UNRELAXED = 6
 """Iterations after which the profiles are relaxed."""
-PATIENT, CREEPING = 20, 1e-6
+PATIENT, CREEPING = 80, 1e-6
 """Iterations after which an update of the pressure is small enough: the profile of a node where the fluid nearly stands may
 change on and on, and nothing else."""
 LINEAR_REDUCTION = 1e-8

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from porousmold.mesh.domain import INLET, INTERFACE, OUTER, SIDE, SYMMETRY
+from porousmold import InputError
+from porousmold.mesh.domain import INLET, INTERFACE, OUTER, OUTLET, SIDE, SYMMETRY
 from porousmold.mesh.from_gmsh import from_file, surface_of
 from porousmold.mesh.gmsh_model import PlainMesh, lone, sides_of
 from porousmold.mesh.wall_stations import stations_along_curve, stations_along_surface
@@ -12,6 +13,8 @@ from porousmold.mesh.wall_stations import stations_along_curve, stations_along_s
 from ..support import MESHES
 
 LENGTH, HEIGHT, WIDTH = 0.5, 0.03, 0.1
+AWAY = 2e-6 * LENGTH
+"""m, by which stations are beside the place that is asked for, where a corner might be."""
 
 
 def box(turned=None, uneven=0.0):
@@ -29,7 +32,7 @@ def box(turned=None, uneven=0.0):
     def at(axis, value):
         return outside[(np.abs(points[outside][:, :, axis] - value) < 1e-12).all(axis=1)]
 
-    planes = {INLET: at(0, 0.0), SYMMETRY: at(1, 0.0), SIDE: at(2, 0.0)}
+    planes = {INLET: at(0, 0.0), OUTLET: at(0, LENGTH), SYMMETRY: at(1, 0.0), SIDE: at(2, 0.0)}
     top = number[:, -1].ravel()
     planes[INTERFACE] = outside[np.isin(outside, top).all(axis=1)]
     points = points if turned is None else points @ np.asarray(turned).T
@@ -51,8 +54,8 @@ def test_a_station_is_between_nodes_where_it_is_asked_for(turned, fraction):
     axes = np.eye(3) if turned is None else np.asarray(turned)
     wall, centre = (np.array(found[name]) @ axes for name in ("bed_side", "centre"))
     assert length == pytest.approx(LENGTH)
-    assert wall[:2] == pytest.approx([fraction * LENGTH, HEIGHT], abs=1e-8)
-    assert centre == pytest.approx([wall[0], 0.0, wall[2]], abs=1e-8)
+    assert wall[:2] == pytest.approx([fraction * LENGTH, HEIGHT], abs=AWAY)
+    assert centre == pytest.approx([wall[0], 0.0, wall[2]], abs=AWAY)
 
 
 def test_the_centre_beside_a_curved_wall_is_along_its_normal():
@@ -60,8 +63,8 @@ def test_the_centre_beside_a_curved_wall_is_along_its_normal():
     found = stations_along_surface(facets, surface)[1](0.2)
     wall, centre = np.array(found["bed_side"]), np.array(found["centre"])
     slope = 0.5 * HEIGHT * np.sin(np.pi / 4) / (LENGTH / 4)
-    assert wall[1] == pytest.approx(HEIGHT * (1.0 + 0.5 * np.sin(np.pi / 4) * 0.8))
-    assert centre == pytest.approx([wall[0] + slope * wall[1], 0.0, 0.0], abs=1e-9)
+    assert wall[1] == pytest.approx(HEIGHT * (1.0 + 0.5 * np.sin(np.pi / 4) * 0.8), abs=AWAY)
+    assert centre == pytest.approx([wall[0] + slope * wall[1], 0.0, 0.0], abs=AWAY)
 
 
 def test_the_centre_of_a_pipe_is_on_its_axis():
@@ -94,3 +97,28 @@ def test_places_beside_the_wall_of_a_plane_mesh_lie_between_nodes():
     assert found["bed_side"] == pytest.approx((0.05, 0.03))
     assert found["outer"] == pytest.approx((0.05, 0.033))
     assert found["centre"] == pytest.approx((0.05, 0.0))
+
+
+def test_stations_count_from_the_inlet():
+    """Also of a bed that runs against x, and at the side that is a plane of symmetry, be it the lower or the upper one."""
+    for turned in (np.diag([-1.0, 1, 1]), np.diag([1.0, 1, -1])):
+        facets, surface = box(turned)
+        found = {name: np.array(place) for name, place in stations_along_surface(facets, surface)[1](0.25).items()}
+        assert found["bed_side"] @ turned == pytest.approx([0.25 * LENGTH, HEIGHT, 0.0], abs=AWAY)
+        assert found["centre"] @ turned == pytest.approx([0.25 * LENGTH, 0.0, 0.0], abs=AWAY)
+
+
+def test_a_wall_with_a_gap_has_its_stations_beside_that():
+    facets, surface = box()
+    kept = np.abs(facets[INTERFACE][:, :, 0].mean(axis=1) - 0.375 * LENGTH) > 0.1 * LENGTH
+    gap = facets | {INTERFACE: facets[INTERFACE][kept]}
+    found = stations_along_surface(gap, surface)[1](0.4)
+    assert found["bed_side"][0] in (pytest.approx(0.25 * LENGTH, abs=AWAY), pytest.approx(0.5 * LENGTH, abs=AWAY))
+
+
+def test_an_interface_beside_no_bed_is_refused(tmp_path):
+    mesh = (MESHES / "bent_pipe.geo").read_text()
+    mesh = mesh.replace('Physical Surface("interface") = {5, 6};', 'Physical Surface("interface") = {10, 11};')
+    (tmp_path / "wrong.geo").write_text(mesh.replace('Physical Surface("outer") = {10, 11};', ""))
+    with pytest.raises(InputError, match="interface must lie beside the bed"):
+        from_file(MPI.COMM_SELF, tmp_path / "wrong.geo", dimension=3)
