@@ -30,7 +30,8 @@ ROUNDING = 1e-9
 ACROSS = 0.7
 """Cosine of the angle to a facet's normal below which another one's is that of another surface."""
 NEAREST = 1e-6
-"""Of the extent of the wall, that a line into the bed is long at least."""
+"""Of the extent of the wall: how long a line into the bed is at least, how far a station is beside the place that is asked for
+(which may be that of a corner), and within which distances from the wall count as equal."""
 STEPS_INWARDS = 128
 """In which a wall's normal is followed into the bed."""
 
@@ -133,9 +134,9 @@ def stations_along_surface(facets: Facets, bed: Surface) -> tuple[float, Station
 def _point_at(facets: Floats, place: float, middle: float, rounding: float) -> Floats:
     """The point at x[0] = `place`, or where facets are nearest to that, that is nearest to x[2] = `middle`; the uppermost of
     several."""
-    begins, ends_at = facets[:, :, 0].min(axis=1), facets[:, :, 0].max(axis=1)
-    nearest_facet = np.argmin(np.maximum(begins - place, place - ends_at) + np.where(ends_at > begins, 0.0, np.inf))
-    place = float(np.clip(place, begins[nearest_facet] + rounding, ends_at[nearest_facet] - rounding))
+    starts, stops = facets[:, :, 0].min(axis=1), facets[:, :, 0].max(axis=1)
+    nearest_facet = np.argmin(np.maximum(starts - place, place - stops) + np.where(stops > starts, 0.0, np.inf))
+    place = float(np.clip(place, starts[nearest_facet] + rounding, stops[nearest_facet] - rounding))
     ahead = facets[:, :, 0] > place
     crossed = ahead.any(axis=1) & ~ahead.all(axis=1)
     facets, ahead = facets[crossed], ahead[crossed]
