@@ -46,6 +46,20 @@ def test_profiles_from_laminar_to_turbulent_are_found_at_once(gradient, bead_dia
         assert np.diff(np.log(values)) == pytest.approx(slopes[:1] * 2e-6, rel=1e-3)
 
 
+def test_beyond_the_table_a_profile_goes_on_as_a_wider_one_has_it():
+    """At the edges of ports the pressure gradient is a hundred times its mean; a power law of its own drove too much there."""
+    settings = {"model.turbulence": "damped-nakayama-kuwahara", "bed.bead_diameter": "5 mm"}
+    problem = simulation_of(coarse_scene(ALUMINIUM, settings), MPI.COMM_SELF).problem
+    table = profile_table(problem.specs, problem.medium.estimates, 0.025)
+    distances, middle = np.array([0.001, 0.005, 0.025]), np.log(2e6)
+    table.cover(middle)
+    beyond = np.full(3, table._ends[1] + np.log(5.0))
+    extrapolated = table.at(distances, beyond)[0][0]
+    table.cover(middle + 2.0)
+    assert table._ends[1] > beyond[0]
+    assert extrapolated == pytest.approx(table.at(distances, beyond)[0][0], rel=0.03)
+
+
 def test_a_bed_of_a_millimetre_has_the_flow_of_a_larger_one():
     """The same Reynolds number in a pipe of a tenth the size: ten times the velocity, a thousand times the pressure gradient.
 
