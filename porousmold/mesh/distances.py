@@ -7,6 +7,11 @@ from scipy.spatial import cKDTree
 
 from ..arrays import Booleans, Floats
 
+FLAT = 1e-9
+"""Distance of a quadrilateral's corner from the plane of the others, over its size, that rounding explains."""
+PARALLEL = 1e-9
+"""Cosine of the angle between a line and the normal of a facet along which it runs."""
+
 
 def heights_of(facets: Floats) -> Floats:
     """Length (m) of segments (n, 2, coordinates); area over the longest side of triangles and quadrilaterals."""
@@ -59,12 +64,6 @@ def _to_segment(place: Floats, first: Floats, last: Floats) -> Floats:
     return np.linalg.norm(offset - fraction[..., None] * along, axis=-1)
 
 
-FLAT = 1e-9
-"""Distance of a quadrilateral's corner from the plane of the others, over its size, that rounding explains."""
-PARALLEL = 1e-9
-"""Cosine of the angle between a line and the normal of a facet along which it runs."""
-
-
 def unit_normals(facets: Floats) -> Floats:
     """Unit normals (facets, 3) of facets (facets, corners, 3): of a quadrilateral that of its diagonals, of a segment that in the
     plane."""
@@ -91,6 +90,8 @@ def distances_from(point: Floats, facets: Floats) -> Floats:
     middles = facets.mean(axis=1)
     radius = np.linalg.norm(facets - middles[:, None], axis=2).max()
     near, found = np.linalg.norm(middles - point, axis=1) <= 2.0 * radius, np.full(len(facets), np.inf)
+    if not near.any():
+        return found
     parts = _triangles(facets[near])
     found[near] = _distances(point[None], parts[None])[0].reshape(-1, near.sum()).min(axis=0)
     return found

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from porousmold.mesh.distances import along_line_to, are_plane, nearest_on_facets, unit_normals
+from porousmold.mesh.distances import along_line_to, are_plane, distances_from, nearest_on_facets, unit_normals
 
 SQUARE = np.array([[[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]])
 BENT = SQUARE + np.array([0.0, 0, 1]) * np.array([[0.0], [0], [0.2], [0]])
@@ -34,3 +34,9 @@ def test_a_line_meets_the_facets_that_lie_across_it():
     assert found == pytest.approx([-0.5, 1.5])
     assert not len(along_line_to(np.array([-1.0, 0.5, 0.0]), np.array([1.0, 0, 0]), SQUARE)), "it runs along this one"
     assert np.abs(unit_normals(facets)) == pytest.approx(np.tile([0.0, 0, 1], (3, 1)))
+
+
+def test_facets_that_cannot_be_at_a_place_are_not_looked_at():
+    facets = np.concatenate([SQUARE, SQUARE + np.array([0.0, 0, 9])])
+    assert distances_from(np.array([0.5, 0.5, 0.25]), facets).tolist() == [0.25, np.inf]
+    assert np.isinf(distances_from(np.array([0.5, 0.5, -5.0]), facets)).all()
