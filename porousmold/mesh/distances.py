@@ -28,8 +28,7 @@ def distance_to_facets(points: Floats, facets: Floats) -> Floats:
     """Distance (m) of points (n, coordinates) to the nearest of the facets (m, corners, coordinates): segments in a plane,
     triangles or quadrilaterals in space, each of these taken as two triangles."""
     facets = _triangles(facets)
-    middles = facets.mean(axis=1)
-    radius = np.linalg.norm(facets - middles[:, None], axis=2).max()
+    middles, radius = _middles_and_radius(facets)
     tree, result, open_points, count = cKDTree(middles), np.full(len(points), np.inf), np.arange(len(points)), 8
     while len(open_points):  # a facet whose middle lies beyond the distance found plus the radius is no nearer
         count = min(count, len(facets))
@@ -38,6 +37,12 @@ def distance_to_facets(points: Floats, facets: Floats) -> Floats:
         is_open = (reached[:, -1] - radius < result[open_points]) & (count < len(facets))
         open_points, count = open_points[is_open], 2 * count
     return result
+
+
+def _middles_and_radius(facets: Floats) -> tuple[Floats, float]:
+    """Middles of facets, and the largest distance (m) of a corner from that of its facet."""
+    middles = facets.mean(axis=1)
+    return middles, float(np.linalg.norm(facets - middles[:, None], axis=2).max())
 
 
 def _distances(points: Floats, facets: Floats) -> Floats:
@@ -76,6 +81,12 @@ def unit_normals(facets: Floats) -> Floats:
     return np.asarray(normals / np.linalg.norm(normals, axis=1, keepdims=True))
 
 
+def normals_towards(places: Floats, facets: Floats) -> Floats:
+    """Unit normals (facets, 3) of facets (facets, corners, 3), each to the side where a place of its own lies."""
+    normals = unit_normals(facets)
+    return np.asarray(normals * np.sign(np.einsum("nk,nk->n", normals, places - facets.mean(axis=1)))[:, None])
+
+
 def are_plane(facets: Floats) -> Booleans:
     """Which of the facets have all their corners in one plane."""
     if facets.shape[1] < 4:
@@ -87,8 +98,7 @@ def are_plane(facets: Floats) -> Booleans:
 
 def distances_from(point: Floats, facets: Floats) -> Floats:
     """Distance (m) from a point to each of the facets in space; infinite to those that cannot be at it."""
-    middles = facets.mean(axis=1)
-    radius = np.linalg.norm(facets - middles[:, None], axis=2).max()
+    middles, radius = _middles_and_radius(facets)
     near, found = np.linalg.norm(middles - point, axis=1) <= 2.0 * radius, np.full(len(facets), np.inf)
     if not near.any():
         return found
@@ -99,8 +109,8 @@ def distances_from(point: Floats, facets: Floats) -> Floats:
 
 def nearest_on_facets(point: Floats, facets: Floats) -> Floats:
     """The place on any of the facets that is nearest to a point; of quadrilaterals that are not plane, one on their sides."""
-    middles = facets.mean(axis=1)
-    reach, radius = np.linalg.norm(middles - point, axis=1), np.linalg.norm(facets - middles[:, None], axis=2).max()
+    middles, radius = _middles_and_radius(facets)
+    reach = np.linalg.norm(middles - point, axis=1)
     facets = facets[reach <= reach.min() + radius]  # no other is nearer than the nearest middle
     first, sides = facets, np.roll(facets, -1, axis=1) - facets
     part = np.sum((point - first) * sides, axis=2) / np.maximum(np.sum(sides**2, axis=2), 1e-300)
@@ -119,8 +129,8 @@ def nearest_on_facets(point: Floats, facets: Floats) -> Floats:
 def along_line_to(point: Floats, direction: Floats, facets: Floats) -> Floats:
     """Distances (m, below 0 backwards) from a point along a unit vector to the facets in space that this line meets; of
     quadrilaterals to both of their triangles."""
-    middles = facets.mean(axis=1)
-    radius, offset = np.linalg.norm(facets - middles[:, None], axis=2).max(), middles - point
+    middles, radius = _middles_and_radius(facets)
+    offset = middles - point
     off = np.linalg.norm(offset - (offset @ direction)[:, None] * direction, axis=1)
     near = _triangles(facets[off <= radius * (1.0 + FLAT)])
     found = _along_line(point, np.broadcast_to(direction, (len(near), 3)), near)

@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 
 from ..arrays import Booleans, Floats, Integers
-from .distances import unit_normals
+from .distances import normals_towards, unit_normals
 from .gmsh_model import PlainMesh, lone, sides_of
 
 SHARE = 0.7
@@ -128,9 +128,7 @@ def _facet_normals(mesh: PlainMesh, bed: int, interface: int) -> Floats:
     if not all(len(found) for found in behind):
         raise ValueError("its interface must lie beside the bed")
     middles = mesh.points[cells[[found[0] for found in behind]]].mean(axis=1)
-    normals = unit_normals(mesh.points[facets])
-    inwards = middles - mesh.points[facets].mean(axis=1)
-    return normals * np.sign(np.einsum("nk,nk->n", normals, inwards))[:, None]
+    return normals_towards(middles, mesh.points[facets])
 
 
 def _normals(mesh: PlainMesh, bed: int, interface: int) -> tuple[Floats, float]:

@@ -19,7 +19,7 @@ from .distances import (
     distance_to_facets,
     distances_from,
     nearest_on_facets,
-    unit_normals,
+    normals_towards,
 )
 from .domain import INLET, INTERFACE, OUTER, OUTLET, SIDE, SYMMETRY, Stations
 
@@ -51,9 +51,7 @@ class Surface:
         at_place = np.flatnonzero(distances_from(place, self.corners) <= rounding)
         if not self.of_wall[at_place].any():
             return None
-        middles = self.corners[at_place].mean(axis=1)
-        normals = unit_normals(self.corners[at_place])
-        normals *= np.sign(np.einsum("nk,nk->n", normals, self.behind[at_place] - middles))[:, None]
+        normals = normals_towards(self.behind[at_place], self.corners[at_place])
         alike = normals @ normals[np.argmax(self.of_wall[at_place])] > ACROSS
         mean = normals[alike].mean(axis=0)
         for plane in normals[~alike & ~self.of_wall[at_place]]:
@@ -85,9 +83,8 @@ def longest_chain(segments: Floats, inlet: Floats) -> Floats:
     lengths = np.linalg.norm(nodes[pairs[:, 0]] - nodes[pairs[:, 1]], axis=1)
     along = np.bincount(part[pairs[:, 0]], weights=lengths)
     heights = np.bincount(part, weights=nodes[:, 1]) / np.bincount(part)
-    longest = np.argmax(
-        np.where(along >= (1.0 - ROUNDING) * along.max(), heights, -np.inf)
-    )  # of two alike the upper one
+    alike = along >= (1.0 - ROUNDING) * along.max()
+    longest = np.argmax(np.where(alike, heights, -np.inf))  # the upper one of them
     neighbours: dict[int, list[int]] = {}
     for first, last in pairs[part[pairs[:, 0]] == longest].tolist():
         neighbours.setdefault(first, []).append(last)
