@@ -4,13 +4,15 @@ Developed: at each axial station only derivatives across the flow are kept,
 
     0 = -phi dp/dx + (1/w) d/dy (w phi (mu + mu_t) du/dy) + b_y (mu + mu_t) du/dy + phi rho g - drag,     w = 1 or 2 pi r,
 
-likewise for k and epsilon. The same mass flow passes every station; dp/dx, one number a station, sees to that, and the
-pressure is marched with it. Left out are the entrance and the inertia of the gas as it expands.
+likewise for k and epsilon. The same mass flow passes every station, but for what the fluid displaces upstream as its density
+changes; dp/dx, one number a station, sees to that, and the pressure is marched with it. Left out are the entrance and the inertia
+of the gas as it expands.
 
 Plug: the superficial mass flux is uniform over the section, and the drag of the bulk alone takes the pressure. There is
 no turbulence in it.
 
-In both the heat is convected by the curl of a stream function, which is exactly divergence-free.
+In both the heat is convected by the curl of a stream function, which is exactly divergence-free; where the fluid expands, times
+the `growth` of the mass flow along the bed.
 """
 
 import math
@@ -79,12 +81,23 @@ def developed_residual(
 
 @dataclass(frozen=True)
 class CarriedByStreamfunction(FlowEquations):
-    """`FlowEquations` whose mass flux is the curl of `streamfunction` (kg/s, or kg/s per metre of width)."""
+    """`FlowEquations` whose mass flux is the curl of `streamfunction` (kg/s, or kg/s per metre of width), times `growth`, the
+    mass flow over that at the inlet, if there is one."""
 
     streamfunction: Value = None
+    growth: Value | None = None
 
     def mass_flux(self, state: FlowState, temperature: Value) -> Value:
-        """The curl. About an axis the nodal values are joined by lines in r^2, not r: else the flux would not be uniform
+        """The curl, and its growth."""
+        return self._curl if self.growth is None else self.growth * self._curl
+
+    @property
+    def source_of_flux(self) -> Value | None:
+        return None if self.growth is None else ufl.dot(self._curl, ufl.grad(self.growth))
+
+    @property
+    def _curl(self) -> Value:
+        """About an axis the nodal values are joined by lines in r^2, not r: else the flux would not be uniform
         within a cell, and a cell at the axis would give its inner node too much of it."""
         gradient, coordinates = ufl.grad(self.streamfunction), self.coordinates
         if not coordinates.axisymmetric:

@@ -88,7 +88,8 @@ class EnergyEquations:
     wall; `inlet` and `outlet` are facet measures, `dx_bed` is a cell measure, `nodes_bed` that with
     quadrature at the nodes; `straight` tells that the flow runs along x[0], so that the cells lie along it; `opening` is the
     flow's inlet; `interface` is where beads touch the wall; `interior` is what the beads have inside, None where they are
-    isothermal; `moving_beads` is None where they rest.
+    isothermal; `moving_beads` is None where they rest; `initial_temperature` (K) is what the heat counts from that fluid takes
+    along as it expands.
     """
 
     flow: FlowEquations
@@ -108,6 +109,7 @@ class EnergyEquations:
     interface: Interface | None = None
     interior: BeadInterior | None = None
     moving_beads: MovingBeads | None = None
+    initial_temperature: Value = 0.0
 
     @property
     def bed(self) -> Bed:
@@ -263,10 +265,24 @@ class EnergyEquations:
         return self.inward_mass_flux * (enthalpy(self.inlet_temperature) - enthalpy(temperature))
 
     def heat_input(self, temperature: Value) -> Value:
-        """Form (scalar, W) of the heat that the fluid leaves behind: what it lacks at the outlet against T_in."""
-        enthalpy = self._laws.heat_capacity.integral
+        """Form (scalar, W) of the heat that the fluid leaves behind: what it lacks at the outlet against T_in; of what leaves
+        beyond what comes in, as the fluid expands, less what that would have brought beyond the initial temperature."""
+        enthalpy, source = self._laws.heat_capacity.integral, self.flow.source_of_flux
         lost = enthalpy(self.inlet_temperature) - enthalpy(temperature)
-        return self.coordinates.weight * self.outward_mass_flux * lost * self.outlet
+        form = self.coordinates.weight * self.outward_mass_flux * lost * self.outlet
+        if source is None:
+            return form
+        beyond = enthalpy(self.inlet_temperature) - enthalpy(self.initial_temperature)
+        return form - self.coordinates.weight * source * beyond * self.dx_bed
+
+    def heat_displaced(self, temperature: Value) -> Value | None:
+        """Form (scalar, W) of what fluid that leaves its place as it expands takes along, beyond the initial temperature: a loss
+        of what is stored. None where the flow leaves that out."""
+        source, enthalpy = self.flow.source_of_flux, self._laws.heat_capacity.integral
+        if source is None:
+            return None
+        taken = source * (enthalpy(temperature) - enthalpy(self.initial_temperature))
+        return -self.coordinates.weight * taken * self.dx_bed
 
     def heat_kept(self, temperature: Value, bead_temperature: Value, initial: Value) -> dict[str, Value]:
         """Forms (scalar, J) of the heat that "beads" and "wall" have gained since the `initial` temperature, and of what was set

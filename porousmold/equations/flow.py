@@ -1,12 +1,15 @@
 r"""Weak form of the volume-averaged Navier-Stokes equations, quasi-steady, for intrinsic averages u and p.
 
-    mass:      div(phi rho u) + b.(rho u) = 0
+    mass:      div(phi rho u) + b.(rho u) = -phi d(rho)/dt
     momentum:  phi rho u.grad u = -phi grad p + div(phi tau) + b.tau + phi rho g - drag,  tau with mu + mu_t
 
 b = (phi_V - phi_A) grad V/V is the vector of the non-constant averaging volume; in advective form the convective
 terms with b of thesis eq. 6.4 cancel against the mass balance. The thesis's further term -b p follows from
 Whitaker's lemma for a constant volume; Gray's theorem for a varying one has (1/V) int n dA = -grad phi_V - b, which
 cancels it. `published_pressure_term` puts it back, for comparison: it makes the flow depend on the gauge of p.
+
+The mass balance's right side, `expansion`, is given: what the fluid displaces as its temperature changes. It is left out where it
+does not count (`None`); the fluid's inertia in time always is.
 
 The pressure gradient is not integrated by parts, and the boundary's pressure enters weakly as -phi (p - p_b) n.v:
 a uniform pressure then exerts exactly no force whatever the quadrature, and every pressure test function is free at
@@ -94,6 +97,12 @@ class FlowEquations:
     model: TurbulenceModel | None = None
     gravity: ufl.core.expr.Expr | None = None
     published_pressure_term: bool = False
+    expansion: Value | None = None
+
+    @property
+    def source_of_flux(self) -> Value | None:
+        """div(phi rho u), kg/m3/s, as the flow has it; None where it is 0."""
+        return self.expansion
 
     @property
     def turbulent_unknowns(self) -> tuple[TurbulentUnknown, ...]:
@@ -249,6 +258,8 @@ class FlowEquations:
         mass = -ufl.dot(phi * m.density * (u + m.fine_scale_velocity), ufl.grad(q))
         if self.bed.rev_vector is not None:
             mass += m.density * ufl.dot(self.bed.rev_vector, u) * q
+        if self.expansion is not None:
+            mass -= self.expansion * q
         if sources:
             mass -= sources[1] * q
         form = weight * (momentum_scale * momentum + mass_scale * mass) * dx

@@ -108,7 +108,9 @@ class LocallyDeveloped:
     def residual(self, test: Value, dx: ufl.Measure, openings: ufl.Measure) -> Value:
         """Form of the mass balance over the bed `dx` with its `openings`, kg/s against the test."""
         weight = self.equations.coordinates.weight
-        return weight * self.outward * test * openings - weight * ufl.dot(self.mass_flux, ufl.grad(test)) * dx
+        form = weight * self.outward * test * openings - weight * ufl.dot(self.mass_flux, ufl.grad(test)) * dx
+        expansion = self.equations.expansion
+        return form if expansion is None else form - weight * expansion * test * dx
 
     def nearby(self, trial: Value, test: Value, permeance: Value, nodes: ufl.Measure, openings: ufl.Measure) -> Value:
         """Bilinear form near its derivative with products at the nodes, an M-matrix of flat hexahedra: `permeance` is

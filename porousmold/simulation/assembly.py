@@ -41,6 +41,7 @@ from ..scene.start import Profile
 from ..solvers.coupled import CoupledTransient
 from ..solvers.developed import DevelopedFlow
 from ..solvers.developed_profiles import STATIONS, ProfilesOfGradient, ProfileTable
+from ..solvers.displacement import Displacement
 from ..solvers.flow import FullFlow
 from ..solvers.heating import TransientHeat
 from ..solvers.locally_developed import LocallyDevelopedFlow
@@ -50,6 +51,7 @@ from ..solvers.protocols import Flow, Heat, Inflow, Observer, silent
 from .air_loop import AirLoop
 from .boundary_values import BoundaryValues
 from .estimates import Estimates
+from .expansion import counts_expansion
 from .initial_guess import InitialGuesses
 from .meshing import QUADRATURE_DEGREE, area_of_inlet, build_domain, plane_of_stations
 from .problem import Balances, Medium, Problem, starting_temperatures
@@ -111,6 +113,16 @@ def build_medium(specs: Specs, domain: Domain, estimates: Estimates, size: BedSi
         others = [0.0] * (domain.mesh.geometry.dim - 1)
         gravity = ufl.as_vector([constant(flow.gravity), *others])
     model = None if laws.turbulence is None else laws.turbulence.with_parameters(constant)
+    inlet_area = area_of_inlet(domain)
+    boundary = BoundaryValues(flow, specs.heat, domain, inlet_area)
+    temperatures = [fem.Function(fenicsx.lagrange_space(domain.mesh))]
+    temperatures.append(fem.Function(temperatures[0].function_space))
+    for function in temperatures:
+        function.x.array[:] = specs.heat.initial_temperature
+        _start(specs, function, domain)
+    displacement = None
+    if counts_expansion(specs, estimates):
+        displacement = Displacement(temperatures[0], partial(laws.fluid.density, flow.outlet_pressure))
     equations = FlowEquations(
         bed,
         fluid,
@@ -119,15 +131,9 @@ def build_medium(specs: Specs, domain: Domain, estimates: Estimates, size: BedSi
         model,
         gravity,
         published_pressure_term=flow.averaging.terms == "as-published",
+        expansion=None if displacement is None else bed.porosity * displacement.rate,
     )
-    inlet_area = area_of_inlet(domain)
-    boundary = BoundaryValues(flow, specs.heat, domain, inlet_area)
-    temperatures = [fem.Function(fenicsx.lagrange_space(domain.mesh))]
-    temperatures.append(fem.Function(temperatures[0].function_space))
-    for function in temperatures:
-        function.x.array[:] = specs.heat.initial_temperature
-        _start(specs, function, domain)
-    return Medium(domain, size, estimates, equations, boundary, inlet_area, *temperatures)
+    return Medium(domain, size, estimates, equations, boundary, inlet_area, *temperatures, displacement)
 
 
 def _start(specs: Specs, function: fem.Function, domain: Domain) -> None:
@@ -239,7 +245,7 @@ def profile_table(specs: Specs, estimates: Estimates, half_height: float) -> Pro
 def _plug_flow(specs: Specs, medium: Medium) -> PlugFlow:
     laws, phi, diameter = specs.laws, specs.porosity.bulk_porosity, specs.mesh.bead_diameter
 
-    def resistance(mass_flux: float, density: Value, viscosity: Value) -> Value:
+    def resistance(mass_flux: Value, density: Value, viscosity: Value) -> Value:
         speed = mass_flux / (phi * density)
         relative = speed - specs.heat.bead_motion.velocity
         coefficient = laws.drag.coefficient(phi, diameter, density, viscosity, abs(relative))
@@ -277,7 +283,7 @@ def _energy_equations(specs: Specs, medium: Medium, flow: Flow) -> EnergyEquatio
     dx, ds = domain.cell_measure(QUADRATURE_DEGREE), domain.facet_measure(QUADRATURE_DEGREE)
     carrier = medium.equations
     if flow.streamfunction is not None:
-        carrier = CarriedByStreamfunction(**vars(carrier), streamfunction=flow.streamfunction)
+        carrier = CarriedByStreamfunction(**vars(carrier), streamfunction=flow.streamfunction, growth=flow.growth)
     elif isinstance(flow, LocallyDevelopedFlow):
         carrier = flow.carrier(carrier)
     return EnergyEquations(
@@ -287,6 +293,7 @@ def _energy_equations(specs: Specs, medium: Medium, flow: Flow) -> EnergyEquatio
         entrance=domain.entrance(),
         wall=_wall(specs, medium, ds),
         inlet_temperature=medium.boundary.inlet_temperature,
+        initial_temperature=domain.constant(heat.initial_temperature),
         inlet=ds(geometry.INLET),
         outlet=ds(geometry.OUTLET),
         dx_bed=dx(geometry.BED),
@@ -405,12 +412,13 @@ def build_balances(medium: Medium, flow: Flow, heat: Heat, equations: EnergyEqua
         solid, leaving = weight * (1.0 - equations.bed.porosity), equations.moving_beads.leaving
         bead_temperature = ufl.split(heat.unknown)[1]
         bead_outlet = DeferredForm(solid * bead_temperature * leaving), DeferredForm(solid * leaving)
-    outlet = ds(geometry.OUTLET)
+    outlet, source = ds(geometry.OUTLET), equations.flow.source_of_flux
     return Balances(
         domain.communicator,
         NO_FLOW * medium.estimates.mass_flux,
         mass_in=DeferredForm(weight * equations.inward_mass_flux * ds(geometry.INLET)),
         mass_out=DeferredForm(outflow * ds(geometry.OUTLET)),
+        mass_displaced=None if source is None else DeferredForm(weight * source * equations.dx_bed),
         inlet_pressure=DeferredForm(weight * flow.state.pressure / area * ds(geometry.INLET)),
         outlet_heat=DeferredForm(outflow * temperature * ds(geometry.OUTLET)),
         outlet_area=DeferredForm(weight * outlet),

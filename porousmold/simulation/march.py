@@ -13,6 +13,7 @@ from ..mesh.aliases import Communicator
 from ..solvers.newton import free_systems
 from ..solvers.protocols import Observer, silent
 from ..solvers.state import ArrayOf, Copy, Saved
+from ..solvers.step_error import StepError
 from .assembly import assemble
 from .breakpoints import Breakpoints
 from .ending import Ending
@@ -26,6 +27,9 @@ LOG = logging.getLogger(__name__)
 
 SHORTEST_PART = 0.05
 """Of the first step: a shorter one is not cut again to meet the end of a phase."""
+
+MOST_CORRECTIONS = 2
+"""Of what the fluid displaces in a step."""
 
 BACKWARDS = 1e-3
 """Mass flow, as a part of the expected one, by which a flow may run backwards: that of rounding."""
@@ -149,11 +153,7 @@ class Simulation:
         before, factored_at = problem.state.copy(), problem.flow.factored_at
         steps = self._past.steps
         try:
-            with problem.stopwatch("flow"):
-                is_smooth = not control.after_jump(self.time - sum(steps))
-                self._stepper.prepare(self.time, step, self._past, self._rules.limits(), is_smooth=is_smooth)
-            with problem.stopwatch("energy"):
-                error = problem.heat.step(self.time, step, self._rules.bounds)
+            error = self._advance(step, before, is_smooth=not control.after_jump(self.time - sum(steps)))
             self._check_direction()
             ratio = self._rules.error_ratio(self.time + step, error, self._stepper.flow_error())
         except KeyboardInterrupt:
@@ -181,6 +181,21 @@ class Simulation:
         )
         self._past.go_on({name: before.arrays[name] for name in problem.solution.functions}, step)
         return step
+
+    def _advance(self, step: float, before: Copy, *, is_smooth: bool) -> StepError:
+        """Flow and heat of a step (s) from a state; gives the estimated error. Raises `SolveError`."""
+        problem, at_end = self.problem, None
+        for repetitions_left in reversed(range(1 + MOST_CORRECTIONS)):
+            with problem.stopwatch("flow"):
+                given = self.time, step, self._past, self._rules.limits()
+                self._stepper.prepare(*given, is_smooth=is_smooth, at_end=at_end)
+            with problem.stopwatch("energy"):
+                error = problem.heat.step(self.time, step, self._rules.bounds)
+            at_end = self._stepper.better_end(step) if repetitions_left else None
+            if at_end is None:
+                break
+            self._put_back(before)
+        return error
 
     def _part_in_phase(self, step: float) -> float:
         """Part of the step just taken that lies within the present phase, as far as what leaves tells its end (collective)."""

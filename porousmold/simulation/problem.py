@@ -24,6 +24,7 @@ from ..mesh.probe import PointProbe
 from ..scene.features.geometries import BedSize
 from ..scene.features.sensors import read_sensors
 from ..scene.start import Profile, Start
+from ..solvers.displacement import Displacement
 from ..solvers.protocols import Flow, Heat
 from ..solvers.state import ArrayOf, Numbers, Saved, State
 from .air_loop import AirLoop
@@ -44,7 +45,8 @@ STATION_FRACTIONS = {"L/8": 0.125, "L/4": 0.25, "L/2": 0.5, "L": 1.0}
 @dataclass(frozen=True)
 class Medium:
     """What fills a mesh: the flow's equations over the bed, the boundary's values, the inlet's area (m2), and the temperatures
-    (K, functions) that the flow is solved for and that the heat's properties are taken at."""
+    (K, functions) that the flow is solved for and that the heat's properties are taken at; `displacement` is what the fluid
+    displaces as it expands, where that counts."""
 
     domain: Domain
     size: BedSize
@@ -54,12 +56,14 @@ class Medium:
     inlet_area: float
     flow_temperature: fem.Function
     property_temperature: fem.Function
+    displacement: Displacement | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Forms:
     mass_in: Any
     mass_out: Any
+    mass_displaced: Any
     inlet_pressure: Any
     outlet_heat: Any
     outlet_area: Any
@@ -82,12 +86,18 @@ class Balances:
 
     @property
     def mass_flow(self) -> float:
-        """Mass flow out of the outlet, kg/s, of what is computed (per metre width where that has no width)."""
+        """Mass flow out of the outlet, without what the fluid in the bed displaces as it expands, kg/s, of what is computed (per
+        metre width where that has no width)."""
+        displaced = self._forms.mass_displaced
+        return self._mass_out - (0.0 if displaced is None else self._value(displaced))
+
+    @property
+    def _mass_out(self) -> float:
         return self._value(self._forms.mass_out)
 
     @property
     def mass_imbalance(self) -> float:
-        """(in - out)/out of the mass flow."""
+        """(in + displaced - out)/out of the mass flow."""
         out = self.mass_flow
         return (self._value(self._forms.mass_in) - out) / out if out else 0.0
 
@@ -103,10 +113,10 @@ class Balances:
     @property
     def outlet_temperature(self) -> float:
         """Mean temperature of what flows out, K; that of the outlet's area where nothing does."""
-        mass_flow = self.mass_flow
-        if abs(mass_flow) <= self._no_flow * self._outlet_area:
+        leaving = self._mass_out
+        if abs(leaving) <= self._no_flow * self._outlet_area:
             return self._value(self._forms.outlet_mean) / self._outlet_area
-        return self._value(self._forms.outlet_heat) / mass_flow
+        return self._value(self._forms.outlet_heat) / leaving
 
     @property
     def bead_outlet_temperature(self) -> float | None:
@@ -232,10 +242,12 @@ class Problem:
 
     def mean_in_bed(self, function: fem.Function) -> float:
         """Mean over the bed's volume of a function on the mesh (collective)."""
+        return self.total_in_bed(function.x.array) / self.total_in_bed(np.ones_like(function.x.array))
+
+    def total_in_bed(self, values: Floats) -> float:
+        """Integral (times m3) over the bed of values at the mesh's nodes (collective)."""
         weights = self._bed_weights
-        sums = np.array([weights @ function.x.array[: len(weights)], weights.sum()])
-        total, volume = ranks.total(self.communicator, sums)
-        return float(total / volume)
+        return float(ranks.total(self.communicator, np.array([weights @ values[: len(weights)]]))[0])
 
     @functools.cached_property
     def _bed_weights(self) -> Floats:
@@ -272,6 +284,8 @@ class Problem:
     def heated(self) -> State:
         """All of the state but the flow."""
         coefficients = {"flow": self.medium.flow_temperature, "properties": self.medium.property_temperature}
+        if (displacement := self.medium.displacement) is not None:
+            coefficients |= {"displaced": displacement.counted, "displacement": displacement.rate}
         parts = {"heat": self.heat.solution, "memory": self.heat.memory, "coefficients": State(coefficients)}
         return State.joined(parts)
 

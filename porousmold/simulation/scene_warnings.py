@@ -20,6 +20,7 @@ from ..scene.scene import Scene
 from ..scene.series import ProfileSeries
 from ..scene.start import Profile
 from .estimates import Estimates, flow_change
+from .expansion import heat_of_expansion
 from .specs import Specs
 from .step_rules import given_bounds, is_open
 
@@ -160,30 +161,25 @@ def warnings_of_the_scene(scene: Scene, specs: Specs, estimates: Estimates, size
     found += (
         _of_positions(scene, size.length) + _of_the_porosity(scene, specs, size) + _of_a_thin_wall(specs, estimates)
     )
-    found += _of_expansion(scene, specs, estimates) + _of_friction(specs, estimates, size)
+    found += _of_expansion(specs, estimates) + _of_friction(specs, estimates, size)
     beads_across = specs.mesh.beads_across
     return found + (_of_the_width(beads_across) if beads_across is not None and specs.mesh.is_too_narrow else [])
 
 
-def _of_expansion(scene: Scene, specs: Specs, estimates: Estimates) -> list[str]:
-    """Whether the mass counts that a change of density displaces: the quasi-steady flow is the same along the bed, and the fluid
-    stores phi int rho C_f dT, where phi rho (h - h_0) stays, rho that of the fluid that came."""
-    fluid, beads, pressure = specs.laws.fluid, specs.laws.beads, specs.flow.outlet_pressure
+def _of_expansion(specs: Specs, estimates: Estimates) -> list[str]:
+    """Whether the mass that a change of density displaces counts, and is left out."""
+    update, off = specs.flow.model.update, heat_of_expansion(specs)
+    is_left_out = update == "frozen" or specs.heat.air_loop is not None
+    if update == "transient" or not estimates.flows or not is_left_out or abs(off) <= LARGEST_EXPANSION:
+        return []
     low, high = given_bounds(specs.heat)
-    if scene.model.flow_update == "transient" or not estimates.flows:
-        return []
-    between, phi = np.linspace(low, high, 41), specs.porosity.bulk_porosity
-    density, capacity = fluid.density(pressure, between), fluid.heat_capacity(between)
-    counted, stays = phi * np.mean(density * capacity), phi * np.mean(capacity) * fluid.density(pressure, high)
-    of_beads = (1.0 - phi) * np.mean(beads.density(between) * beads.heat_capacity(between))
+    fluid, pressure = specs.laws.fluid, specs.flow.outlet_pressure
     change = 1.0 - fluid.density(pressure, high) / fluid.density(pressure, low)
-    off = float((counted - stays) / (stays + of_beads))
-    if abs(off) <= LARGEST_EXPANSION:
-        return []
     return [
-        f"the fluid's density changes by {abs(change):.0%} from {low:.0f} to {high:.0f} K, and the quasi-steady flow leaves out "
-        "the mass that this displaces: of a given mass flow, fronts pass places in the bed late as it is heated, early as it is "
-        f"cooled, by up to {abs(off):.1%}; the heat stored is off by as much, a time at which all is heated by a fifth of that"
+        f"the fluid's density changes by {abs(change):.0%} from {low:.0f} to {high:.0f} K, and a flow that is frozen or in an "
+        "air loop leaves out the mass that this displaces: of a given mass flow, fronts pass places late in a bed that is "
+        f"heated, early in one that is cooled, by up to {abs(off):.1%}; the heat stored is off by as much, a time at which all "
+        "is heated by a fifth of that"
     ]
 
 

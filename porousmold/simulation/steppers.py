@@ -6,9 +6,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..arrays import Floats
 from ..solvers.state import Arrays
 from .estimates import flow_change
 from .problem import Problem
+
+CORRECTED = 0.02
+"""Of the mass flow, from which a step is taken again with what the fluid has displaced in it: fronts are within 0.1 %."""
+LEAST_FLOW = 1e-3
+"""Of the expected mass flow: below, what is displaced does not count."""
 
 
 @dataclass
@@ -34,10 +40,25 @@ class Frozen:
         """Time (s) that the flow was solved for, at the end (s) of a step."""
         return 0.0
 
-    def prepare(self, time: float, step: float, past: Past, limits: tuple[float, float], *, is_smooth: bool) -> None:
+    def prepare(
+        self,
+        time: float,
+        step: float,
+        past: Past,
+        limits: tuple[float, float],
+        *,
+        is_smooth: bool,
+        at_end: Floats | None = None,
+    ) -> None:
         """Bring coefficients and flow to a step (s) from a time (s), with temperatures extrapolated within `limits` (K); the
-        flow's course over the last steps goes on where it `is_smooth`. Raises `SolveError` (collective)."""
+        flow's course over the last steps goes on where it `is_smooth`; the fluid expands by the temperatures `at_end` (K) of the
+        step, by default those extrapolated. Raises `SolveError` (collective)."""
         self._extrapolate_temperature(step, past, limits)
+
+    def better_end(self, step: float) -> Floats | None:
+        """Temperatures (K) at the end of the step (s) just taken, where its flow was that of others, by so much that it is to be
+        taken again; else None (collective)."""
+        return None
 
     def flow_error(self) -> float:
         """Relative error of the mass flow in the step that was taken last (collective)."""
@@ -59,18 +80,40 @@ class QuasiSteady(Frozen):
     def flow_time(self, time: float, past: Past) -> float:
         return time - (0.5 * past.steps[-1] if past.steps else 0.0)
 
-    def prepare(self, time: float, step: float, past: Past, limits: tuple[float, float], *, is_smooth: bool) -> None:
+    def prepare(
+        self,
+        time: float,
+        step: float,
+        past: Past,
+        limits: tuple[float, float],
+        *,
+        is_smooth: bool,
+        at_end: Floats | None = None,
+    ) -> None:
         problem, medium = self.problem, self.problem.medium
         if self._follows_temperature:
             self._mean_before = problem.mean_in_bed(problem.temperature)
         self._extrapolate_temperature(step, past, limits)
         medium.flow_temperature.x.array[:] = medium.property_temperature.x.array
+        if medium.displacement is not None:
+            present, middle = problem.temperature.x.array, medium.property_temperature.x.array
+            end = np.clip(2.0 * middle - present, *limits) if at_end is None else at_end
+            medium.displacement.follow(present, end, step, past.steps[-1] if past.steps else 0.0)
         medium.boundary.set(time + 0.5 * step)
         if is_smooth and len(past.steps) == 2:  # from its course over these, at whose middles it was solved
             before = {name: past.solution[f"flow/{name}"] for name in problem.flow.solution.functions}
             problem.flow.extrapolate(before, (step + past.steps[1]) / sum(past.steps))
         tolerance = problem.specs.flow.tolerance
         problem.find_flow(lambda: problem.flow.renew(time, tolerance), time + 0.5 * step)
+
+    def better_end(self, step: float) -> Floats | None:
+        problem, displacement = self.problem, self.problem.medium.displacement
+        if displacement is None:
+            return None
+        end = problem.temperature.x.array
+        missed = problem.specs.porosity.bulk_porosity * problem.total_in_bed(np.abs(displacement.missed(end))) / step
+        flow = max(problem.balances.mass_flow, LEAST_FLOW * problem.medium.estimates.mass_flow)
+        return end if missed > CORRECTED * flow else None
 
     @property
     def _follows_temperature(self) -> bool:

@@ -26,7 +26,7 @@ from .parts import Unknowns
 from .protocols import Inflow
 from .state import State
 from .station_gradients import StationGradients
-from .stations import GAUSS_DEGREE, Columns, PressureAlong, Streamfunction
+from .stations import GAUSS_DEGREE, Columns, MassFlowAlong, PressureAlong, Streamfunction
 from .steady import SteadySolver
 
 
@@ -81,9 +81,13 @@ class DevelopedFlow(NonlinearFlow):
         through = self._prepare_columns(equations, dx)
         motion, *others = (numbers for _, numbers in self._parts)
         along = {"pressure": self.pressure, "gradient": gradient, "streamfunction": self._streamfunction.function}
+        self._mass_flow = MassFlowAlong(self.columns, equations)
+        self.growth = self._mass_flow.growth
+        if self.growth is not None:
+            along["growth"] = self.growth
         solution, transit = State({"unknown": self.unknown} | along), equations.scales.transit_time
         solver = SteadySolver(system, Unknowns([motion], others), solution, previous, inverse_step, transit)
-        stations = push, through, self._column_of_unknown
+        stations = push, through, self._column_of_unknown, self._mass_flow.displaced
         self._gradients = StationGradients(equations, inflow, self._along, system, solver.sizes, *stations)
         super().__init__(equations, solver, developed_state(equations, self.unknown, self.pressure))
 
@@ -151,7 +155,8 @@ class DevelopedFlow(NonlinearFlow):
 
     def found(self) -> None:
         """Have the stream function carry the mass flow that is imposed."""
-        self._streamfunction.renew(self._gradients.given_mass_flow(self._along.at_inlet))
+        displaced, given = self._mass_flow.displaced(), self._gradients.given_mass_flow(self._along.at_inlet)
+        self._mass_flow.carry(self._streamfunction.renew(displaced, given), displaced)
 
     def fields(self) -> dict[str, fem.Function]:
         (speeds, numbers), *turbulence = self._parts

@@ -38,6 +38,7 @@ class NonlinearFlow(ABC):
     """
 
     streamfunction: fem.Function | None = None
+    growth: fem.Function | None = None
     inlet: Opening | None = None
     kept_iterations = 5
     """Iterations with a reused Jacobian before the flow's Jacobian is renewed."""

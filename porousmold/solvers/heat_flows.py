@@ -36,6 +36,7 @@ class HeatFlows:
             "by_fluid": equations.heat_input(temperature),
             "through_outer_wall": equations.wall.heat_through_outer_wall(temperature),
             "by_sources": equations.wall.heat_by_sources(),
+            "stored": equations.heat_displaced(temperature),
             "by_rev_terms": None if equations.rev is None else equations.rev.heat(temperature, bead_temperature),
             "by_beads": None
             if equations.moving_beads is None

@@ -51,7 +51,7 @@ class LocallyDevelopedFlow:
     """`equations` are `FlowEquations`; `table()` gives the profiles, `reference_flux` (kg/m2/s) is that of the reference
     pressure."""
 
-    streamfunction = inlet = None
+    streamfunction = growth = inlet = None
     factored_at: Any = None
 
     def __init__(

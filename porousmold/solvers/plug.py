@@ -18,7 +18,7 @@ from ..mesh import fenicsx
 from ..mesh.domain import Domain
 from .protocols import Drive, FlowCounts, Observer
 from .state import ArrayOf, Arrays, Saved, State
-from .stations import Columns, nearest
+from .stations import Columns, MassFlowAlong, nearest
 
 LARGEST_MASS_FLUX = 1e9
 """kg/m2/s beyond which none is sought."""
@@ -53,7 +53,7 @@ class PlugFlow:
         drive: Callable[[], Drive],
         area: float,
         fluid: Fluid,
-        resistance: Callable[[float, Value, Value], Value],
+        resistance: Callable[[Value, Value, Value], Value],
     ) -> None:
         self.domain, self._temperature = domain, temperature
         self._drive, self._area, self._fluid, self._resistance = drive, area, fluid, resistance
@@ -61,8 +61,10 @@ class PlugFlow:
         scalars = fenicsx.lagrange_space(domain.mesh)
         self.pressure, self.streamfunction, self._mass_flux = (fem.Function(scalars) for _ in range(3))
         fields = {"pressure": self.pressure, "streamfunction": self.streamfunction, "mass_flux": self._mass_flux}
-        self.solution = State(fields)
         self.columns = Columns(domain)
+        self._mass_flow = MassFlowAlong(self.columns, equations)
+        self.growth = self._mass_flow.growth
+        self.solution = State(fields if self.growth is None else fields | {"growth": self.growth})
         density = equations.fluid.density(self.pressure, temperature)
         velocity = ufl.as_vector([self._mass_flux / (equations.bed.porosity * density), 0.0])
         self.state = FlowState(velocity, self.pressure)
@@ -83,15 +85,19 @@ class PlugFlow:
         temperature = self.columns.total(columns, self._share * self._temperature.x.array[self._in_bed])
         drive = self._drive()
         is_given = drive.kind == "mass_flow"
-        mass_flux = drive.value / self._area if is_given else self._flux_of(drive, temperature, time)
-        pressures = self._pressures(mass_flux, temperature, time)
-        self._mass_flux.x.array[:] = mass_flux
+        displaced = self._mass_flow.displaced()
+        more = displaced / self._area
+        mass_flux = drive.value / self._area if is_given else self._flux_of(drive, more, temperature, time)
+        self._mass_flow.carry(mass_flux * self._area, displaced)
+        pressures = self._pressures(mass_flux + more, temperature, time)
+        self._mass_flux.x.array[:] = (mass_flux + more)[self._column]
         self.pressure.x.array[:] = pressures[self._column]
         self.streamfunction.x.array[:] = mass_flux * self._section
         self.counts.solves += 1
 
-    def _pressures(self, mass_flux: float, temperature: Floats, time: float) -> Floats:
-        """Gauge pressures (Pa) at the stations, whose temperatures (K) are given. Raises `SolveError`."""
+    def _pressures(self, mass_flux: Floats, temperature: Floats, time: float) -> Floats:
+        """Gauge pressures (Pa) at the stations, whose mass fluxes (kg/m2/s) and temperatures (K) are given; raises `SolveError`.
+        """
         gauge, outlet = np.zeros(len(temperature)), self._reference_pressure
         for _ in range(MOST_DENSITIES):
             density = self._fluid.density(gauge + outlet, temperature) + 0.0 * temperature
@@ -106,11 +112,12 @@ class PlugFlow:
                 return gauge
         raise SolveError("plug flow", time, "its pressure and density do not converge", "a smaller pressure drop")
 
-    def _flux_of(self, drive: Drive, temperature: Floats, time: float) -> float:
-        """Mass flux (kg/m2/s) that a pressure drop (Pa) drives, or that enters at a velocity (m/s) as dense as at the inlet."""
+    def _flux_of(self, drive: Drive, more: Floats, temperature: Floats, time: float) -> float:
+        """Mass flux (kg/m2/s) that a pressure drop (Pa) drives, or that enters at a velocity (m/s) as dense as at the inlet;
+        `more` than it passes each station."""
 
         def beyond(flux: float) -> float:
-            inlet = float(self._pressures(flux, temperature, time)[0])
+            inlet = float(self._pressures(flux + more, temperature, time)[0])
             if drive.kind == "pressure_drop":
                 return inlet - drive.value
             return flux - float(drive.value * self._fluid.density(inlet + self._reference_pressure, drive.temperature))

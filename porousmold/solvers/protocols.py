@@ -119,6 +119,10 @@ class Flow(Stateful, Protocol):
         """Carries the mass flow of a flow without openings."""
 
     @property
+    def growth(self) -> fem.Function | None:
+        """Of that mass flow along the bed, over that at the inlet, where the fluid's expansion counts."""
+
+    @property
     def inlet(self) -> Opening | None:
         """The opening at which the fluid enters, of a flow that has openings."""
 

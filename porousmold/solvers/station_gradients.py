@@ -4,7 +4,7 @@ They follow by elimination: g = dp/dx at each station and the mass flow M that p
 station from two more solves with the same factors, its mass flow is linear in its g and in its p, which is that of the stations
 downstream, delta p = P delta g (`Columns.pressure_matrix`):
 
-    M_i + (dM/dg)_i delta g_i + (dM/dp)_i (P delta g)_i = M,
+    M_i + (dM/dg)_i delta g_i + (dM/dp)_i (P delta g)_i = M + D_i,  D_i what the fluid displaces upstream as it expands,
 
 and the pressure drop (or the mass flow) that the scene imposes closes this small system. Without the last term on the left, the
 density of a gas would lag behind its pressure, and the iteration would converge linearly: by 0.67 where the velocity is given at
@@ -13,7 +13,7 @@ an inlet with 2.9 times the outlet's pressure.
 
 import contextlib
 import functools
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from dolfinx import fem
@@ -43,7 +43,7 @@ class StationGradients:
     """Gradients `along` the bed that a `system` of profiles, whose parts have `sizes`, depends on.
 
     `push` is the residual's derivative in them and `through` the mass flow through every station against a test function, forms;
-    `column_of_unknown` is the station of each unknown.
+    `column_of_unknown` is the station of each unknown, `displaced()` (kg/s) what adds to the mass flow upstream of the stations.
     """
 
     def __init__(
@@ -56,11 +56,12 @@ class StationGradients:
         push: Value,
         through: Value,
         column_of_unknown: Integers,
+        displaced: Callable[[], Floats],
     ) -> None:
         self._equations, self._inflow, self._along, self._columns = equations, inflow, along, along.columns
         self._system, self._unknown, self._sizes = system, system.unknown, sizes
         self._push_form, self._through = DeferredForm(push), DeferredForm(through)
-        self._column_of_unknown = column_of_unknown
+        self._column_of_unknown, self._displaced = column_of_unknown, displaced
         self._gains = fem.Function(system.space), fem.Function(system.space)
         self._weights, self._push_of_pressure = system.new_vector(), system.new_vector()
         self.update = np.inf
@@ -80,7 +81,8 @@ class StationGradients:
         by_gradient, by_pressure = self._gains
         self._solve_for(by_gradient, self._push)
         flow, slope = self._through_stations(self._unknown, by_gradient)
-        change = self._changes(inlet, matrix, flow, slope)
+        displaced = self._displaced()
+        change = self._changes(inlet, matrix, flow - displaced, slope)
         largest = max(np.max(np.abs(gradients)), scale)
         follows = expands and size < NEAR and np.max(np.abs(change)) < NEAR * largest
         if follows:
@@ -90,7 +92,7 @@ class StationGradients:
             with self._denser():
                 (denser,) = self._through_stations(self._unknown)
             slope_in_pressure = self._through_stations(by_pressure)[0] + (denser - flow) / difference
-            change = self._changes(inlet, matrix, flow, slope, slope_in_pressure)
+            change = self._changes(inlet, matrix, flow - displaced, slope, slope_in_pressure)
         self.update = np.inf
         if not np.isfinite(change).all():
             return
@@ -176,7 +178,7 @@ def changes_of_gradient(
 ) -> Floats:
     """Changes of dp/dx (Pa/m) at the stations with which the same mass flow passes all of them; NaN where there are none.
 
-    `pressure` is the derivative of their pressures in dp/dx, `flow` what passes them (kg/s), `slope` that in dp/dx,
+    `pressure` is the derivative of their pressures in dp/dx, `flow` what passes them (kg/s) that entered, `slope` that in dp/dx,
     `slope_in_pressure` that in the pressure; without it all densities stay as they are. `drive` is how much more the
     pressure drop is to be (Pa), or the mass flow (kg/s) and its slope in the pressure at the inlet.
     """

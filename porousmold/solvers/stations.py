@@ -4,12 +4,15 @@ import functools
 import math
 
 import numpy as np
+import ufl
 from dolfinx import fem
 
 from ..arrays import Floats, Integers
+from ..equations.flow import FlowEquations
 from ..laws.functions import Value
 from ..mesh import fenicsx, ranks
-from ..mesh.domain import Domain
+from ..mesh.deferred_forms import DeferredForm
+from ..mesh.domain import BED, Domain
 from ..mesh.quadrature_rules import column_rule, flow_axis
 
 GAUSS_DEGREE = 3
@@ -121,6 +124,39 @@ class PressureAlong:
         self.pressure.x.array[:] = self.of(gradients)[self._column]
 
 
+class MassFlowAlong:
+    """What the fluid in a straight bed displaces as it expands: `displaced` (kg/s) adds to the mass flow from station to station,
+    and `growth`, a function, is the mass flow over that at the inlet. Nothing, and None, where the equations leave it out."""
+
+    def __init__(self, columns: Columns, equations: FlowEquations) -> None:
+        self._columns = columns
+        self.growth: fem.Function | None = None
+        if equations.expansion is None:
+            return
+        space = fenicsx.lagrange_space(columns.domain.mesh)
+        self.growth, self._totals = fem.Function(space), fem.Function(space)
+        self.growth.x.array[:] = 1.0
+        self._column = columns.of(space.tabulate_dof_coordinates())
+        dx, test = columns.domain.column_measure(GAUSS_DEGREE)(BED), ufl.TestFunction(space)
+        self._form = DeferredForm(equations.coordinates.weight * equations.expansion * test * dx)
+
+    def displaced(self) -> Floats:
+        """Upstream of each station, kg/s (collective)."""
+        columns = self._columns
+        if self.growth is None:
+            return np.zeros(len(columns.along))
+        vector = fenicsx.petsc_vector(self._totals)
+        fenicsx.assemble_vector(vector, self._form.form)
+        totals = columns.total(self._column[: len(vector.array)], vector.array)
+        before = 0.5 * np.diff(columns.along, prepend=columns.along[0]) / columns.widths
+        return np.cumsum(totals) - (1.0 - before) * totals
+
+    def carry(self, at_inlet: float, displaced: Floats) -> None:
+        """Have the flow that is `at_inlet` (kg/s) grow by what is `displaced` upstream of each station."""
+        if self.growth is not None:
+            self.growth.x.array[:] = (1.0 + displaced / at_inlet if at_inlet else np.ones(len(displaced)))[self._column]
+
+
 def nearest(grid: Floats, values: Floats) -> Integers:
     """Index of the nearest of the rising grid's nodes to each value."""
     return np.searchsorted(0.5 * (grid[1:] + grid[:-1]), values)
@@ -148,9 +184,10 @@ class Streamfunction:
         nodes = self.function.function_space.tabulate_dof_coordinates()
         self._node = tuple(nearest(grid, nodes[:, axis]) for axis, grid in enumerate((along, across)))
 
-    def renew(self, total: float | None = None) -> None:
+    def renew(self, displaced: Floats, total: float | None = None) -> float:
         """Integrate the present flux across the bed, as a part of `total` (kg/s, or per metre of width; default: the mean of
-        all stations), so that the same mass flow passes every station whatever the iterations left."""
+        all stations without what is `displaced` upstream of each), so that the same mass flow passes every station whatever the
+        iterations left; gives the total."""
         along, across = columns_of(self._domain)
         values = self._values()[self._bed].reshape(len(self._bed), 2, len(self._weights)) @ self._weights
         through = np.zeros((len(along), len(across) - 1, 2))
@@ -162,7 +199,8 @@ class Streamfunction:
         through = np.where(np.abs(from_behind) > np.abs(from_before), from_behind, from_before)
         table = np.hstack([np.zeros((len(along), 1)), np.cumsum(through, axis=1)])
         through = table[:, -1]
-        total = through.mean() if total is None else total
+        total = float((through - displaced).mean()) if total is None else total
         if np.all(through > 0.0):
             table *= total / through[:, None]
         self.function.x.array[:] = table[self._node]
+        return total
