@@ -133,7 +133,9 @@ def build_medium(specs: Specs, domain: Domain, estimates: Estimates, size: BedSi
         published_pressure_term=flow.averaging.terms == "as-published",
         expansion=None if displacement is None else bed.porosity * displacement.rate,
     )
-    return Medium(domain, size, estimates, equations, boundary, inlet_area, *temperatures, displacement)
+    return Medium(
+        domain, size, estimates, equations, boundary, inlet_area, temperatures[0], temperatures[1], displacement
+    )
 
 
 def _start(specs: Specs, function: fem.Function, domain: Domain) -> None:

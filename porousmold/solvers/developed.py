@@ -156,7 +156,7 @@ class DevelopedFlow(NonlinearFlow):
     def found(self) -> None:
         """Have the stream function carry the mass flow that is imposed."""
         displaced, given = self._mass_flow.displaced(), self._gradients.given_mass_flow(self._along.at_inlet)
-        self._mass_flow.carry(self._streamfunction.renew(displaced, given), displaced)
+        self._mass_flow.carry(self._streamfunction.renew(given, displaced), displaced)
 
     def fields(self) -> dict[str, fem.Function]:
         (speeds, numbers), *turbulence = self._parts

@@ -96,8 +96,7 @@ class PlugFlow:
         self.counts.solves += 1
 
     def _pressures(self, mass_flux: Floats, temperature: Floats, time: float) -> Floats:
-        """Gauge pressures (Pa) at the stations, whose mass fluxes (kg/m2/s) and temperatures (K) are given; raises `SolveError`.
-        """
+        """Gauge pressures (Pa) at the stations, of given mass fluxes (kg/m2/s) and temperatures (K). Raises `SolveError`."""
         gauge, outlet = np.zeros(len(temperature)), self._reference_pressure
         for _ in range(MOST_DENSITIES):
             density = self._fluid.density(gauge + outlet, temperature) + 0.0 * temperature

@@ -184,7 +184,7 @@ class Streamfunction:
         nodes = self.function.function_space.tabulate_dof_coordinates()
         self._node = tuple(nearest(grid, nodes[:, axis]) for axis, grid in enumerate((along, across)))
 
-    def renew(self, displaced: Floats, total: float | None = None) -> float:
+    def renew(self, total: float | None = None, displaced: Floats | float = 0.0) -> float:
         """Integrate the present flux across the bed, as a part of `total` (kg/s, or per metre of width; default: the mean of
         all stations without what is `displaced` upstream of each), so that the same mass flow passes every station whatever the
         iterations left; gives the total."""
