@@ -217,7 +217,8 @@ class Simulation:
         self.problem.medium.boundary.set_heat(self.time)
 
     def _check_direction(self) -> None:
-        mass_flow = self.problem.balances.mass_flow
+        counts, mass_flow = self.problem.flow.counts, self.problem.balances.mass_flow
+        counts.largest_drawn_in = max(counts.largest_drawn_in, self.problem.balances.drawn_in)
         if mass_flow < -BACKWARDS * self.problem.medium.estimates.mass_flow:
             raise SolveError(
                 "flow",

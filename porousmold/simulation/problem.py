@@ -39,6 +39,8 @@ QUADRATURE = 2
 PLACES_ALONG = 101
 """Of the profile along the bed."""
 STORES = ("beads", "wall")
+LITTLE = 0.05
+"""Of what the fluid displaces in the bed: what leaves beside it has no temperature of its own."""
 STATION_FRACTIONS = {"L/8": 0.125, "L/4": 0.25, "L/2": 0.5, "L": 1.0}
 
 
@@ -96,6 +98,14 @@ class Balances:
         return self._value(self._forms.mass_out)
 
     @property
+    def drawn_in(self) -> float:
+        """Part of what the fluid in the bed contracts by that comes in at the outlet, where that is faster than the flow."""
+        displaced = self._forms.mass_displaced
+        if displaced is None or (out := self._mass_out) >= -self._no_flow * self._outlet_area:
+            return 0.0
+        return out / min(self._value(displaced), out)
+
+    @property
     def mass_imbalance(self) -> float:
         """(in + displaced - out)/out of the mass flow."""
         out = self.mass_flow
@@ -112,9 +122,12 @@ class Balances:
 
     @property
     def outlet_temperature(self) -> float:
-        """Mean temperature of what flows out, K; that of the outlet's area where nothing does."""
-        leaving = self._mass_out
-        if abs(leaving) <= self._no_flow * self._outlet_area:
+        """Mean temperature of what flows out, K; that of the outlet's area where next to nothing does."""
+        leaving, displaced = self._mass_out, self._forms.mass_displaced
+        least = self._no_flow * self._outlet_area
+        if displaced is not None:
+            least = max(least, LITTLE * abs(self._value(displaced)))
+        if abs(leaving) <= least:
             return self._value(self._forms.outlet_mean) / self._outlet_area
         return self._value(self._forms.outlet_heat) / leaving
 

@@ -42,6 +42,8 @@ a per cent and more on default cells (isothermal air: 0.05 % at 4, 0.34 % at 5, 
 within 0.01 % at 10."""
 LARGEST_OVERSHOOT = 0.1
 LARGEST_UNDERSHOOT = 0.05
+LARGEST_DRAWN_IN = 0.01
+"""Of what a fluid contracts by, which may come in at the outlet without a word."""
 LEAST_SURPLUS = 0.02
 """Of the heat that a cycle took, which it may give beyond that without a word."""
 LARGEST_IMBALANCE = 1e-3
@@ -186,7 +188,13 @@ def _of_the_outcome(simulation: Simulation) -> list[str]:
         found.append(
             f"the heat balance is off by {imbalance:.1%}: heat and temperatures are less accurate (finer cells and steps)"
         )
-    undershoot = simulation.problem.flow.counts.largest_undershoot
+    counts = simulation.problem.flow.counts
+    if counts.largest_drawn_in > LARGEST_DRAWN_IN:
+        found.append(
+            f"the fluid contracts faster than it flows in: for a while {counts.largest_drawn_in:.0%} of that came in at the "
+            "outlet, with the temperature that it found there (more flow, or slower cooling)"
+        )
+    undershoot = counts.largest_undershoot
     if undershoot > LARGEST_UNDERSHOOT:
         found.append(f"k undershoots by {undershoot:.0%} of its largest value in single cells, where it counts as 0")
     if simulation.regimes.is_also_laminar:

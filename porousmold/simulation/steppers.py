@@ -95,11 +95,12 @@ class QuasiSteady(Frozen):
             self._mean_before = problem.mean_in_bed(problem.temperature)
         self._extrapolate_temperature(step, past, limits)
         medium.flow_temperature.x.array[:] = medium.property_temperature.x.array
+        medium.boundary.set(time + 0.5 * step)
         if medium.displacement is not None:
             present, middle = problem.temperature.x.array, medium.property_temperature.x.array
             end = np.clip(2.0 * middle - present, *limits) if at_end is None else at_end
-            medium.displacement.follow(present, end, step, past.steps[-1] if past.steps else 0.0)
-        medium.boundary.set(time + 0.5 * step)
+            last_step = past.steps[-1] if past.steps else 0.0
+            medium.displacement.follow(present, end, step, last_step, flows=self._is_driven)
         if is_smooth and len(past.steps) == 2:  # from its course over these, at whose middles it was solved
             before = {name: past.solution[f"flow/{name}"] for name in problem.flow.solution.functions}
             problem.flow.extrapolate(before, (step + past.steps[1]) / sum(past.steps))
@@ -108,12 +109,17 @@ class QuasiSteady(Frozen):
 
     def better_end(self, step: float) -> Floats | None:
         problem, displacement = self.problem, self.problem.medium.displacement
-        if displacement is None:
+        if displacement is None or not self._is_driven:
             return None
         end = problem.temperature.x.array
         missed = problem.specs.porosity.bulk_porosity * problem.total_in_bed(np.abs(displacement.missed(end))) / step
         flow = max(problem.balances.mass_flow, LEAST_FLOW * problem.medium.estimates.mass_flow)
         return end if missed > CORRECTED * flow else None
+
+    @property
+    def _is_driven(self) -> bool:
+        """Whether anything drives the flow at present; fluid that expands at rest may leave at either end."""
+        return self.problem.medium.boundary.present_drive().value != 0.0 or self.problem.specs.flow.gravity != 0.0
 
     @property
     def _follows_temperature(self) -> bool:

@@ -21,11 +21,14 @@ class Displacement:
         self.rate, self.counted = (fem.Function(temperature.function_space) for _ in range(2))
         self.counted.x.array[:] = density(temperature.x.array)
 
-    def follow(self, present: Floats, ahead: Floats, step: float, last_step: float) -> None:
+    def follow(self, present: Floats, ahead: Floats, step: float, last_step: float, *, flows: bool) -> None:
         """Take the rate of a `step` (s) from the `present` temperatures (K) to those `ahead`, after one of `last_step` (s): what
-        that was off by follows in no less time."""
-        counted, now = self.counted.x.array, self._density(present)
-        change = (self._density(ahead) - now) / step + (now - counted) / max(step, last_step)
+        that was off by follows in no less time. Nothing where nothing `flows`."""
+        counted, now, then = self.counted.x.array, self._density(present), self._density(ahead)
+        if not flows:
+            self.rate.x.array[:], counted[:] = 0.0, then
+            return
+        change = (then - now) / step + (now - counted) / max(step, last_step)
         self.rate.x.array[:] = -change
         counted += change * step
 

@@ -83,12 +83,14 @@ class StageUpdate(Protocol):
 @dataclass
 class FlowCounts:
     """What a flow has taken so far: flows found, Newton iterations, steps of false transients, the largest part of the largest k
-    by which k was below 0, and how often each strategy of its solution ended with it, or was given up."""
+    by which k was below 0, the largest part of what a fluid contracts by that came in at the outlet, and how often each strategy
+    of its solution ended with it, or was given up."""
 
     solves: int = 0
     newton_iterations: int = 0
     continuation_steps: int = 0
     largest_undershoot: float = 0.0
+    largest_drawn_in: float = 0.0
     strategies: dict[str, int] = field(default_factory=dict)
 
     def note(self, strategy: str, *, found: bool) -> bool:

@@ -16,6 +16,8 @@ from ..mesh.domain import BED, Domain
 from ..mesh.quadrature_rules import column_rule, flow_axis
 
 GAUSS_DEGREE = 3
+LEAST_FLOW = 1e-2
+"""Of the largest at any station: below, its profile is that of the nearest station with more."""
 LEAST_PRESSURE = 1e-3
 """Of a gas at the outlet: it has no less anywhere in an iteration that goes astray."""
 
@@ -202,5 +204,10 @@ class Streamfunction:
         total = float((through - displaced).mean()) if total is None else total
         if np.all(through > 0.0):
             table *= total / through[:, None]
+        elif np.any(displaced):  # what flows back is that profile, too, times its growth
+            along = np.arange(len(through))
+            known = along[np.abs(through) > LEAST_FLOW * np.max(np.abs(through))]
+            profile = known[nearest(1.0 * known, 1.0 * along)]
+            table = table[profile] * (total / through[profile, None])
         self.function.x.array[:] = table[self._node]
         return total
