@@ -205,9 +205,8 @@ class Streamfunction:
         if np.all(through > 0.0):
             table *= total / through[:, None]
         elif np.any(displaced):  # what flows back is that profile, too, times its growth
-            along = np.arange(len(through))
-            known = along[np.abs(through) > LEAST_FLOW * np.max(np.abs(through))]
-            profile = known[nearest(1.0 * known, 1.0 * along)]
+            known = np.flatnonzero(np.abs(through) > LEAST_FLOW * np.max(np.abs(through)))
+            profile = known[nearest(along[known], along)]
             table = table[profile] * (total / through[profile, None])
         self.function.x.array[:] = table[self._node]
         return total
