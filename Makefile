@@ -6,7 +6,7 @@ PEER_PYTHON := python3.12
 MPIRUN := mpirun --oversubscribe $(if $(filter 0,$(shell id -u)),--allow-run-as-root)
 PARTS := 3
 
-.PHONY: heat deb test-container docs docs-test test test-quick test-durations test-fast test-heavy test-mpi check install tables packing speed-against-error work-precision adjoint hard-cases random-scenes crossed-scenes three-dimensions measured-stores accuracy peers model-choice lattices bubbling-bed patil-bed sheared-bed regression regression-store sweep growth figures chapter-6 bead-interior permeability workshop fluid-properties tracer validation kill-test fuzz-test test-debian13 test-debian-sid clean
+.PHONY: heat deb test-container docs docs-test test test-quick test-durations test-fast test-heavy test-mpi check install tables packing speed-against-error work-precision adjoint hard-cases random-scenes crossed-scenes three-dimensions measured-stores accuracy peers model-choice lattices bubbling-bed patil-bed sheared-bed regression regression-store sweep growth figures chapter-6 bead-interior expanding-liquids permeability workshop fluid-properties tracer validation kill-test fuzz-test test-debian13 test-debian-sid clean
 
 heat: .venv/installed  ## heat the aluminium mold: summary and pictures in runs/aluminium
 	$(PYTHON) -m porousmold run studies/mold/aluminium.toml --out runs/aluminium --force
@@ -108,6 +108,9 @@ chapter-6: .venv/installed  ## the thesis's chapter 6, term by term: docs/chapte
 
 bead-interior: .venv/installed  ## beads that are not isothermal: docs/bead-interior.md
 	$(PYTHON) -m studies.bead_interior
+
+expanding-liquids: .venv/installed  ## fluids that expand, against finite volumes: docs/expanding-liquids.md
+	$(PYTHON) -m studies.expanding_liquids
 
 tracer: .venv/installed  ## when a tracer comes through the aluminium mold's bed
 	$(PYTHON) -m studies.tracer

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 from scipy.integrate import trapezoid
-from scipy.interpolate import PchipInterpolator
 
 from porousmold import Scene, run
 from porousmold.simulation import assembly
 from porousmold.simulation.expansion import heat_of_expansion
 from porousmold.simulation.running import RunInterrupted
 from porousmold.simulation.specs import specs_of
+from studies.expanding_liquids import half_way, outlet_by_finite_volumes
 
 PRESSURE, POROSITY, BEAD_DIAMETER, FLUX = 15e5, 0.4, 0.015, 38.0
 VOLUME = 0.25 * np.pi
@@ -41,66 +41,13 @@ SALT = {
 }
 
 
-def outlet_by_finite_volumes(scene, cells=150):
-    """Time (s) and temperature (K) at the outlet of that bed: mass, enthalpy and beads in one dimension, Heun's method."""
-    specs = specs_of(scene)
-    fluid, beads, nusselt = specs.laws.fluid, specs.laws.beads, specs.laws.nusselt
-    inlet, end, width = specs.heat.inlet_temperature(0.0), specs.time.end_time, 1.0 / cells
-    temperature = np.full(cells, specs.heat.initial_temperature)
-    of_beads, enthalpy = temperature.copy(), fluid.heat_capacity.integral
-    surface = 6.0 * (1.0 - POROSITY) / BEAD_DIAMETER
-
-    def conducted(conductivity, values):
-        inner = 0.5 * (conductivity[1:] + conductivity[:-1]) * np.diff(values) / width
-        return np.diff(np.concatenate([[0.0], inner, [0.0]]))
-
-    def rates(values, solid):
-        density, capacity = fluid.density(PRESSURE, values), fluid.heat_capacity(values)
-        thinner = (fluid.density(PRESSURE, values + 0.5) - fluid.density(PRESSURE, values - 0.5)) * np.ones(cells)
-        viscosity, conductivity = fluid.viscosity(values), fluid.conductivity(values) * np.ones(cells)
-        film = nusselt(FLUX * BEAD_DIAMETER / viscosity, viscosity * capacity / conductivity, POROSITY)
-        exchanged = surface * film * conductivity / BEAD_DIAMETER * (values - solid) * width
-        steps = np.diff(np.append(inlet, values))
-        limited = np.where(steps[:-1] * steps[1:] > 0.0, np.sign(steps[1:]), 0.0)
-        limited *= np.minimum(np.abs(steps[:-1]), np.abs(steps[1:]))
-        at_faces = enthalpy(np.concatenate([[inlet], values[:-1] + 0.5 * limited, values[-1:]]))
-        entering, leaving = at_faces[:-1] - enthalpy(values), at_faces[1:] - enthalpy(values)
-        gained, storage = conducted(POROSITY * conductivity, values) - exchanged, POROSITY * density * capacity * width
-        flux, change = FLUX, np.empty(cells)
-        for cell in range(cells):
-            by_rate = POROSITY * thinner[cell] * width
-            gain = flux * (entering[cell] - leaving[cell]) + gained[cell]
-            change[cell] = gain / (storage[cell] - by_rate * leaving[cell])
-            flux -= by_rate * change[cell]
-        in_beads = conducted((1.0 - POROSITY) * beads.conductivity(solid) * np.ones(cells), solid) + exchanged
-        return change, in_beads / ((1.0 - POROSITY) * beads.density(solid) * beads.heat_capacity(solid) * width)
-
-    step = 0.25 * width * POROSITY * float(np.min(fluid.density(PRESSURE, np.array([inlet, temperature[0]])))) / FLUX
-    times = np.linspace(0.0, end, int(np.ceil(end / step)) + 1)
-    outlet = [temperature[-1]]
-    for step in np.diff(times):
-        first = rates(temperature, of_beads)
-        second = rates(temperature + step * first[0], of_beads + step * first[1])
-        temperature = temperature + 0.5 * step * (first[0] + second[0])
-        of_beads = of_beads + 0.5 * step * (first[1] + second[1])
-        outlet.append(temperature[-1])
-    return times, np.array(outlet)
-
-
-def half_way(times, outlet, scene):
-    """Time (s) at which the fluid that leaves is half-way to the inlet's temperature."""
-    heat = specs_of(scene).heat
-    halves = PchipInterpolator(times, outlet).solve(0.5 * (heat.initial_temperature + heat.inlet_temperature(0.0)))
-    return float(halves[(halves >= 0.0) & (halves <= times[-1])][0])
-
-
 @pytest.mark.parametrize(
     ("changes", "late"), [({}, 0.034), (COOLED, -0.026), (SALT, 0.0146)], ids=["heated", "cooled", "salt"]
 )
 def test_fronts_in_a_liquid_that_expands_are_those_of_finite_volumes(changes, late, monkeypatch):
     """Of a given mass flow, in all models of the flow; without what is displaced they are late where the bed is heated."""
     scene = Scene(STORE).changed(changes)
-    exact = half_way(*outlet_by_finite_volumes(scene), scene)
+    exact = half_way(*outlet_by_finite_volumes(scene, 60.0), scene)
 
     def off(flow):
         history = run(scene.changed({"model.flow": flow}), communicator=MPI.COMM_SELF).history
