@@ -6,12 +6,36 @@ The heat is in the form of rates of the temperatures: mass that is stored takes 
 """
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import ufl
 
 from ..laws.functions import Value
 from .energy import EnergyEquations
 from .flow import FlowEquations, FlowState
+
+
+class FluidHeld(NamedTuple):
+    """Forms (scalar) of the fluid in the bed at the flow's temperature: its `mass` (kg), its `heat` (J) beyond the initial
+    temperature, that at the inlet's (`at_inlet`), and what `EnergyEquations.stored_heat` counts it with, phi rho C_f T."""
+
+    mass: Value
+    heat: Value
+    at_inlet: Value
+    counted: Value
+
+
+def fluid_held(equations: EnergyEquations) -> FluidHeld:
+    """Of given flow fields."""
+    fluid, temperature = equations.flow.fluid.fluid, equations.flow_temperature
+    enthalpy, weight, dx = fluid.heat_capacity.integral, equations.coordinates.weight, equations.dx_bed
+    mass, first = weight * equations.bed.porosity * equations.transfer.density, enthalpy(equations.initial_temperature)
+    return FluidHeld(
+        mass * dx,
+        mass * (enthalpy(temperature) - first) * dx,
+        mass * (enthalpy(equations.inlet_temperature) - first) * dx,
+        weight * equations.fluid_storage * temperature * dx,
+    )
 
 
 def mass_storage(

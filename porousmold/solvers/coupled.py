@@ -15,7 +15,7 @@ import ufl
 from dolfinx import fem
 
 from ..arrays import Floats
-from ..equations.coupled_storage import heating_rate, mass_storage
+from ..equations.coupled_storage import FluidHeld, fluid_held, heating_rate, mass_storage
 from ..equations.energy import EnergyEquations
 from ..equations.flow import BedMeasures, FlowState
 from ..errors import SolveError
@@ -91,7 +91,7 @@ class CoupledTransient:
             constrained.append(unknowns_outside(domain, space, (count + 1,), BED))
         held = np.unique(np.concatenate(constrained))
         self._system = NewtonSystem("coupled", residual, self._coupled, held, keep_jacobian=True)
-        self._fluid_capacity = DeferredForm(heat.equations.fluid_heat_capacity())
+        self._held_forms = [DeferredForm(form) for form in fluid_held(heat.equations)]
         self.newton_iterations = 0
         self.observe: Observer = silent
 
@@ -156,7 +156,7 @@ class CoupledTransient:
         self._unknowns.gather()
         self.flow.renew_inlet()
         self.heat.begin()
-        capacity = ranks.integral(self.domain.communicator, self._fluid_capacity.form)
+        before = self._held()
         start = self._coupled.x.array.copy()
         self._inverse_step.value = 1.0 / (GAMMA * step)
         rates: list[Floats] = []
@@ -169,11 +169,15 @@ class CoupledTransient:
             rates.append((self._coupled.x.array - reference) / (GAMMA * step))
             self._unknowns.scatter()
             crossed = crossed + step * STAGES[-1][stage] * self.heat.flows.here()
-        # heat that comes in is counted from the inlet's temperature: so is that of the fluid that the bed no longer holds
-        inlet = float(self.heat.equations.inlet_temperature.value)
-        left = ranks.integral(self.domain.communicator, self._fluid_capacity.form)
-        self.heat.finish(crossed, inlet * (capacity - left))
+        after = self._held()
+        # heat counts from the initial temperature; the flows count that of what leaves from the inlet's
+        beyond = after.at_inlet / after.mass * (after.mass - before.mass)
+        self.heat.finish(crossed, beyond, after.heat - before.heat - (after.counted - before.counted))
         return rates
+
+    def _held(self) -> FluidHeld:
+        """Values (collective)."""
+        return FluidHeld(*(ranks.integral(self.domain.communicator, form.form) for form in self._held_forms))
 
     def _solve(self, time: float, step: float) -> None:
         def converged(update: float) -> bool:

@@ -207,10 +207,11 @@ class TransientHeat:
         self._renew_coefficients()
         self._steps.note_start()
 
-    def finish(self, crossed: Floats, displaced: float = 0.0) -> None:
+    def finish(self, crossed: Floats, by_fluid: float, stored: float) -> None:
         """Bring the balance forward by the heat (J) that `crossed` during such a step, the sum of `flows.here()` times their
-        weights, and by what the fluid counts for that its change of density has `displaced`."""
-        self.balance.add(self.flows.of_all_ranks(crossed), self._steps.gained() + displaced)
+        weights, and by what the fluid brings and stores beside that as its mass changes."""
+        flows = self.flows.of_all_ranks(crossed)
+        self.balance.add(flows | {"by_fluid": flows["by_fluid"] + by_fluid}, self._steps.gained() + stored)
 
     def _renew_coefficients(self) -> None:
         """Take those of the present flow and temperature, with the cells that are monotone at present."""
