@@ -1,6 +1,6 @@
 """Fronts in fluids that expand, against finite volumes of their own: writes docs/expanding-liquids.md.
 
-Run: make expanding-liquids (minutes).
+Run: make expanding-liquids (a quarter of an hour).
 
 Insulated beds of constant porosity drawn at random: six fluids between random temperatures, heated or cooled, a given mass flow;
 plug, developed or full flow. What is compared is the time at which the fluid that leaves is half-way to the inlet's temperature.
