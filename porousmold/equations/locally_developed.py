@@ -3,15 +3,18 @@ r"""Flow of any geometry whose profile from the wall is everywhere the developed
     div q = 0,   q = phi rho u,   u = (d^2/mu) m(y/d, G) D,   D = rho g - grad p,   G = rho |D| d^3/mu^2
 
 In units of nu/d developed profiles depend on the wall distance y/d and on G alone, and so do the turbulence's unknowns in
-theirs, k = (nu/d)^2 K(y/d, G), epsilon = (nu^3/d^4) E(y/d, G): neither temperature nor pressure changes them otherwise. m, K
-and E come from developed flow over a plane bed (`solvers.developed_profiles`). What is left is one scalar equation of the
-pressure. Walls and symmetry are its natural conditions, inlet and outlet
+theirs, k = (nu/d)^2 K(y/d, G), epsilon = (nu^3/d^4) E(y/d, G): neither temperature nor pressure changes them otherwise, where
+nu does not change across the layer at the wall. m, K and E come from developed flow over a plane bed
+(`solvers.developed_profiles`). What is left is one scalar equation of the pressure. Walls and symmetry are its natural
+conditions, inlet and outlet
 
-    q.n = beta (p - p_b)
+    q.n = (phi rho d^2/mu) m (p - p_b)/l
 
-with beta so large that p = p_b to a millionth: every test function is free there, and the heat that q carries is conserved.
-Left out are the entrance, the inertia of the fluid where the section changes, and what a corner of two walls adds to the nearer
-one. About a node the profiles follow a power law of G, f = f_n exp[s_n (ln G - g_n)].
+with l a millionth of the bed's length, so that p = p_b as nearly: every test function is free there, and the heat that q
+carries is conserved. With the profile m in it, p - p_b is the same from wall to wall; a constant there drives the fluid across
+the last cells. Left out are the entrance, the inertia of the fluid where the section changes, what a corner of two walls adds
+to the nearer one, and how the viscosity changes across the layer at a wall that is colder or hotter than the bed. About a node
+the profiles follow a power law of G, f = f_n exp[s_n (ln G - g_n)].
 """
 
 from dataclasses import dataclass
@@ -51,7 +54,7 @@ class NodalProfiles:
 class LocallyDeveloped:
     """Forms of that flow for a gauge `pressure` (Pa, a function), at a `temperature` (K), with `profiles`.
 
-    `at_boundary` (Pa, a function) is p_b at the nodes of inlet and outlet, `conductance` beta (kg/m2/s/Pa), a constant.
+    `at_boundary` (Pa, a function) is p_b at the nodes of inlet and outlet, `length_of_loss` l (m), a constant.
     """
 
     equations: FlowEquations
@@ -59,7 +62,7 @@ class LocallyDeveloped:
     temperature: Value
     profiles: NodalProfiles
     at_boundary: Value
-    conductance: Value
+    length_of_loss: Value
 
     @property
     def _density(self) -> Value:
@@ -101,6 +104,15 @@ class LocallyDeveloped:
         return self.equations.bed.porosity * self._density * self.state.velocity
 
     @property
+    def conductance(self) -> Value:
+        """Of inlet and outlet, kg/m2/s/Pa, with the nodes' profile as it was found last."""
+        return self._permeance(self.profiles.fields[0].value) / self.length_of_loss
+
+    def _permeance(self, mobility: Value) -> Value:
+        bed = self.equations.bed
+        return bed.porosity * self._density * bed.bead_diameter**2 / self._viscosity * mobility
+
+    @property
     def outward(self) -> Value:
         """q.n at inlet and outlet, kg/m2/s."""
         return self.conductance * (self.pressure - self.at_boundary)
@@ -122,9 +134,7 @@ class LocallyDeveloped:
     @property
     def middle_permeance(self) -> Value:
         """q over D, kg/m/s/Pa."""
-        bed = self.equations.bed
-        mobility = self.profiles.at(self.logarithm)[0]
-        return bed.porosity * self._density * bed.bead_diameter**2 / self._viscosity * mobility
+        return self._permeance(self.profiles.at(self.logarithm)[0])
 
 
 @dataclass(frozen=True)

@@ -221,7 +221,6 @@ def locally_developed_flow(specs: Specs, medium: Medium) -> LocallyDevelopedFlow
         medium.flow_temperature,
         Inflow(medium.boundary.present_drive, medium.inlet_area, specs.laws.fluid),
         lambda: profile_table(specs, estimates, medium.domain.depth),
-        estimates.mass_flux,
         QUADRATURE_DEGREE,
     )
 

@@ -32,8 +32,8 @@ from .parts import TRACE_OF_TURBULENCE
 from .protocols import FlowCounts, Inflow, Observer, silent
 from .state import ArrayOf, Arrays, Saved, State
 
-PRESSURE_LOST = 1e-6
-"""Part of the reference pressure that the reference flow loses at inlet and outlet."""
+LENGTH_OF_LOSS = 1e-6
+"""Part of the bed's length in which as much pressure is lost as at inlet and outlet."""
 CONVERGED, MOST_ITERATIONS = 1e-9, 100
 """Relative update of the pressure at which a flow that starts is found."""
 FOLLOWED = 0.05
@@ -48,8 +48,7 @@ LINEAR_REDUCTION = 1e-8
 
 
 class LocallyDevelopedFlow:
-    """`equations` are `FlowEquations`; `table()` gives the profiles, `reference_flux` (kg/m2/s) is that of the reference
-    pressure."""
+    """`equations` are `FlowEquations`; `table()` gives the profiles."""
 
     streamfunction = growth = inlet = None
     factored_at: Any = None
@@ -61,7 +60,6 @@ class LocallyDevelopedFlow:
         temperature: fem.Function,
         inflow: Inflow,
         table: Callable[[], ProfileTable],
-        reference_flux: float,
         quadrature_degree: int,
     ) -> None:
         self.domain, self._equations = domain, equations
@@ -70,9 +68,9 @@ class LocallyDevelopedFlow:
         self._means = NodalMeans(domain, space, equations.coordinates.nodal_weight)
         self._profiles = LocalProfiles(domain, space, self._means, 1 + len(equations.turbulent_unknowns), table)
         self.pressure, self._at_boundary = fem.Function(space), fem.Function(space)
-        conductance = domain.constant(reference_flux / (PRESSURE_LOST * float(equations.scales.pressure.value)))
+        loss = domain.constant(LENGTH_OF_LOSS * domain.length)
         self.local = LocallyDeveloped(
-            equations, self.pressure, temperature, self._profiles.nodal, self._at_boundary, conductance
+            equations, self.pressure, temperature, self._profiles.nodal, self._at_boundary, loss
         )
         self._profiles.follow(self.local.logarithm)
         self.state = self.local.state
