@@ -5,7 +5,8 @@ Run: make expanding-liquids (a quarter of an hour).
 Insulated beds of constant porosity drawn at random: six fluids between random temperatures, heated or cooled, a given mass flow;
 plug, developed or full flow. What is compared is the time at which the fluid that leaves is half-way to the inlet's temperature.
 The finite volumes solve mass, enthalpy of the fluid and heat of the beads in one dimension, as conservation laws (150 cells,
-second order, Heun's method), with the film of the inlet's mass flux. "Without" is what they give where the same mass flow passes all of the bed.
+second order, Heun's method), with the film of the inlet's mass flux. "Without" is what they give where the same mass flow passes
+all of the bed.
 """
 
 import argparse
