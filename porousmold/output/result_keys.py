@@ -62,8 +62,8 @@ RESULT_KEYS: Mapping[str, ResultKey] = {
     ),
     "target_meanings": ResultKey("object", "each target in words"),
     "end_time": _number("s", "end of the run"),
-    "mass_flow_initial": _number("kg/s", "initial mass flow of the modelled part", optional=True),
-    "mass_flow_final": _number("kg/s", "final mass flow of the modelled part", optional=True),
+    "mass_flow_initial": _number("kg/s", "initial mass flow into the modelled part", optional=True),
+    "mass_flow_final": _number("kg/s", "final mass flow into the modelled part", optional=True),
     "mass_flow_error": _number(
         "1",
         "estimated relative error of the mass flow (of the pressure drop where the flow is given) on a mesh of one's own whose "
@@ -75,7 +75,7 @@ RESULT_KEYS: Mapping[str, ResultKey] = {
     "mass_imbalance": _number("1", "(in - out)/out of the mass flow at the end", optional=True),
     "energy_imbalance": _number("1", "relative imbalance of the heat balance"),
     "energy_rev_residual": _number("1", "heat created by the REV terms, relative to the heat from the fluid"),
-    "heat_by_fluid": _number("J", "heat transferred from the fluid to bed and wall"),
+    "heat_by_fluid": _number("J", "heat transferred from the fluid to bed and wall; of a fluid that expands, from the initial temperature on"),
     "heat_stored": _number("J", "heat stored in fluid, beads and wall, less what a cure has set free"),
     "fluid_heat": _number(
         "J",
