@@ -75,7 +75,9 @@ RESULT_KEYS: Mapping[str, ResultKey] = {
     "mass_imbalance": _number("1", "(in - out)/out of the mass flow at the end", optional=True),
     "energy_imbalance": _number("1", "relative imbalance of the heat balance"),
     "energy_rev_residual": _number("1", "heat created by the REV terms, relative to the heat from the fluid"),
-    "heat_by_fluid": _number("J", "heat transferred from the fluid to bed and wall; of a fluid that expands, from the initial temperature on"),
+    "heat_by_fluid": _number(
+        "J", "heat transferred from the fluid to bed and wall; of a fluid that expands, from the initial temperature on"
+    ),
     "heat_stored": _number("J", "heat stored in fluid, beads and wall, less what a cure has set free"),
     "fluid_heat": _number(
         "J",
