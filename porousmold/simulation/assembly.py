@@ -115,14 +115,14 @@ def build_medium(specs: Specs, domain: Domain, estimates: Estimates, size: BedSi
     model = None if laws.turbulence is None else laws.turbulence.with_parameters(constant)
     inlet_area = area_of_inlet(domain)
     boundary = BoundaryValues(flow, specs.heat, domain, inlet_area)
-    temperatures = [fem.Function(fenicsx.lagrange_space(domain.mesh))]
-    temperatures.append(fem.Function(temperatures[0].function_space))
-    for function in temperatures:
+    space = fenicsx.lagrange_space(domain.mesh)
+    of_flow, of_properties = fem.Function(space), fem.Function(space)
+    for function in (of_flow, of_properties):
         function.x.array[:] = specs.heat.initial_temperature
         _start(specs, function, domain)
     displacement = None
     if counts_expansion(specs, estimates):
-        displacement = Displacement(temperatures[0], partial(laws.fluid.density, flow.outlet_pressure))
+        displacement = Displacement(of_flow, partial(laws.fluid.density, flow.outlet_pressure))
     equations = FlowEquations(
         bed,
         fluid,
@@ -133,9 +133,7 @@ def build_medium(specs: Specs, domain: Domain, estimates: Estimates, size: BedSi
         published_pressure_term=flow.averaging.terms == "as-published",
         expansion=None if displacement is None else bed.porosity * displacement.rate,
     )
-    return Medium(
-        domain, size, estimates, equations, boundary, inlet_area, temperatures[0], temperatures[1], displacement
-    )
+    return Medium(domain, size, estimates, equations, boundary, inlet_area, of_flow, of_properties, displacement)
 
 
 def _start(specs: Specs, function: fem.Function, domain: Domain) -> None:
@@ -231,7 +229,8 @@ def profile_table(specs: Specs, estimates: Estimates, half_height: float) -> Pro
 
     size = BedSize(length=1.0, half_height=half_height)
     mesh = replace(specs.mesh, size=size, own=OwnMesh(), dimension=2, axisymmetric=False)
-    flow = replace(specs.flow, gravity=0.0, by_blower=False)
+    model = replace(specs.flow.model, update="frozen")  # nothing expands at stations that have each their own flow
+    flow = replace(specs.flow, gravity=0.0, by_blower=False, model=model)
     heat = replace(specs.heat, air_loop=None, start=None, initial_temperature=specs.heat.inlet_temperature.range[1])
     flat = replace(specs, mesh=mesh, flow=flow, heat=heat)
     domain = plane_of_stations(mesh, estimates, MPI.COMM_SELF, STATIONS)

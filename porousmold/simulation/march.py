@@ -21,7 +21,7 @@ from .recorder import Recorder
 from .regimes import Regimes
 from .specs import Specs
 from .step_rules import StepRules
-from .steppers import STEPPERS, Past
+from .steppers import STEPPERS, Ahead, Past
 
 LOG = logging.getLogger(__name__)
 
@@ -185,10 +185,10 @@ class Simulation:
     def _advance(self, step: float, before: Copy, *, is_smooth: bool) -> StepError:
         """Flow and heat of a step (s) from a state; gives the estimated error. Raises `SolveError`."""
         problem, at_end = self.problem, None
+        ahead = Ahead(self.time, step, self._past, self._rules.limits(), is_smooth)
         for repetitions_left in reversed(range(1 + MOST_CORRECTIONS)):
             with problem.stopwatch("flow"):
-                given = self.time, step, self._past, self._rules.limits()
-                self._stepper.prepare(*given, is_smooth=is_smooth, at_end=at_end)
+                self._stepper.prepare(ahead, at_end)
             with problem.stopwatch("energy"):
                 error = problem.heat.step(self.time, step, self._rules.bounds)
             at_end = self._stepper.better_end(step) if repetitions_left else None

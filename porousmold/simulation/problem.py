@@ -255,12 +255,16 @@ class Problem:
 
     def mean_in_bed(self, function: fem.Function) -> float:
         """Mean over the bed's volume of a function on the mesh (collective)."""
-        return self.total_in_bed(function.x.array) / self.total_in_bed(np.ones_like(function.x.array))
+        return self.total_in_bed(function.x.array) / self._bed_volume
 
     def total_in_bed(self, values: Floats) -> float:
         """Integral (times m3) over the bed of values at the mesh's nodes (collective)."""
         weights = self._bed_weights
         return float(ranks.total(self.communicator, np.array([weights @ values[: len(weights)]]))[0])
+
+    @functools.cached_property
+    def _bed_volume(self) -> float:
+        return float(ranks.total(self.communicator, np.array([self._bed_weights.sum()]))[0])
 
     @functools.cached_property
     def _bed_weights(self) -> Floats:

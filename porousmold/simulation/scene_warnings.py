@@ -172,9 +172,9 @@ def warnings_of_the_scene(scene: Scene, specs: Specs, estimates: Estimates, size
 
 def _of_expansion(specs: Specs, estimates: Estimates) -> list[str]:
     """Whether the mass that a change of density displaces counts, and is left out."""
-    update, off = specs.flow.model.update, heat_of_expansion(specs)
-    is_left_out = update == "frozen" or specs.heat.air_loop is not None
-    if update == "transient" or not estimates.flows or not is_left_out or abs(off) <= LARGEST_EXPANSION:
+    off = heat_of_expansion(specs)
+    is_left_out = specs.flow.model.update == "frozen" or specs.heat.air_loop is not None
+    if not estimates.flows or not is_left_out or abs(off) <= LARGEST_EXPANSION:
         return []
     low, high = given_bounds(specs.heat)
     fluid, pressure = specs.laws.fluid, specs.flow.outlet_pressure

@@ -3,6 +3,7 @@ step, or solved for together with them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -30,6 +31,17 @@ class Past:
         self.solution, self.steps = before, [*self.steps[-1:], step]
 
 
+class Ahead(NamedTuple):
+    """A step (s) from a time (s), what it goes on from, the `limits` (K) of temperatures that are extrapolated, and whether the
+    flow's course over the last steps `is_smooth`."""
+
+    time: float
+    step: float
+    past: Past
+    limits: tuple[float, float]
+    is_smooth: bool
+
+
 class Frozen:
     """The flow stays as it was at the start: `model.flow_update = "frozen"`, and what the others share."""
 
@@ -40,20 +52,10 @@ class Frozen:
         """Time (s) that the flow was solved for, at the end (s) of a step."""
         return 0.0
 
-    def prepare(
-        self,
-        time: float,
-        step: float,
-        past: Past,
-        limits: tuple[float, float],
-        *,
-        is_smooth: bool,
-        at_end: Floats | None = None,
-    ) -> None:
-        """Bring coefficients and flow to a step (s) from a time (s), with temperatures extrapolated within `limits` (K); the
-        flow's course over the last steps goes on where it `is_smooth`; the fluid expands by the temperatures `at_end` (K) of the
-        step, by default those extrapolated. Raises `SolveError` (collective)."""
-        self._extrapolate_temperature(step, past, limits)
+    def prepare(self, ahead: Ahead, at_end: Floats | None = None) -> None:
+        """Bring coefficients and flow to the step ahead, with temperatures extrapolated; the fluid expands by the temperatures
+        `at_end` (K) of the step, by default those. Raises `SolveError` (collective)."""
+        self._extrapolate_temperature(ahead)
 
     def better_end(self, step: float) -> Floats | None:
         """Temperatures (K) at the end of the step (s) just taken, where its flow was that of others, by so much that it is to be
@@ -64,14 +66,14 @@ class Frozen:
         """Relative error of the mass flow in the step that was taken last (collective)."""
         return 0.0
 
-    def _extrapolate_temperature(self, step: float, past: Past, limits: tuple[float, float]) -> None:
+    def _extrapolate_temperature(self, ahead: Ahead) -> None:
         """Take the heat's coefficients at the temperature extrapolated to the step's middle, where they belong (second order)."""
-        problem = self.problem
-        ahead = problem.heat.unknown.copy()
+        problem, past = self.problem, ahead.past
+        middle = problem.heat.unknown.copy()
         if past.solution:
-            ahead.x.array[:] += 0.5 * step / past.steps[-1] * (ahead.x.array - past.solution["heat/unknown"])
-            np.clip(ahead.x.array, *limits, out=ahead.x.array)
-        problem.medium.property_temperature.x.array[:] = problem.part_of_heat(ahead, 0).x.array
+            middle.x.array[:] += 0.5 * ahead.step / past.steps[-1] * (middle.x.array - past.solution["heat/unknown"])
+            np.clip(middle.x.array, *ahead.limits, out=middle.x.array)
+        problem.medium.property_temperature.x.array[:] = problem.part_of_heat(middle, 0).x.array
 
 
 class QuasiSteady(Frozen):
@@ -80,32 +82,24 @@ class QuasiSteady(Frozen):
     def flow_time(self, time: float, past: Past) -> float:
         return time - (0.5 * past.steps[-1] if past.steps else 0.0)
 
-    def prepare(
-        self,
-        time: float,
-        step: float,
-        past: Past,
-        limits: tuple[float, float],
-        *,
-        is_smooth: bool,
-        at_end: Floats | None = None,
-    ) -> None:
+    def prepare(self, ahead: Ahead, at_end: Floats | None = None) -> None:
         problem, medium = self.problem, self.problem.medium
+        step, past, middle_time = ahead.step, ahead.past, ahead.time + 0.5 * ahead.step
         if self._follows_temperature:
             self._mean_before = problem.mean_in_bed(problem.temperature)
-        self._extrapolate_temperature(step, past, limits)
+        self._extrapolate_temperature(ahead)
         medium.flow_temperature.x.array[:] = medium.property_temperature.x.array
-        medium.boundary.set(time + 0.5 * step)
+        medium.boundary.set(middle_time)
         if medium.displacement is not None:
             present, middle = problem.temperature.x.array, medium.property_temperature.x.array
-            end = np.clip(2.0 * middle - present, *limits) if at_end is None else at_end
+            end = np.clip(2.0 * middle - present, *ahead.limits) if at_end is None else at_end
             last_step = past.steps[-1] if past.steps else 0.0
             medium.displacement.follow(present, end, step, last_step, flows=self._is_driven)
-        if is_smooth and len(past.steps) == 2:  # from its course over these, at whose middles it was solved
+        if ahead.is_smooth and len(past.steps) == 2:  # from its course over these, at whose middles it was solved
             before = {name: past.solution[f"flow/{name}"] for name in problem.flow.solution.functions}
             problem.flow.extrapolate(before, (step + past.steps[1]) / sum(past.steps))
         tolerance = problem.specs.flow.tolerance
-        problem.find_flow(lambda: problem.flow.renew(time, tolerance), time + 0.5 * step)
+        problem.find_flow(lambda: problem.flow.renew(ahead.time, tolerance), middle_time)
 
     def better_end(self, step: float) -> Floats | None:
         problem, displacement = self.problem, self.problem.medium.displacement
