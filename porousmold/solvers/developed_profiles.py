@@ -19,9 +19,11 @@ STATIONS = 29
 """Of the table, along ln G."""
 REACH = 100.0
 """Factor of G above and below its middle that the table reaches; with 30, at the edges of ports, 0.4 % of the flow too much."""
-HALF_MISSES, MOST_INSERTIONS = 0.01, 2
-"""Part of a profile's largest value that every other station may miss at the one between, before more are inserted there, and
-how often: where turbulence begins, k grows by a factor of 30 within 0.2 of ln G."""
+HALF_MISSES = 0.01, 0.05
+"""Part of a profile's largest value, the speed's and that of the turbulence's unknowns, that every other station may miss at the
+one between, before more are inserted there: where turbulence begins, k grows by a factor of 30 within 0.2 of ln G."""
+MOST_INSERTIONS = 2
+"""Times that stations are inserted: the profiles then change by less than 2 % with where they lie."""
 POWERS = (0.6, 1.2, 1.8)
 """Of G, about which the scaled speed, k and epsilon go: profiles are divided by them before they are interpolated. The powers of
 other unknowns are 1."""
@@ -162,26 +164,26 @@ def _monotone(stations: Floats, rows: Floats) -> Any:
 
 
 def missed_by_half(stations: Floats, fields: list[Floats]) -> Floats:
-    """By how much, as a part of its largest value there, a row of any field at a station is missed by monotone cubics through
-    every other station; 0 at the ends."""
+    """By how much, over what `HALF_MISSES` allows, a row of any field at a station is missed by monotone cubics through every
+    other station; 0 at the ends."""
     missed = np.zeros(len(stations))
     for kept in (slice(0, None, 2), slice(1, None, 2)):
         between = np.setdiff1d(np.arange(len(stations)), np.arange(len(stations))[kept])
         between = between[(stations[between] > stations[kept][0]) & (stations[between] < stations[kept][-1])]
-        for rows in fields:
+        for number, rows in enumerate(fields):
             guessed = _monotone(stations[kept], rows[kept])(stations[between])
             largest = np.maximum(np.abs(rows[between]).max(axis=1), np.abs(rows).max() * LEAST_VALUE)
             part = np.abs(guessed - rows[between]).max(axis=1) / largest
-            missed[between] = np.maximum(missed[between], part)
+            missed[between] = np.maximum(missed[between], part / HALF_MISSES[min(number, 1)])
     return missed
 
 
 def between_stations(stations: Floats, missed: Floats) -> Floats:
-    """`STATIONS` more, spread over the intervals beside stations of which more than `HALF_MISSES` is missed; none if there are
-    no such stations."""
+    """`STATIONS` more, spread over the intervals beside stations of which more is missed than allowed; none if there are no such
+    stations."""
     of_intervals = np.maximum(missed[1:], missed[:-1])
     worst = np.argsort(-of_intervals, kind="stable")[:STATIONS]
-    worst = worst[of_intervals[worst] > HALF_MISSES]
+    worst = worst[of_intervals[worst] > 1.0]
     if not len(worst):
         return np.zeros(0)
     counts = STATIONS // len(worst) + (np.arange(len(worst)) < STATIONS % len(worst))

@@ -63,7 +63,11 @@ def test_beyond_the_table_a_profile_goes_on_as_a_wider_one_has_it():
 def test_where_turbulence_begins_profiles_do_not_depend_on_where_the_stations_lie():
     """k grows thirtyfold within 0.2 of ln G: splines through even stations had twice of it between two, a wall was heated 1.4 %
     too early."""
-    settings = {"fluid.material": "water", "fluid.viscosity": "0.5 mPa*s", "model.turbulence": "damped-nakayama-kuwahara"}
+    settings = {
+        "fluid.material": "water",
+        "fluid.viscosity": "0.5 mPa*s",
+        "model.turbulence": "damped-nakayama-kuwahara",
+    }
     problem = simulation_of(coarse_scene(ALUMINIUM, settings), MPI.COMM_SELF).problem
     distances, middle = np.array([1e-4, 2e-4, 5e-4, 1e-3, 3e-3, 0.01]), np.log(9.6e5)
     tables = []
