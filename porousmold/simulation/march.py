@@ -90,8 +90,8 @@ class Simulation:
                 self.regimes.note()
                 self.recorder.record(self.time, step, self._stepper.flow_time(self.time, self._past))
                 self.recorder.snapshots.keep(self.time, self._steps)
+                self._follow_course()  # before a checkpoint is written, which goes on from the phase to come
                 progress(self.time, self.recorder.history[f"deficit_{self.specs.time.heated.place}"][-1])
-                self._follow_course()
         self.recorder.snapshots.finish(self.time, self._steps)
         return self
 

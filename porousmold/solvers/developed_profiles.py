@@ -23,7 +23,8 @@ HALF_MISSES = 0.01, 0.05
 """Part of a profile's largest value, the speed's and that of the turbulence's unknowns, that every other station may miss at the
 one between, before more are inserted there: where turbulence begins, k grows by a factor of 30 within 0.2 of ln G."""
 MOST_INSERTIONS = 2
-"""Times that stations are inserted: at the onset of turbulence k then changes by less than 2 % of its largest value with where they lie."""
+"""Times that stations are inserted: where turbulence begins k then changes by less than 2 % of its largest value with where the
+stations lie."""
 POWERS = (0.6, 1.2, 1.8)
 """Of G, about which the scaled speed, k and epsilon go: profiles are divided by them before they are interpolated. The powers of
 other unknowns are 1."""

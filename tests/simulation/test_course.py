@@ -10,6 +10,7 @@ from scipy.signal import lfilter
 from porousmold import InputError, Scene, run
 from porousmold.cli import main
 from porousmold.files.xdmf import read_fields
+from porousmold.scene.features.phases import phases_of
 from porousmold.simulation.march import Simulation
 from porousmold.simulation.running import RunInterrupted
 from porousmold.simulation.specs import specs_of
@@ -243,6 +244,26 @@ def test_an_interrupted_run_goes_on_in_its_phase(tmp_path):
         assert result.summary["last_cycle"]["heat_out"] == pytest.approx(
             whole.summary["last_cycle"]["heat_out"], rel=1e-9
         )
+
+
+def test_a_run_that_stops_where_a_phase_ends_goes_on_with_the_next(tmp_path):
+    """A checkpoint of that time was written before the phase changed: the phase went on for a step, and the last one did not
+    end."""
+    scene, whole = store(cycles=2), computed(store(cycles=2))
+    durations = [phase.duration for phase in phases_of(scene)]
+    for number, end in enumerate(np.cumsum(durations)):
+
+        def stop(time, deficit, simulation, end=end):
+            if time == pytest.approx(end):
+                raise KeyboardInterrupt
+
+        folder = tmp_path / f"run{number}"
+        with pytest.raises(RunInterrupted):
+            run(scene, folder, MPI.COMM_SELF, progress=stop)
+        result = run(scene, folder, MPI.COMM_SELF, resume=True)
+        assert len(result.summary["cycles"]) == 2
+        for name in ("time", "outlet_temperature", "mass_flow"):
+            assert result[name] == pytest.approx(whole[name], rel=1e-8)
 
 
 def test_a_run_that_stops_while_the_turned_flow_is_sought_goes_on_to_the_same_answer(tmp_path, monkeypatch):
