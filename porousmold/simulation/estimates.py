@@ -36,6 +36,9 @@ LARGEST_CELL, LARGEST_STEP = 0.42, 0.25
 STANDING_FRONT = 0.5
 """Of that width, the one of a front that beads against the flow keep near the inlet, where it has spread less (crossed scenes 30,
 201, 234: 0.8 to 1 % of the heat on cells for a front that passes, 0.1 to 0.4 % on half as long ones)."""
+LEAST_JUMP, WIDTH_OF_JUMP = 0.03, 0.04
+"""Part of all heat from which on what comes through as a jump counts, and the part of the bed's length as wide as which it is taken
+then: no cells resolve it."""
 WIDEST_FRONT = 0.35
 """Of the bed's length, in that time: what is wider passes no faster, as the bed is heated as a whole then."""
 AXIAL_GRADING = 1.25
@@ -63,7 +66,8 @@ class Estimates:
     `radiation_ratio` what radiation between beads of emissivity `COMMON_EMISSIVITY` would carry over what the bed conducts
     across the flow at the highest inlet temperature, 0 where the scene has an emissivity.
 
-    `transfer_units` are those of the exchange between fluid and beads over the bed's length, `wall_biot_number` the largest of
+    `transfer_units` are those of the exchange between fluid and beads over the bed's length, `jump` is the part of all heat whose
+    front leaves the bed as sharp as it enters, with fluid that beads have not held up, `wall_biot_number` the largest of
     the wall's layers.
 
     `speed` (m/s), `pressure_gradient`, `mass_flux` and `mass_flow` are those of Re = 1 at least: they are the scale of a flow
@@ -94,6 +98,7 @@ class Estimates:
     exchange_coefficient: float
     bead_biot_number: float
     transfer_units: float
+    jump: float
     wall_biot_number: float
     conduction_ratio: float
     radiation_ratio: float
@@ -166,15 +171,19 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
     advection = fluid.density * phi * flowing * fluid.heat_capacity
     exchange = specific_surface(phi, diameter) * coefficient
     # a front spreads by the film between fluid and beads, by conduction along the beads and by dispersion along the flow; the
-    # film by what the beads store of it, as S T_t + q T_x = s (T - T_s)_t with T - T_s = s T_t/E, S = s + phi rho C_f
+    # film by what the beads store of it, as S T_t + q T_x = s (T - T_s)_t with T - T_s = s T_t/E, S = s + phi rho C_f. Beads
+    # along with the flow carry it, too: they spread it as (1 - u_s/u)^2, and it passes sooner
+    along_with = max(heat.bead_motion.velocity, 0.0)
+    carried = advection + along_with * bead_heat / (size.area * size.length)
     core = _core(specs, fluid, speed, conductivity)
     conduction = added(laws.bead_conduction.beads(core), laws.dispersion.mixed(core))
     along, across = (
         (conduction.along, conduction.across) if isinstance(conduction, Anisotropic) else (conduction, conduction)
     )
-    spreading = along / advection
+    spreading = along / carried
     if heat.model.two_temperatures:
-        spreading += advection / exchange * (bead_heat / bed_heat) ** 2
+        left_behind = advection * (1.0 - along_with / speed) * bead_heat / bed_heat
+        spreading += left_behind**2 / (exchange * carried)
     else:
         spreading = max(spreading, LEAST_SPREADING * diameter)
     wall = wall_estimate(
@@ -186,6 +195,9 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
     )
     depth = 0.5 * size.half_height if size.is_disk else size.half_height  # volume over the area of the wall
     decay = SLOWEST_MODE[size.is_disk] * (across + phi * fluid.conductivity) / size.half_height**2
+    transfer_units = exchange * size.length / advection
+    jump = fluid_heat / bed_heat * math.exp(-transfer_units) if heat.model.two_temperatures and flows else 0.0
+    width = math.sqrt(2.0 * size.length * spreading)
     bed = Store(bed_heat / (size.area * size.length) * depth, 1.0 / (depth * decay))
     return Estimates(
         flows=flows,
@@ -199,7 +211,8 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
         prandtl_number=prandtl,
         exchange_coefficient=coefficient,
         bead_biot_number=coefficient * diameter / 6.0 / conductivity,
-        transfer_units=exchange * size.length / advection,
+        transfer_units=transfer_units,
+        jump=jump,
         wall_biot_number=wall.biot_number,
         conduction_ratio=_conduction_ratio(specs, core),
         radiation_ratio=_radiation_ratio(specs, core),
@@ -207,7 +220,7 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
         wall_cells=wall.cells,
         thick_layers=wall.thick,
         end_length=wall.end_length,
-        front_width=math.sqrt(2.0 * size.length * spreading),
+        front_width=min(width, WIDTH_OF_JUMP * size.length) if jump > LEAST_JUMP else width,
         wall_time_constant=wall.time,
         inlet_time=_inlet_time(heat.inlet_temperature),
         bead_residence_time=size.length / abs(heat.bead_motion.velocity) if heat.bead_motion.velocity else math.inf,
@@ -215,7 +228,7 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
         uniform_across=_is_uniform_across(specs, core),
         resistance_ratio=_resistance_ratio(specs, fluid.density * speed) if flows else 1.0,
         length=size.length,
-        flow_duration=(bed_heat + wall.heat_capacity) / (advection * size.area),
+        flow_duration=(bed_heat + wall.heat_capacity) / (carried * size.area),
         conduction_time=math.inf if flows and not is_heated_from_outside(specs) else conduction_time(specs, bed),
     )
 

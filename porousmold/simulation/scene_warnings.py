@@ -19,7 +19,7 @@ from ..scene.plausibility import implausible_values
 from ..scene.scene import Scene
 from ..scene.series import ProfileSeries
 from ..scene.start import Profile
-from .estimates import Estimates, flow_change
+from .estimates import LEAST_JUMP, Estimates, flow_change
 from .expansion import heat_of_expansion
 from .specs import Specs
 from .step_rules import given_bounds, is_open
@@ -161,6 +161,12 @@ def warnings_of_the_scene(scene: Scene, specs: Specs, estimates: Estimates, size
             f"{estimates.transfer_units:.2g} transfer units over the bed: a front is wider by some "
             f"{math.sqrt(2.0 / estimates.transfer_units):.0%} of the bed, and heating longer, by more than that where "
             "the wall takes its heat from the fluid alone (see model.energy 'two-temperature')"
+        )
+    if estimates.jump > LEAST_JUMP:
+        found.append(
+            f"{math.exp(-estimates.transfer_units):.0%} of a change at the inlet passes the bed as a jump of the fluid alone, with "
+            f"{estimates.transfer_units:.2g} transfer units between fluid and beads: cells smear it over some per cent of the time "
+            "in which the fluid passes the bed, and what leaves passes a temperature within the jump earlier or later by as much"
         )
     found += (
         _of_positions(scene, size.length) + _of_the_porosity(scene, specs, size) + _of_a_thin_wall(specs, estimates)
