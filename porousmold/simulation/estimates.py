@@ -36,9 +36,9 @@ LARGEST_CELL, LARGEST_STEP = 0.42, 0.25
 STANDING_FRONT = 0.5
 """Of that width, the one of a front that beads against the flow keep near the inlet, where it has spread less (crossed scenes 30,
 201, 234: 0.8 to 1 % of the heat on cells for a front that passes, 0.1 to 0.4 % on half as long ones)."""
-LEAST_JUMP, WIDTH_OF_JUMP = 0.03, 0.04
-"""Part of all heat from which on what comes through as a jump counts, and the part of the bed's length as wide as which it is taken
-then: no cells resolve it."""
+LEAST_JUMP, SHARP_FRONT = 0.03, 0.04
+"""Part of all heat from which on what comes through as a jump counts, and the part of the bed's length as wide as which that is
+taken, which no cells resolve, and what beads as fast as the fluid spread less."""
 WIDEST_FRONT = 0.35
 """Of the bed's length, in that time: what is wider passes no faster, as the bed is heated as a whole then."""
 AXIAL_GRADING = 1.25
@@ -180,12 +180,17 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
     along, across = (
         (conduction.along, conduction.across) if isinstance(conduction, Anisotropic) else (conduction, conduction)
     )
+    transfer_units, jump = exchange * size.length / advection, 0.0
     spreading = along / carried
     if heat.model.two_temperatures:
-        left_behind = advection * (1.0 - along_with / speed) * bead_heat / bed_heat
-        spreading += left_behind**2 / (exchange * carried)
+        film = advection / exchange * (bead_heat / bed_heat) ** 2
+        at_rest = math.sqrt(2.0 * size.length * (along / advection + film))
+        spreading += film * (1.0 - along_with / speed) ** 2 * advection / carried
+        jump = fluid_heat / bed_heat * math.exp(-transfer_units) if flows else 0.0
+        width = max(math.sqrt(2.0 * size.length * spreading), min(SHARP_FRONT * size.length, at_rest))
+        width = min(width, SHARP_FRONT * size.length) if jump > LEAST_JUMP else width
     else:
-        spreading = max(spreading, LEAST_SPREADING * diameter)
+        width = math.sqrt(2.0 * size.length * max(spreading, LEAST_SPREADING * diameter))
     wall = wall_estimate(
         specs,
         size,
@@ -195,9 +200,6 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
     )
     depth = 0.5 * size.half_height if size.is_disk else size.half_height  # volume over the area of the wall
     decay = SLOWEST_MODE[size.is_disk] * (across + phi * fluid.conductivity) / size.half_height**2
-    transfer_units = exchange * size.length / advection
-    jump = fluid_heat / bed_heat * math.exp(-transfer_units) if heat.model.two_temperatures and flows else 0.0
-    width = math.sqrt(2.0 * size.length * spreading)
     bed = Store(bed_heat / (size.area * size.length) * depth, 1.0 / (depth * decay))
     return Estimates(
         flows=flows,
@@ -220,7 +222,7 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
         wall_cells=wall.cells,
         thick_layers=wall.thick,
         end_length=wall.end_length,
-        front_width=min(width, WIDTH_OF_JUMP * size.length) if jump > LEAST_JUMP else width,
+        front_width=width,
         wall_time_constant=wall.time,
         inlet_time=_inlet_time(heat.inlet_temperature),
         bead_residence_time=size.length / abs(heat.bead_motion.velocity) if heat.bead_motion.velocity else math.inf,
