@@ -68,7 +68,10 @@ def test_a_viscosity_that_changes_across_the_layer_at_a_wall_is_told():
     assert told(warm)
     assert not told(warm | {"model.flow": "full"})
     assert not told(warm | {"geometry.width": None})
+    warmer = {"operation.initial_temperature": "80 degC"}
     assert not told(warm | {"operation.inlet_temperature": "15 degC"})
+    lost = {"operation.outer_coefficient": 8.0, "operation.ambient_temperature": "5 degC"}
+    assert not told(warm | warmer | lost)  # the surroundings do not cool the water to theirs
 
 
 @pytest.mark.parametrize(
