@@ -58,8 +58,8 @@ LARGEST_EXPANSION = 0.005
 95 degC: 1.4 %)."""
 LARGEST_VISCOSITY_RATIO = 2.0
 """Of a liquid between the temperatures given, up to which profiles of one viscosity will do: a mold of steel is heated 1.0 % too
-fast at 3.5 (VP-1 of 100 and 250 degC), 1.1 % at 5 (water of 5 and 95 degC), 2.6 % in water-glycol of -5 and 85 degC; near the onset
-of turbulence, where the layer at the wall decides on it, 3.2 % at 5, and 0.7 % without turbulence."""
+fast at 3.5 (VP-1 of 100 and 250 degC), 1.1 % at 5 (water of 5 and 95 degC), 2.6 % in water-glycol of -5 and 85 degC; where
+turbulence begins in the layer at the wall, 3.2 % at 5, and 0.7 % without turbulence."""
 LARGEST_FRICTION = 0.01
 """Of all differences of temperature, by which friction in a liquid heats it."""
 HIGHEST_KNUDSEN_NUMBER = 0.01
@@ -165,9 +165,9 @@ def warnings_of_the_scene(scene: Scene, specs: Specs, estimates: Estimates, size
         )
     if estimates.jump > LEAST_JUMP:
         found.append(
-            f"{math.exp(-estimates.transfer_units):.0%} of a change at the inlet passes the bed as a jump of the fluid alone, with "
-            f"{estimates.transfer_units:.2g} transfer units between fluid and beads: cells smear it, and what leaves passes a "
-            "temperature within the jump earlier or later by some per cent of the time in which the fluid passes the bed"
+            f"{math.exp(-estimates.transfer_units):.0%} of a change at the inlet passes the bed as a jump of the fluid alone, "
+            f"with {estimates.transfer_units:.2g} transfer units between fluid and beads: cells smear it, and what leaves "
+            "passes a temperature within the jump earlier or later by some per cent of the time in which the fluid passes the bed"
         )
     found += (
         _of_positions(scene, size.length) + _of_the_porosity(scene, specs, size) + _of_a_thin_wall(specs, estimates)
