@@ -200,7 +200,10 @@ def _of_the_viscosity(specs: Specs) -> list[str]:
     if specs.flow.model.kind != "developed" or not is_from_a_table or specs.laws.fluid.density.compressible:
         return []
     heat = specs.heat
-    of_bed = [*heat.first_temperatures, *heat.inlet_temperature.range]  # surroundings cool the bed's wall, hardly the bed
+    of_bed = [
+        *heat.first_temperatures,
+        *heat.inlet_temperature.range,
+    ]  # surroundings cool the bed's wall, hardly the bed
     low, high = given_bounds(heat) if heat.is_wall_held else (min(of_bed), max(of_bed))
     ratio = float(specs.laws.fluid.viscosity(low) / specs.laws.fluid.viscosity(high))
     if max(ratio, 1.0 / ratio) <= LARGEST_VISCOSITY_RATIO:

@@ -498,7 +498,12 @@ def test_cells_and_steps_follow_beads_that_move_with_the_fluid():
     tables = tables_of_bed("pipe") | {"operation": {"initial_temperature": COLD, "inlet_temperature": HOT}}
     tables["geometry"]["diameter"] = 0.5
     tables["fluid"] = {"density": 850.0, "viscosity": 1e-3, "heat_capacity": 2200.0, "conductivity": 0.11}
-    tables["operation"] |= {"inlet_velocity": 0.02, "bead_velocity": 0.008, "bead_inlet_temperature": COLD, "end_time": 60.0}
+    tables["operation"] |= {
+        "inlet_velocity": 0.02,
+        "bead_velocity": 0.008,
+        "bead_inlet_temperature": COLD,
+        "end_time": 60.0,
+    }
     tables["model"] = {"flow": "plug", "turbulence": "none", "wall": "insulated"}
     levels, found = COLD + np.array([0.1, 0.3, 0.5]) * (HOT - COLD), []
     for finer in (1.0, 3.0):
