@@ -5,6 +5,9 @@ from collections.abc import Sequence
 
 from scipy.optimize import brentq
 
+SMOOTH = 0.9
+"""Relative change of the slope from step to step up to which a course has no corner."""
+
 
 def crossing_time(times: Sequence[float], deficits: Sequence[float], margin: float) -> float | None:
     """Time (s) at which a deficit, as |T_in - T_wall| (K), falls below `margin`, inside the last step; None if it did not.
@@ -15,11 +18,21 @@ def crossing_time(times: Sequence[float], deficits: Sequence[float], margin: flo
     """
     if len(times) < 2 or not deficits[-1] < margin <= deficits[-2]:
         return None
-    last = deficits[-3:]
-    curves = [[value - margin for value in last]]
-    if min(last) > 0.0:
-        curves.append([math.log(value / margin) for value in last])
+    curves = _curves(deficits[-3:], margin)
     return root_in_last_step(times[-3:], min(curves, key=lambda curve: _bend(times[-3:], curve)))
+
+
+def with_the_next(times: Sequence[float], deficits: Sequence[float], margin: float) -> float | None:
+    """Time (s) at which a deficit falls below `margin` between the second and the third of four times, by the cubic through all
+    of them, of the deficit or its logarithm as in `crossing_time`; None where it does not, or where the course has a corner."""
+    from scipy.interpolate import KroghInterpolator  # takes a while to import
+
+    if not deficits[2] < margin <= deficits[1]:
+        return None
+    curve = min(_curves(deficits, margin), key=lambda values: _sharpest(times, values))
+    if _sharpest(times, curve) > SMOOTH:
+        return None
+    return float(brentq(KroghInterpolator(times, curve), *times[1:3], xtol=1e-10))
 
 
 def root_in_last_step(times: Sequence[float], values: Sequence[float]) -> float:
@@ -36,6 +49,19 @@ def root_in_last_step(times: Sequence[float], values: Sequence[float]) -> float:
         return before + (slope + curvature * (time - end)) * (time - start)
 
     return float(brentq(interpolated, start, end, xtol=1e-10))
+
+
+def _curves(deficits: Sequence[float], margin: float) -> list[list[float]]:
+    """What passes through 0 where the deficits pass the margin: the difference, and of positive ones that of their logarithms."""
+    curves = [[value - margin for value in deficits]]
+    if min(deficits) > 0.0:
+        curves.append([math.log(value / margin) for value in deficits])
+    return curves
+
+
+def _sharpest(times: Sequence[float], values: Sequence[float]) -> float:
+    """The larger bend of four values."""
+    return max(_bend(times[n : n + 3], values[n : n + 3]) for n in (0, 1))
 
 
 def _slope(times: Sequence[float], values: Sequence[float]) -> float:

@@ -112,12 +112,16 @@ class Recorder:
 
     def _look_at_targets(self) -> None:
         for target in self._time.targets:
-            name = target.name
-            if self.targets[name] is None:
+            name, met = target.name, self.targets[target.name]
+            if met is None:
                 self.targets[name] = target.time(self.history)
                 self.first_met[name] = self.targets[name] if self.first_met[name] is None else self.first_met[name]
-            elif target.keep and not target.holds(self.history, len(self.history) - 1):
-                self.targets[name] = None
+                continue
+            better = target.time_with_next(self.history, met)
+            if self.first_met[name] == met:
+                self.first_met[name] = better
+            is_lost = target.keep and not target.holds(self.history, len(self.history) - 1)
+            self.targets[name] = None if is_lost else better
 
     @property
     def reached(self) -> bool:

@@ -16,7 +16,7 @@ from ..scene.features.sensors import sensor_names
 from ..scene.features.targets import Asked, asked_of, target_name
 from ..scene.features.wall import RESERVED_PLACES, name_of
 from ..scene.scene import Scene
-from .heating_time import crossing_time, root_in_last_step
+from .heating_time import crossing_time, root_in_last_step, with_the_next
 
 HALF_WAY = 0.5
 """Of the way from the initial to the inlet temperature, from which on a spread counts: at the start every place is even."""
@@ -156,6 +156,16 @@ class Target:
         if crossing is not None:
             return max(begins, crossing)
         return begins if courses[-1] < self.margin else None
+
+    def time_with_next(self, history: Rows, met: float) -> float:
+        """The same of one that was `met` (s) in the step before the last, with what has come since."""
+        times, rows = history["time"][-4:], len(history["time"])
+        if len(times) < 4 or not times[1] < met <= times[2]:
+            return met
+        if self.asks == "spread" and not self.is_under_way(history, rows - 3):
+            return met
+        better = with_the_next(times, [self._course(history, row) for row in range(rows - 4, rows)], self.margin)
+        return met if better is None else better
 
     def holds(self, history: Rows, row: int) -> bool:
         """Whether it holds in a row of the history, after it was met."""

@@ -6,7 +6,7 @@ from mpi4py import MPI
 
 from porousmold import InputError, Scene, run
 from porousmold.files.tables import read_toml
-from porousmold.simulation.heating_time import crossing_time, root_in_last_step
+from porousmold.simulation.heating_time import crossing_time, root_in_last_step, with_the_next
 
 from ..support import ALUMINIUM, COARSE, coarse_scene
 
@@ -29,6 +29,29 @@ def test_third_order_for_a_bent_approach():
         times = [exact - 1.6 * step, exact - 0.6 * step, exact + 0.4 * step]
         errors.append(abs(crossing_time(times, [deficit(t) for t in times], 2.0) - exact))
     assert errors[0] / errors[1] > 6.0 and errors[1] / errors[2] > 6.0
+
+
+def test_fourth_order_with_the_step_that_follows():
+    """A target that does not end the run: a sensor that a front passes was told 0.3 % of the time late by long steps."""
+
+    def deficit(time):
+        return 60.0 - 55.0 * np.tanh(time / 80.0)
+
+    exact = 80.0 * np.arctanh(40.0 / 55.0)
+    errors = []
+    for step in (40.0, 20.0, 10.0):
+        times = exact + step * np.array([-1.4, -0.4, 0.6, 1.6])
+        found = with_the_next(times, [deficit(t) for t in times], 20.0)
+        errors.append(abs(found - exact))
+        before = crossing_time(times[:3], [deficit(t) for t in times[:3]], 20.0)
+        assert errors[-1] < 0.5 * abs(before - exact)
+    assert errors[0] / errors[1] > 10.0 and errors[1] / errors[2] > 10.0
+
+
+def test_no_cubic_across_a_corner():
+    """Where a phase ends, what was heated cools down again."""
+    assert with_the_next([0.0, 10.0, 20.0, 30.0], [40.0, 25.0, 10.0, 30.0], 20.0) is None
+    assert with_the_next([0.0, 10.0, 20.0, 30.0], [40.0, 30.0, 20.5, 10.0], 20.0) is None
 
 
 def test_none_before_and_none_while_there_is_nothing_to_heat_yet():
