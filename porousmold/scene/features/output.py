@@ -59,6 +59,7 @@ class Output(Feature):
         count = int(scene.operation.end_time / self.every)
         if count > MOST_TIMES:
             end = scene.operation.end_time
-            allowed = f"makes {count} times up to operation.end_time {end:g} s: at most {MOST_TIMES}"
+            cure = "make it longer, or operation.end_time shorter"
+            allowed = f"makes {count} times up to operation.end_time {end:g} s, may make {MOST_TIMES}; {cure}"
             scene.refuse("output.every", allowed)
         return replace(self, times=tuple(self.every * number for number in range(1, count + 1)))
