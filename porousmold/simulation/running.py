@@ -32,7 +32,7 @@ from .accuracy import (
     refinements_in_doubt,
     run_to_accuracy,
 )
-from .answers import AT_ONCE, FINGERS, answers_of, doubt_of, hidden_directions
+from .answers import AT_ONCE, FINGERS, SLOW_TO_CONVERGE, answers_of, doubt_of, hidden_directions
 from .march import Simulation
 from .mesh_quality import few_cells
 from .observation import field_snapshots, profile_near_wall
@@ -173,15 +173,16 @@ class _Run:
         coarsest: Answers = {}
         if scene.geometry.kind != "mesh":
             self._observe("comparing with coarser cells and steps")
-            coarsest = coarser_answers(scene, COARSER, self._march_aside)
+            coarser = COARSER._replace(steps=1.0) if self._doubt in SLOW_TO_CONVERGE else COARSER
+            coarsest = coarser_answers(scene, coarser, self._march_aside)
             found = differences(coarsest, own)
-            if self._doubt not in AT_ONCE and (not found or max(found.values()) <= LARGEST_DIFFERENCE):
+            if self._doubt not in AT_ONCE and (not found or max(found.values()) <= _confirmed_below(self._doubt)):
                 return found
         if not may_be_repeated(scene, self._work()):
             return found
         again = AT_ONCE.get(self._doubt, ALL_IN_DOUBT)
         factors = again
-        if self._doubt not in AT_ONCE:
+        if self._doubt not in AT_ONCE and self._doubt not in SLOW_TO_CONVERGE:
             factors = refinements_in_doubt(scene, own, coarsest, self._march_aside)
         while True:
             finer = self._refined.times(*factors)
@@ -323,6 +324,11 @@ def _profiles_along(simulation: Simulation) -> Columns | None:
     return table
 
 
+def _confirmed_below(doubt: str) -> float:
+    """Relative difference from a coarser run up to which that confirms answers in doubt."""
+    return LARGEST_DIFFERENCE * SLOW_TO_CONVERGE.get(doubt, 1.0)
+
+
 def _of_comparison(errors: Mapping[str, float] | None, doubt: str, refined: Refinements) -> list[str]:
     """What is to be said of answers in doubt: that they are of finer cells, that a coarser run does not confirm them, or that
     there is none."""
@@ -339,7 +345,7 @@ def _of_comparison(errors: Mapping[str, float] | None, doubt: str, refined: Refi
         return []
     if not errors:
         return [f"{doubt}: what depends on it may be off by some per cent; a finer mesh shows it"]
-    if errors[worst] <= LARGEST_DIFFERENCE:
+    if errors[worst] <= _confirmed_below(doubt):
         return []
     return [
         f"{doubt}; coarser cells and steps move the {_in_words(worst)} by {errors[worst]:.1%}, which bounds its error only "
