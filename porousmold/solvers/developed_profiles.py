@@ -71,7 +71,7 @@ class ProfileTable:
             return
         logarithms = logarithm + np.log(REACH) * np.linspace(-1.0, 1.0, STATIONS)
         rows = self._rows_at(logarithms)
-        self.middle = logarithm
+        self.middle, of_reach = logarithm, self._flow.solution.arrays()
         for _ in range(MOST_INSERTIONS):
             scaled = [self._scaled(number, logarithms, field) for number, field in enumerate(rows)]
             more = between_stations(logarithms, missed_by_half(logarithms, scaled))
@@ -80,6 +80,7 @@ class ProfileTable:
             rows = [np.concatenate(pair) for pair in zip(rows, self._rows_at(more), strict=True)]
             order = np.argsort(logarithms := np.concatenate([logarithms, more]))
             logarithms, rows = logarithms[order], [field[order] for field in rows]
+        self._flow.solution.set(of_reach)  # from which `is_also_laminar` begins
         self._curves = [
             _monotone(logarithms, self._scaled(number, logarithms, field)) for number, field in enumerate(rows)
         ]
@@ -168,9 +169,8 @@ def missed_by_half(stations: Floats, fields: list[Floats]) -> Floats:
     """By how much, over what `HALF_MISSES` allows, a row of any field at a station is missed by monotone cubics through every
     other station; 0 at the ends."""
     missed = np.zeros(len(stations))
-    for kept in (slice(0, None, 2), slice(1, None, 2)):
-        between = np.setdiff1d(np.arange(len(stations)), np.arange(len(stations))[kept])
-        between = between[(stations[between] > stations[kept][0]) & (stations[between] < stations[kept][-1])]
+    for first in (0, 1):
+        kept, between = slice(first, None, 2), np.arange(first + 1, len(stations) - 1, 2)
         for number, rows in enumerate(fields):
             guessed = _monotone(stations[kept], rows[kept])(stations[between])
             largest = np.maximum(np.abs(rows[between]).max(axis=1), np.abs(rows).max() * LEAST_VALUE)

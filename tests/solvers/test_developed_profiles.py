@@ -82,6 +82,15 @@ def test_where_turbulence_begins_profiles_do_not_depend_on_where_the_stations_li
             assert other[1][0] == pytest.approx(found[0][1][0], rel=0.03, abs=0.02 * found[0][1][0].max())
 
 
+def test_a_table_keeps_the_flow_of_its_whole_reach():
+    """Whether it has a laminar solution, too, was asked of the stations put in last, where k-epsilon has died out."""
+    problem = simulation_of(coarse_scene(ALUMINIUM, {"model.turbulence": "k-epsilon"}), MPI.COMM_SELF).problem
+    table = profile_table(problem.specs, problem.medium.estimates, 0.025)
+    table.cover(np.log(9.6e5))
+    assert table.reach[1] - table.reach[0] == pytest.approx(2.0 * np.log(100.0))
+    assert table._flow.is_turbulent()
+
+
 def test_a_bed_of_a_millimetre_has_the_flow_of_a_larger_one():
     """The same Reynolds number in a pipe of a tenth the size: ten times the velocity, a thousand times the pressure gradient.
 
