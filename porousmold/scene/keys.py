@@ -146,10 +146,27 @@ def flat(tables: Tables, prefix: str = "") -> Settings:
     return found
 
 
+MOST_SHOWN = 12
+"""Keys of a table that a message names: a line, not a page."""
+
+
 def unknown(name: str, known: Collection[str]) -> str:
-    """What is said of a name that is none of the known: the nearest one, if there is one."""
-    near = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
-    return "is not a known key" + (f"; did you mean {near[0]!r}?" if near else "")
+    """What is said of a name that is none of the known: the one meant, if there is one, else what its table has.
+
+    Where the table is known its keys' last parts count: `wall.kind` is not `wall.thickness`, though most letters agree.
+    """
+    table, _, key = name.rpartition(".")
+    beside = [other.rpartition(".")[2] for other in known if table and other.rpartition(".")[0] == table]
+    if beside:
+        near = [f"{table}.{other}" for other in difflib.get_close_matches(key, beside, n=1, cutoff=0.6)]
+    else:
+        near = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
+    if near:
+        return f"is not a known key; did you mean {near[0]!r}?"
+    elsewhere = [other for other in known if other.rpartition(".")[2] == key]
+    shown = ", ".join(beside[:MOST_SHOWN]) + (", ..." if len(beside) > MOST_SHOWN else "")
+    of_the_table = f"; {table} has {shown}" if beside else ""
+    return "is not a known key" + of_the_table + (f"; there is {elsewhere[0]!r}" if len(elsewhere) == 1 else "")
 
 
 def checked_values(tables: Tables, schema: Schema, base: Path, where: str | None) -> dict[str, Settings]:
