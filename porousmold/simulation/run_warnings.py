@@ -31,7 +31,7 @@ from .scene_warnings import (
 from .snapshots import SAME_TIME
 from .specs import Specs
 from .step_rules import given_bounds, is_open
-from .unmet_targets import kept_targets, why_not_met
+from .unmet_targets import kept_targets, of_narrow_targets, why_not_met
 
 HIGHEST_MACH_NUMBER = 0.3
 LARGEST_PRESSURE_ERROR = 5e-3
@@ -160,6 +160,7 @@ def _of_the_outcome(simulation: Simulation) -> list[str]:
     found += of_no_heating_time(simulation.specs)
     found += of_heat_from_elsewhere(simulation) + of_the_corner(simulation)
     found += of_an_earlier_set_point(simulation)
+    found += of_narrow_targets(simulation)
     kept = kept_targets(simulation)
     is_through = course is not None and course.repeats and (course.is_over or course.has_waited(simulation.time))
     has_ended = at_end or steady or is_through

@@ -173,21 +173,46 @@ class Target:
 
     def lost_and_kept(self, history: Rows, met: float) -> tuple[float | None, float | None]:
         """When it was lost first (s) after it was `met`, and from when it holds up to the end; None where that is not so."""
-        times = history["time"]
-        rows = [row for row in range(len(times)) if times[row] >= met]
+        rows = self._rows_since(history, met)
         lost, kept = None, met
         for before, row in pairwise(rows):
             was, now = self.holds(history, before), self.holds(history, row)
             if was == now:
                 continue
-            around = [one for one in (before - 1, before, row) if one >= 0]
-            crossing = root_in_last_step(
-                [times[one] for one in around], [self._course(history, one) - self.margin for one in around]
-            )
+            crossing = self._crossing(history, row, falls=now)
             if was and lost is None:
                 lost = crossing
             kept = crossing
         return lost, kept if rows and self.holds(history, rows[-1]) else None
+
+    def narrowest(self, history: Rows, met: float) -> tuple[float, float] | None:
+        """The smallest distance from the margin, positive where it holds, at which it turned back after it was `met`, or to which
+        it was coming at the end; and when (s). None where it never turned."""
+        rows = self._rows_since(history, met)
+        left = [self.margin - self._course(history, row) for row in rows]
+        turns = [
+            number
+            for number in range(1, len(rows))
+            if left[number] < left[number - 1] and (number + 1 == len(rows) or left[number] <= left[number + 1])
+        ]
+        if not turns:
+            return None
+        nearest = min(turns, key=lambda number: abs(left[number]))
+        return left[nearest], history["time"][rows[nearest]]
+
+    def _rows_since(self, history: Rows, met: float) -> list[int]:
+        return [row for row, time in enumerate(history["time"]) if time >= met]
+
+    def _crossing(self, history: Rows, row: int, *, falls: bool) -> float:
+        """When the course passed the margin before a row (s), with the row that follows where there is one."""
+        sign, first = 1.0 if falls else -1.0, max(0, row - 2)
+        times = history["time"][first : row + 2]
+        courses = [sign * self._course(history, one) for one in range(first, first + len(times))]
+        better = with_the_next(times, courses, sign * self.margin) if len(times) == 4 else None
+        if better is not None:
+            return better
+        last = row + 1 - first
+        return root_in_last_step(times[:last], [one - sign * self.margin for one in courses[:last]])
 
     def was_passed(self, history: Rows) -> bool:
         """Whether the place has been on the other side of a limit that the run goes through twice."""

@@ -1,4 +1,4 @@
-"""Why a target was not met: what was at its limit, where the heat went, and the largest lever."""
+"""Why a target was not met: what was at its limit, where the heat went, and the largest lever; which ones were nearly lost."""
 
 import bisect
 from collections.abc import Mapping, Sequence
@@ -20,6 +20,8 @@ LEVERS = {
 """What lessens each loss."""
 LARGE_LOSS = 0.1
 """Part of the energy given above which a loss is named."""
+NARROW = 2e-3
+"""Part of all temperature differences that a run's steps and cells may be off by (docs/accuracy.md)."""
 NO_CHANGE = 1e-3
 """Of what is short of a target, or of the heating time, over the last fifth of a run, that is none."""
 
@@ -109,4 +111,23 @@ def kept_targets(simulation: Simulation) -> dict[str, dict[str, Any]]:
         if met is not None:
             lost, kept = target.lost_and_kept(history, met)
             found[target.name] = {"met": met, "lost": lost, "kept_from": kept}
+    return found
+
+
+def of_narrow_targets(simulation: Simulation) -> list[str]:
+    """Of targets that were met, and kept or lost by less than steps and cells may be off by."""
+    history, found = simulation.recorder.history, []
+    if not len(history):  # stopped before its first row
+        return []
+    span = max(history["highest_temperature"]) - min(history["lowest_temperature"])
+    for target in simulation.specs.time.targets:
+        met = simulation.recorder.first_met[target.name]
+        narrowest = None if met is None or target.asks == "cured" else target.narrowest(history, met)
+        if narrowest is not None and abs(narrowest[0]) < NARROW * span:
+            left, time = narrowest
+            outcome, other = ("kept", "lost") if left >= 0.0 else ("lost", "kept")
+            found.append(
+                f"target {target.name!r} was {outcome} by only {abs(left):.2g} K at {time:.4g} s, less than steps and cells may "
+                f"be off by ({NARROW:.1%} of all differences, {NARROW * span:.2g} K): it may as well be {other} there"
+            )
     return found

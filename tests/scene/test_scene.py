@@ -52,7 +52,10 @@ REFUSED = [
     ({"wall.thicknes": "2 mm"}, "did you mean 'wall.thickness'"),
     ({"wal.thickness": "2 mm"}, "did you mean 'wall.thickness'"),
     ({"wall.kind": "steel"}, "layer, opposite_layer; there is 'geometry.kind'"),
-    ({"wall.layer": [{"material": "steel", "thickness": "3 mm", "conductivity": 20}]}, "wall.layer[1] has name, material"),
+    (
+        {"wall.layer": [{"material": "steel", "thickness": "3 mm", "conductivity": 20}]},
+        "wall.layer[1] has name, material",
+    ),
     ({"wall.material": "tin"}, "'aluminium'"),
     ({"wall.density": float("nan")}, "finite"),
     ({"wall.density": float("inf")}, "finite"),

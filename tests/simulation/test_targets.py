@@ -119,6 +119,28 @@ def test_a_target_that_is_lost_and_kept_again():
     assert target("above", 380.0).lost_and_kept(history, 50.0) == (None, 50.0)
 
 
+def test_a_target_that_is_lost_between_two_rows():
+    """With the row that follows the time is of fourth order: a cosine in steps of a twelfth of its period."""
+    times = np.arange(0.0, 100.0, 5.0)
+    low = 390.0 - 10.0 * np.cos(2.0 * np.pi * times / 60.0)
+    history = {"time": list(times), "lowest_wall": list(low), "highest_wall": list(low)}
+    above = target("above", 392.0)
+    met = 60.0 * np.arccos(-0.2) / (2.0 * np.pi)
+    assert above.lost_and_kept(history, met)[0] == pytest.approx(60.0 - met, abs=0.02)
+
+
+def test_how_narrowly_a_target_is_kept_or_lost():
+    """A place that comes back to 0.2 K from its limit, and one that falls 0.1 K short of it."""
+    low = 390.2 + 5.0 * (1.0 - np.exp(-(((TIMES - 200.0) / 40.0) ** 2)))
+    history = {"time": list(TIMES), "lowest_wall": list(low), "highest_wall": list(low)}
+    assert target("above", 390.0).narrowest(history, 0.0) == (pytest.approx(0.2), 200.0)
+    assert target("above", 390.3).narrowest(history, 0.0) == (pytest.approx(-0.1), 200.0)
+    until = {name: values[: list(TIMES).index(150.0)] for name, values in history.items()}
+    assert target("above", 390.0).narrowest(until, 0.0)[0] > 1.0  # it was coming nearer
+    rising = {name: sorted(values) for name, values in history.items()}
+    assert target("above", 390.0).narrowest(rising, 0.0) is None
+
+
 def test_a_run_goes_on_until_the_targets_to_keep_hold_at_once():
     """A part that is even while it is warmed slowly, and uneven while its cure sets heat free: with `keep` the run waits."""
     settings = {"solver.step_refinement": 0.6, "model.flow": "plug"}
