@@ -284,10 +284,12 @@ class EnergyEquations:
         taken = source * (enthalpy(temperature) - enthalpy(self.initial_temperature))
         return -self.coordinates.weight * taken * self.dx_bed
 
-    def heat_kept(self, temperature: Value, bead_temperature: Value, initial: Value) -> dict[str, Value]:
-        """Forms (scalar, J) of the heat that "beads" and "wall" have gained since the `initial` temperature, and of what was set
+    def heat_kept(
+        self, temperature: Value, bead_temperature: Value, initial: Value, initial_of_beads: Value
+    ) -> dict[str, Value]:
+        """Forms (scalar, J) of the heat that "beads" and "wall" have gained since their initial temperatures, and of what was set
         free by "cure"."""
         beads = self.bed.beads
-        gained = volumetric_heat(beads, bead_temperature) - volumetric_heat(beads, initial)
+        gained = volumetric_heat(beads, bead_temperature) - volumetric_heat(beads, initial_of_beads)
         of_beads = self.coordinates.weight * (1.0 - self.bed.porosity) * gained * self.dx_bed
         return {"beads": of_beads} | self.wall.heat_kept(temperature, initial)

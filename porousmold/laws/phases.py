@@ -92,10 +92,18 @@ PHASES = {
 }
 """By the names of the library; the glycol's is a mixture of equal masses, of which 0.775 of the molecules are water."""
 
+FREEZING = {"water": 273.15, "therminol_vp1": 285.15, "solar_salt": 493.15}
+"""K: of Therminol VP-1 by its data sheet, of the salt by Zavoico (SAND2001-2100): its first crystals form at 238 °C."""
+
 
 def other_phase(name: str, pressure: float, temperature: float) -> str | None:
     """Words that tell that the fluid of this name has another phase at a pressure (Pa) and temperature (K); None where not."""
+    freezes = FREEZING.get(name, 0.0)
+    if temperature < freezes:
+        return f"{name} freezes at {freezes - 273.15:.0f} °C, and {temperature - 273.15:.1f} °C is below that"
     phase = PHASES.get(name)
+    if phase is not None and phase.liquid and temperature > phase.temperature:
+        return f"{name} is no liquid above {phase.temperature - 273.15:.1f} °C, and {temperature - 273.15:.1f} °C is"
     boils = None if phase is None else phase.boiling_temperature(pressure)
     if phase is None or boils is None or (temperature < boils) is phase.liquid:
         return None

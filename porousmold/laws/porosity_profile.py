@@ -36,7 +36,7 @@ class PorosityProfile:
         """From a CSV file whose head begins with `HEAD` (later columns, and lines that start with #, are ignored).
 
         Raises `InputError` for a file that is unreadable, has another head, positions that do not increase from 0,
-        or porosities outside (0, 1].
+        porosities outside (0, 1], or a gap that no bead reaches into.
         """
         path = Path(path)
         rows = read_rows(key, path)
@@ -57,6 +57,13 @@ class PorosityProfile:
             raise InputError(key, str(path), "must have porosities within (0, 1]")
         if porosities[-1, 0] >= 1.0:
             raise InputError(key, str(path), "must end in a bed: phi_v < 1 in the last row")
+        if np.any(gap := (porosities[1:, 0] >= 1.0) & (porosities[:-1, 0] >= 1.0)):
+            first = int(np.argmax(gap))
+            allowed = (
+                f"has phi_v = 1 from {position[first]:g} to {position[first + 1]:g} bead diameters: where no bead reaches into "
+                "there is none to have a temperature; 0.999 leaves next to none"
+            )
+            raise InputError(key, str(path), allowed)
         return cls(position, porosities[:, 0], porosities[:, 1], str(path))
 
     def volume(self, wall_distance: Value, bead_diameter: Value) -> Value:

@@ -22,6 +22,8 @@ Commands: TypeAlias = "argparse._SubParsersAction[Any]"
 STARTING = "{desc}, {elapsed} elapsed"
 CASES = "{desc} |{bar}| {n:.0f}/{total:.0f}, {elapsed} elapsed, {remaining} left"
 SECONDS = "{desc} |{bar}| {n:.0f}/{total:.0f} s simulated, {elapsed} elapsed, {remaining} left"
+LEAST_SHOWN = 1e-3
+"""Of the largest use of energy, below which one is not printed."""
 LEAST_DIFFERENCE = 1e-3
 """Relative, of the heating time of the wall's bed side from that of the whole wall, for it to be shown."""
 SECONDS_AND_PARTS = "{desc} |{bar}| {n:.3g}/{total:.3g} s simulated, {elapsed} elapsed, {remaining} left"
@@ -165,7 +167,8 @@ def closures_text(closures: Mapping[str, Any]) -> str:
 
 def energy_text(energy: Mapping[str, Any]) -> str:
     """What heater and blower gave, at most at once, and where it went."""
-    given, gone = ENERGY_GIVEN, [name for name in ENERGY_NAMES if name not in ENERGY_GIVEN and energy[name]]
+    given, most = ENERGY_GIVEN, max(abs(energy[name]) for name in ENERGY_NAMES)
+    gone = [name for name in ENERGY_NAMES if name not in ENERGY_GIVEN and abs(energy[name]) > LEAST_SHOWN * most]
     parts = ", ".join(f"{energy[name] / JOULES_A_KWH:.3g} kWh {ENERGY_NAMES[name]}" for name in given if energy[name])
     uses = ", ".join(f"{energy[name] / JOULES_A_KWH:.3g} {ENERGY_NAMES[name]}" for name in gone)
     cost = f", cost {energy['cost']:.2f} {energy.get('currency') or ''}".rstrip() if energy["cost"] is not None else ""

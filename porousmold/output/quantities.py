@@ -172,6 +172,7 @@ ENERGY_NAMES = {
     "blower": "blower",
     "cure": "cure",
     "sources": "sources in the wall",
+    "fluid": "fluid in the bed",
     "wall": "wall",
     "beads": "beads",
     "exhaust": "exhaust",

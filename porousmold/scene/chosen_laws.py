@@ -171,12 +171,14 @@ def _with_constants(material: Material, **given: float | None) -> Material:
 def require_phase(scene: Scene, laws: Laws) -> None:
     """Raise `InputError` where a temperature that is given for the fluid makes another phase of it, or nonsense of a material:
     a polynomial far outside its range."""
-    pressure = scene.operation.outlet_pressure
+    pressure, drop = scene.operation.outlet_pressure, scene.operation.pressure_drop
+    pressures = dict.fromkeys((pressure, pressure + (0.0 if drop is None else drop.range[1])))  # at outlet and inlet
     materials = laws.materials(scene.model.wall in ("conjugate", "thin"))
     for name, temperature in _given_to_the_fluid(scene):
         key = f"operation.{name}"
-        if (text := other_phase(laws.fluid.substance, pressure, temperature)) is not None:
-            raise InputError(key, temperature, f"does not fit fluid.material: {text}", scene.source)
+        for one in pressures:
+            if (text := other_phase(laws.fluid.substance, one, temperature)) is not None:
+                raise InputError(key, temperature, f"does not fit fluid.material: {text}", scene.source)
         for material in materials.values():
             if text := without_value(material, pressure, temperature):
                 raise InputError(key, temperature, text, scene.source)

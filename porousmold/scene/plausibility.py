@@ -17,9 +17,11 @@ def implausible_values(scene: "Scene") -> list[str]:
         if name.endswith("temperature") and value is not None:
             lowest, highest = value.range if hasattr(value, "range") else (value, value)
             for number in {lowest, highest}:
-                if not COLDEST <= number <= HOTTEST:
-                    slip = f": is {number:g} meant in °C?" if number < COLDEST else ""
-                    found.append(f"operation.{name} is {number:.4g} K, {number - 273.15:.4g} °C{slip}")
+                shown = f"operation.{name} is {number:.4g} K, {number - 273.15:.4g} °C"
+                if number < COLDEST and not scene.has_unit(f"operation.{name}"):
+                    found.append(f"{shown}: is {number:g} meant in °C?")
+                if number > HOTTEST:
+                    found.append(f"{shown}: few properties are known there, and fewer walls stand it")
     lengths = [("wall.thickness", scene.wall.thickness, THICKEST_WALL)]
     lengths += [(f"{key}.thickness", layer.thickness, THICKEST_WALL) for key, layer in scene.layers.items()]
     lengths += [

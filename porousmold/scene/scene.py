@@ -161,6 +161,11 @@ class Scene:
         table, _, name = full_name.partition(".")
         return self._given.get(table, {}).get(name) is not None
 
+    def has_unit(self, full_name: str) -> bool:
+        """Whether the key "table.key" is given as a text with a unit, or by a file."""
+        table, _, name = full_name.partition(".")
+        return isinstance(self._given.get(table, {}).get(name), str)
+
     def differs_from_default(self, full_name: str) -> bool:
         """Whether the key "table.key" has another value than where nothing is given."""
         table, _, name = full_name.partition(".")

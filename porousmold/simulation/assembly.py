@@ -419,6 +419,7 @@ def build_balances(medium: Medium, flow: Flow, heat: Heat, equations: EnergyEqua
         mass_in=DeferredForm(weight * equations.inward_mass_flux * ds(geometry.INLET)),
         mass_out=DeferredForm(outflow * ds(geometry.OUTLET)),
         mass_displaced=None if source is None else DeferredForm(weight * source * equations.dx_bed),
+        is_mass_kept=equations.bed.rev_vector is None,
         inlet_pressure=DeferredForm(weight * flow.state.pressure / area * ds(geometry.INLET)),
         outlet_heat=DeferredForm(outflow * temperature * ds(geometry.OUTLET)),
         outlet_area=DeferredForm(weight * outlet),

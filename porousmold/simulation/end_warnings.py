@@ -69,7 +69,14 @@ def _distance_left(simulation: Simulation) -> str:
     if deficits[-1] > (1.0 - STEADY) * deficits.max():
         beyond = deficits[-1] > (1.0 + STEADY) * deficits[0]
         outside = heat.outer_wall.exchanges or heat.outer_wall.heat_flux is not None
-        why = "the surroundings reach it before the flow does" if outside else "the inlet's temperature runs ahead"
+        ahead = abs(history["set_point"][-1] - history["inlet_temperature"][-1]) > time.heated.margin
+        why = (
+            "the inlet is not at its set-point"
+            if ahead
+            else "the surroundings reach it before the flow does"
+            if outside
+            else "the inlet's temperature runs ahead"
+        )
         more = f", farther than at the start: {why}" if beyond else ""
         return f"{text}, its {farthest} point hardly {changed} yet{more}"
     if approached <= 0.0:  # a flow that turns, a programme

@@ -23,7 +23,7 @@ from ..mesh.nodes import spans_along_flow
 from ..mesh.probe import PointProbe
 from ..scene.features.geometries import BedSize
 from ..scene.features.sensors import read_sensors
-from ..scene.start import Profile, Start
+from ..scene.start import Start
 from ..solvers.displacement import Displacement
 from ..solvers.protocols import Flow, Heat
 from ..solvers.state import ArrayOf, Numbers, Saved, State
@@ -66,6 +66,7 @@ class _Forms:
     mass_in: Any
     mass_out: Any
     mass_displaced: Any
+    is_mass_kept: bool
     inlet_pressure: Any
     outlet_heat: Any
     outlet_area: Any
@@ -89,8 +90,10 @@ class Balances:
     @property
     def mass_flow(self) -> float:
         """Mass flow out of the outlet, without what the fluid in the bed displaces as it expands, kg/s, of what is computed (per
-        metre width where that has no width)."""
+        metre width where that has no width); that into the inlet where REV terms do not keep the mass."""
         displaced = self._forms.mass_displaced
+        if not self._forms.is_mass_kept:
+            return self._value(self._forms.mass_in)
         return self._mass_out - (0.0 if displaced is None else self._value(displaced))
 
     @property
@@ -108,7 +111,8 @@ class Balances:
     @property
     def mass_imbalance(self) -> float:
         """(in + displaced - out)/out of the mass flow."""
-        out = self.mass_flow
+        displaced = self._forms.mass_displaced
+        out = self._mass_out - (0.0 if displaced is None else self._value(displaced))
         return (self._value(self._forms.mass_in) - out) / out if out else 0.0
 
     @property
@@ -196,7 +200,7 @@ class Problem:
         """Heat (J) that fluid, beads and wall store between two temperatures (K), the fluid with its present capacity
         (collective)."""
         warm, cold = self.domain.constant(high), self.domain.constant(low)
-        forms = self.energy_equations.heat_kept(warm, warm, cold)
+        forms = self.energy_equations.heat_kept(warm, warm, cold, cold)
         parts = [forms[name] for name in STORES if name in forms]
         parts.append((high - low) * self.energy_equations.fluid_heat_capacity())
         return sum(ranks.integral(self.communicator, fenicsx.compiled_form(part)) for part in parts)
@@ -214,19 +218,20 @@ class Problem:
     def _heat_kept_forms(self) -> dict[str, Form]:
         two = self.specs.heat.model.two_temperatures
         parts = ufl.split(self.heat.unknown) if two else (self.heat.unknown,) * 2
-        forms = self.energy_equations.heat_kept(parts[0], parts[1], self._at_first)
+        forms = self.energy_equations.heat_kept(parts[0], parts[1], *self._at_first)
         return {name: fenicsx.compiled_form(form) for name, form in forms.items()}
 
     @functools.cached_property
-    def _at_first(self) -> Value:
-        """The temperature of beads and wall at the start; of a run that started from a state its mean."""
-        heat = self.specs.heat
-        if not isinstance(heat.start, Profile):
-            return self.domain.constant(heat.initial_temperature)
-        function = fem.Function(self.medium.flow_temperature.function_space)
-        function.x.array[:] = starting_temperatures(heat.start, function.function_space, self.domain, of_beads=False)
-        function.x.scatter_forward()
-        return function
+    def _at_first(self) -> tuple[Value, Value]:
+        """Temperatures of the wall and of the beads at the start."""
+        heat, space = self.specs.heat, self.medium.flow_temperature.function_space
+        if heat.start is None:
+            return (self.domain.constant(heat.initial_temperature),) * 2
+        functions = fem.Function(space), fem.Function(space)
+        for function, of_beads in zip(functions, (False, heat.model.two_temperatures), strict=True):
+            function.x.array[:] = starting_temperatures(heat.start, space, self.domain, of_beads=of_beads)
+            function.x.scatter_forward()
+        return functions
 
     def degrees_of_cure(self) -> dict[str, tuple[float, float]]:
         """Least and largest degree of cure of the layers that cure (collective)."""

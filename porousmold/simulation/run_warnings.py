@@ -46,6 +46,8 @@ LARGEST_DRAWN_IN = 0.01
 """Of what a fluid contracts by, which may come in at the outlet without a word."""
 LEAST_SURPLUS = 0.02
 """Of the heat that a cycle took, which it may give beyond that without a word."""
+LARGEST_BY_REV_TERMS = 0.01
+"""Of mass flow and heat, which REV terms may make or take away without a word."""
 LARGEST_IMBALANCE = 1e-3
 """Of the heat put in, above which the balance is warned of."""
 
@@ -78,26 +80,34 @@ def _of_late_series(scene: Scene, end: float) -> list[str]:
 def _of_late_outputs(scene: Scene, end: float) -> list[str]:
     """Of times of output that the run has not come to."""
     late = [time for time in scene.output.times or () if time > end * (1.0 + SAME_TIME)]
+    if scene.output.every is not None and scene.output.every > end * (1.0 + SAME_TIME):
+        return [f"output.every {scene.output.every:g} s is longer than the run, {end:g} s: nothing is kept"]
     if not late:
         return []
     return [f"output.times from {late[0]:g} s on are after the run's end at {end:g} s: nothing is kept of them"]
 
 
-def outside_ranges(specs: Specs, has_wall: bool, reached: Mapping[str, tuple[float, float]]) -> list[str]:
+def outside_ranges(
+    specs: Specs, has_wall: bool, reached: Mapping[str, tuple[float, float]], drop: float | None = None
+) -> list[str]:
     """A sentence for every property that was used outside the temperatures (K) that it is given for: `reached` by each material,
-    where nothing is known of it initial and inlet temperatures."""
+    where nothing is known of it initial and inlet temperatures; and of the phase, with the largest pressure `drop` (Pa)."""
     given = [*specs.heat.first_temperatures, *specs.heat.inlet_temperature.range]
     found = []
     for use, material in specs.laws.materials(has_wall).items():
         found += beyond_ranges(material, *reached.get(use, (min(given), max(given))))
-    return found + _of_the_phase(specs, reached.get("fluid", (min(given), max(given))))
+    return found + _of_the_phase(specs, reached.get("fluid", (min(given), max(given))), drop)
 
 
-def _of_the_phase(specs: Specs, temperatures: tuple[float, float]) -> list[str]:
-    """Of a fluid that is no ideal gas, or of another phase, at these temperatures (K)."""
+def _of_the_phase(specs: Specs, temperatures: tuple[float, float], drop: float | None) -> list[str]:
+    """Of a fluid that is no ideal gas, or of another phase, at these temperatures (K): a liquid boils at the outlet first, a
+    vapour condenses at the inlet, where it has the largest pressure `drop` (Pa) more; None where only what is given is known."""
     name, pressure = specs.laws.fluid.substance, specs.flow.outlet_pressure
-    highest = pressure + (specs.flow.driven_by.range[1] if specs.flow.drive == "pressure_drop" else 0.0)
-    found = [text for one in temperatures if (text := other_phase(name, pressure, one)) is not None]
+    given = specs.flow.driven_by.range[1] if specs.flow.drive == "pressure_drop" else 0.0
+    highest = pressure + (given if drop is None else drop)
+    pressures = dict.fromkeys((pressure, highest))
+    phases = (other_phase(name, at, one) for one in dict.fromkeys(temperatures) for at in pressures)
+    found = [text for text in phases if text is not None][:1]
     if isinstance(specs.laws.fluid.density, RealGasDensity):
         away = max(density_error(specs.laws.fluid, highest, one) for one in temperatures)
         if away > LARGEST_DEPARTURE:
@@ -153,7 +163,7 @@ def _of_the_outcome(simulation: Simulation) -> list[str]:
             found.append(
                 f"operation.end_time {time.end_time:g} s came in phase {course.phase.name!r}, which had not ended"
             )
-        elif course.tolerance is not None and not course.is_periodic:
+        elif course.is_over and course.tolerance is not None and not course.is_periodic:
             found.append(f"the state is not periodic within operation.cycle_tolerance after {course.cycles} cycles")
     if waiting and (at_end or steady) and not time.targets:
         found.append(why_not_heated(simulation))
@@ -184,6 +194,7 @@ def _of_the_outcome(simulation: Simulation) -> list[str]:
                 f"target {target.name!r} was met at {met:.0f} s and lost at {lost:.0f} s: at the end it is off by {off:.3g} "
                 f"{'' if target.asks == 'cured' else 'K'} (target.keep = true waits until it holds)".replace("  ", " ")
             )
+    found += _of_rev_terms(simulation) + _of_air_too_warm(simulation)
     imbalance = imbalance_of(simulation)
     if abs(imbalance) > LARGEST_IMBALANCE:
         found.append(
@@ -203,6 +214,39 @@ def _of_the_outcome(simulation: Simulation) -> list[str]:
             "with these settings a laminar flow is steady, too; the turbulent solution is used, as for a tripped flow"
         )
     return found
+
+
+def _of_rev_terms(simulation: Simulation) -> list[str]:
+    """Of mass and heat that REV terms, which are no divergences, take away or make."""
+    problem = simulation.problem
+    balance = problem.heat.balance
+    if simulation.specs.flow.averaging.terms == "off":
+        return []
+    parts = {
+        "mass flow": -problem.balances.mass_imbalance,
+        "heat": balance.by_rev_terms / max(abs(balance.by_fluid), abs(balance.stored), 1e-3),
+    }
+    said = [
+        f"{'make' if part > 0.0 else 'take away'} {abs(part):.1%} of the {name}"
+        for name, part in parts.items()
+        if abs(part) > LARGEST_BY_REV_TERMS
+    ]
+    return [f"the REV terms, which are no divergences, {' and '.join(said)} (see docs/theory.md)"] if said else []
+
+
+def _of_air_too_warm(simulation: Simulation) -> list[str]:
+    """Of air that comes back warmer than its set-point, as a heater cannot cool."""
+    history, margin = simulation.recorder.history, simulation.specs.time.heated.margin
+    if simulation.problem.air_loop is None or not len(history):
+        return []
+    beyond = np.array(history["inlet_temperature"]) - np.array(history["set_point"])
+    hottest = int(np.argmax(beyond))
+    if beyond[hottest] <= margin:
+        return []
+    return [
+        f"the air entered up to {beyond[hottest]:.3g} K above its set-point, at {history['time'][hottest]:.4g} s: what returns "
+        "and the blower's heat are that warm, and a heater cannot cool (less operation.recirculation)"
+    ]
 
 
 def _of_rest(simulation: Simulation, bounds: list[float]) -> list[str]:
@@ -301,7 +345,8 @@ def _of_what_was_reached(simulation: Simulation, bounds: list[float]) -> list[st
     if mach > HIGHEST_MACH_NUMBER:
         found.append(f"Mach number {mach:.2g} > {HIGHEST_MACH_NUMBER}: the energy balance is that of low Mach numbers")
     found += _of_the_openings(simulation)
-    found += outside_ranges(simulation.specs, problem.has_wall, _reached_by_materials(simulation))
+    drop = max(abs(one) for one in simulation.recorder.history["pressure_drop"])
+    found += outside_ranges(simulation.specs, problem.has_wall, _reached_by_materials(simulation), drop)
     beyond, in_bed = _beyond_what_can_be(simulation)
     if beyond > LARGEST_OVERSHOOT:
         if in_bed < LARGEST_OVERSHOOT:

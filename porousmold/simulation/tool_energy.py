@@ -30,12 +30,17 @@ class ToolEnergy:
         problem, balance = self._problem, self._problem.heat.balance
         assert problem.air_loop is not None
         kept, share = problem.heat_kept(), problem.air_loop.spec.share
+        cure, wall = (
+            kept.get("cure", 0.0),
+            kept.get("wall", 0.0),
+        )  # a heat of cure that is left is not among what is stored
         parts = {
             "heater": balance.by_heater,
             "blower": balance.by_blower,
-            "cure": kept.get("cure", 0.0),
+            "cure": cure,
             "sources": balance.by_sources,
-            "wall": kept.get("wall", 0.0),
+            "fluid": balance.stored + cure - wall - kept["beads"],
+            "wall": wall,
             "beads": kept["beads"] - balance.by_beads,
             "exhaust": balance.by_exhaust,
             "return_duct": balance.by_duct,

@@ -146,7 +146,8 @@ def _sensitivity(options: argparse.Namespace) -> int:
     if first:
         picture = write(found, out, quantity)
         if not options.quiet:
-            printed(f"{'parameter':30s} change of the {quantity.words} in % for a change of 1 %")
+            counted = "for a change of 1 % (of temperatures: of their difference to the start)"
+            printed(f"{'parameter':30s} change of the {quantity.words} in % {counted}")
             for entry in found:
                 value = "none:" if entry.value is None else f"{entry.value:+.3f}"
                 printed(f"{entry.parameter:30s} {value} {entry.reason}".rstrip())

@@ -5,7 +5,7 @@ import hashlib
 import itertools
 import json
 import re
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..files.tables import read_toml
-from ..files.units import to_si
+from ..files.units import COLDEST_WITHOUT_UNIT, given_in_si
 from ..scene.features import KEYS
 from ..scene.features.targets import target_name
 from ..scene.keys import LISTED, Settings, Tables, key_of
@@ -197,7 +197,7 @@ def _values(place: str, name: str, given: Any, where: str) -> list[Any]:
         kind = key_of(KEYS, name).kind
         if kind in ("choice", "integer", "flag", "file"):
             raise InputError(place, None, "must be a list: it has no range", where)
-        ends = [to_si(f"{place}.{end}", given.get(end), kind, where) for end in ("from", "to")]
+        ends = [given_in_si(f"{place}.{end}", given.get(end), kind, where) for end in ("from", "to")]
         count, spacing = given.get("count"), given.get("spacing", "linear")
         if isinstance(count, bool) or not isinstance(count, int) or not 2 <= count <= 10_000:
             raise InputError(f"{place}.count", count, "must be a whole number from 2 to 10000", where)
@@ -207,7 +207,7 @@ def _values(place: str, name: str, given: Any, where: str) -> list[Any]:
             raise InputError(f"{place}.spacing", spacing, "needs positive ends", where)
         first, last = ends
         points = np.linspace(first, last, count) if spacing == "linear" else np.geomspace(first, last, count)
-        return [float(f"{point:.12g}") for point in points]
+        return [with_units({name: float(f"{point:.12g}")})[name] for point in points]
     if not isinstance(given, list) or not given:
         raise InputError(place, str(given), "must be a list of values, or a range {from, to, count, spacing}", where)
     return given
@@ -224,6 +224,16 @@ def _case(settings: Settings, base: Path, common: Settings, allow_extensions: bo
         return Case(name, settings, Scene.load(base, common | settings, allow_extensions=allow_extensions))
     except InputError as error:
         return Case(name, settings, None, str(error))
+
+
+def with_units(settings: Mapping[str, Any]) -> Settings:
+    """Settings that the program has made: temperatures that need a unit, as they are cold, with it."""
+    return {
+        name: f"{float(value)!r} K"
+        if isinstance(value, float) and value < COLDEST_WITHOUT_UNIT and key_of(KEYS, name).kind == "K"
+        else value
+        for name, value in settings.items()
+    }
 
 
 def target_names(scene: Scene) -> list[str]:

@@ -65,7 +65,7 @@ class ModelChoice:
         keys = {choice.key for choice in left_out}
         added = [one for one in self.choices if one.key not in keys and self.scene.is_given(one.key)]
         if not left_out:
-            lines = [f"nothing can be left out within {self.accuracy:g} of the heating time"]
+            lines = [f"nothing can be left out within {self.accuracy:.2%} of the heating time"]
         else:
             lines = [
                 f"changes the heating time by about {self.worth:.2%} (on coarse cells; allowed {self.accuracy:.2%}):"
@@ -149,7 +149,7 @@ def choose_model(scene: Scene, accuracy: float, march: Callable[[Scene], float |
             continue
         change = time / before - 1.0
         fits = worth + abs(change) <= accuracy
-        reason = "" if fits else f"more than the {accuracy - worth:.2g} that are left of {accuracy:g}"
+        reason = "" if fits else f"more than the {accuracy - worth:.2%} that are left of {accuracy:.2%}"
         choices.append(replace(refused, chosen=fits, worth=change, reason=reason))
         if fits:
             chosen, before, worth = simpler, time, worth + abs(change)

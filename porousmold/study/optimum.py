@@ -27,7 +27,7 @@ from ..files.units import to_si
 from ..mpi import MPI
 from ..scene.features import KEYS
 from ..scene.keys import key_of
-from .definition import Case, Study, check_names, kind_of_record, table_of, unit_of_record
+from .definition import Case, Study, check_names, kind_of_record, table_of, unit_of_record, with_units
 from .quantity import check_record
 from .running import Row, run_study, setting
 
@@ -110,9 +110,10 @@ class _Surface:
             places, first = np.unique(places, axis=0, return_index=True)
             known = [known[number] for number in first]
         if len(known) < len(self._names) + 2 or np.any(np.ptp(places, axis=0) == 0.0):
-            raise InputError(
-                "study", f"{len(known)} of {len(rows)} cases reached their end", "is too few to search between"
+            what = (
+                f"{len(known)} of {len(rows)} cases have {' and '.join(records)} > 0, {len(answered)} reached their end"
             )
+            raise InputError("study", what, "is too few to search between")
         names = {row.case.name for row in answered}
         short = [row for row in rows if row.status == "done" and row.case.name not in names]
         tried = np.concatenate([places, self._places(short)])
@@ -195,7 +196,7 @@ def search(
         surface = _Surface(study, rows, records)
         places = MPI.COMM_WORLD.bcast([surface.minimum(name, limits) for name, limits in wanted])
         known = {where(case): case for case in study.cases if case.scene is not None}
-        cases = [study.case(surface.settings(place)) for place in places]
+        cases = [study.case(with_units(surface.settings(place))) for place in places]
         cases = [known.get(where(case), case) for case in cases]
         there = {case.name for case in study.cases}  # those that no scene can have, too
         more = {case.name: case for case in cases if where(case) not in known and case.name not in there}

@@ -7,14 +7,16 @@ from ..errors import InputError
 from ..scene.chosen_laws import Laws
 from ..scene.features.phases import drive_name
 from ..scene.scene import Scene
-from .definition import OF_EVERY_CASE, Case
+from .definition import OF_EVERY_CASE, Case, with_units
 
 
 def value_of(scene: Scene, laws: Laws, name: str) -> float | None:
-    """Value (SI) of the key "table.key", None where the scene has none or one that changes in time.
+    """Value (SI) of the key "table.key", None where the scene has none or one that changes in time or from place to place.
 
     A property of the beads or the wall that is not given is its material's, in the middle of initial and inlet temperature.
     """
+    if name == "operation.initial_temperature" and scene.start is not None:  # its mean is not the scene
+        return None
     value = scene.value(name)
     if hasattr(value, "values"):
         return float(value.values[0]) if len(value.values) == 1 else None
@@ -28,7 +30,8 @@ def value_of(scene: Scene, laws: Laws, name: str) -> float | None:
 def case_around(scene: Scene, name: str, settings: Mapping[str, Any]) -> Case:
     """The case of a scene with other settings {"table.key": value}; with the reason where no scene can have them."""
     try:
-        return Case(name, dict(settings), scene.changed({"bed.allow_small_ratio": True, **OF_EVERY_CASE, **settings}))
+        changes = {"bed.allow_small_ratio": True, **OF_EVERY_CASE, **with_units(settings)}
+        return Case(name, dict(settings), scene.changed(changes))
     except InputError as error:
         return Case(name, dict(settings), None, str(error))
 

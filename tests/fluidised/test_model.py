@@ -81,7 +81,6 @@ def test_beads_in_a_liquid_are_lighter_by_their_buoyancy_and_store_less_heat_tha
             "these beads float",
         ),
         ({"fluid.material": "steam"}, "steam condenses"),
-        ({"operation.inlet_temperature": "2500 degC"}, "has no value there"),
     ],
 )
 def test_what_is_no_fluidised_bed_is_refused(settings, words):

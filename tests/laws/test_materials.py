@@ -148,6 +148,24 @@ def test_conductivities_fall_and_insulations_rise_with_temperature():
         assert law(680.0) < law(749.0), name
 
 
+@pytest.mark.parametrize(
+    ("name", "temperature", "published"),
+    [("thesis_air", 1300.0, 1190.0), ("carbon_dioxide", 1773.0, 1357.0), ("nitrogen", 1700.0, 1265.0)],
+)
+def test_a_heat_capacity_goes_on_along_its_tangent_beyond_its_range(name, temperature, published):
+    """The polynomials went to 1136, 1749 and 1398 J/kg/K; those of the ideal gas (JANAF) are within 2.5 % of the tangents."""
+    law = FLUIDS[name].heat_capacity
+    low, high = law.temperature_range
+    assert law(temperature) == pytest.approx(published, rel=0.025)
+    inside = np.linspace(low, high, 7)
+    assert law(inside) == pytest.approx(np.polynomial.Polynomial(law.coefficients)(inside), rel=1e-12)
+    for end, away in ((low, -60.0), (high, 300.0)):
+        values = [law(end), law(end + 0.5 * away), law(end + away)]
+        assert values[2] - values[1] == pytest.approx(values[1] - values[0], rel=1e-9)
+        gained = law.integral(end + away) - law.integral(end)  # Simpson's rule is exact for straight lines
+        assert gained == pytest.approx(away * (values[0] + 4.0 * values[1] + values[2]) / 6.0, rel=1e-9)
+
+
 @pytest.mark.parametrize("name", ["water", "water_glycol", "thermal_oil", "therminol_vp1"])
 def test_the_viscosity_of_a_liquid_goes_on_along_its_tangent_beyond_its_range(name):
     """A polynomial's exponent of degree 8 would be 1e38 Pa s two hundred kelvins on; inside it is the polynomial's own."""

@@ -44,7 +44,9 @@ def test_other_phases():
     assert "boils at 100.0 °C" in (other_phase("water", 101325.0, 380.0) or "")
     assert "condenses" in (other_phase("steam", 5e5, 400.0) or "")
     assert other_phase("water", 5e5, 400.0) is None
-    assert other_phase("water", 300e5, 700.0) is None  # beyond the critical pressure there is no boiling
+    assert other_phase("water", 300e5, 640.0) is None  # beyond the critical pressure there is no boiling
+    assert "no liquid above 373.9 °C" in (other_phase("water", 300e5, 700.0) or "")
+    assert "freezes at 0 °C" in (other_phase("water", 1e5, 268.0) or "") and other_phase("water", 1e5, 274.0) is None
     assert other_phase("thermal_oil", 1e5, 900.0) is None and other_phase("own", 1e5, 300.0) is None
 
 
@@ -53,6 +55,14 @@ def test_other_phases():
     [
         ({"fluid.material": "water", "operation.inlet_temperature": "110 degC"}, "inlet_temperature"),
         ({"fluid.material": "steam", "operation.inlet_temperature": "150 degC"}, "initial_temperature"),
+        ({"fluid.material": "water", "operation.initial_temperature": "-5 degC"}, "initial_temperature"),
+        (
+            {  # at the inlet's pressure, 1.6 bar, steam condenses at 113.7 degC
+                **{"fluid.material": "steam", "operation.initial_temperature": "102 degC"},
+                **{"operation.inlet_temperature": "160 degC", "operation.pressure_drop": "60 kPa"},
+            },
+            "initial_temperature",
+        ),
     ],
 )
 def test_a_fluid_of_another_phase_is_refused(settings, key):

@@ -39,6 +39,7 @@ def test_passes_its_points_and_stays_between_them(tmp_path):
         (",".join(HEAD) + "\n0.1,1,1\n1,0.4,0.4\n", "from 0"),
         (",".join(HEAD) + "\n0,1,1\n1,1.4,0.4\n", "(0, 1]"),
         (",".join(HEAD) + "\n0,1,1\n1,nan,0.4\n", "(0, 1]"),
+        (",".join(HEAD) + "\n0,1,1\n0.2,1,1\n1,0.4,0.4\n", "phi_v = 1 from 0 to 0.2 bead diameters"),
     ],
 )
 def test_broken_files_get_one_line(tmp_path, text, word):

@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 
 from porousmold import InputError
 from porousmold.study.definition import Study
+from porousmold.study.parameters import case_around
 
 from ..support import ALUMINIUM, STUDIES
 
@@ -45,6 +46,17 @@ def test_geometric_ranges_and_listed_cases(tmp_path):
     assert [case.scene.bed.bead_diameter for case in study.cases] == [0.004, 0.005]
     assert study.varied == ["geometry.cavity_height", "bed.bead_diameter", "wall.thickness"]
     assert all(case.scene.model.turbulence == "none" for case in study.cases)
+
+
+def test_cold_temperatures_of_a_range_have_their_unit(tmp_path):
+    """Without one they are refused, as a user may mean degrees Celsius."""
+    cold = '[vary]\noperation.inlet_temperature = { from = "80 K", to = "100 K", count = 3 }\n'
+    study = load(tmp_path, HEAD + '[set]\nfluid.material = "helium"\n' + cold)
+    assert [case.scene.operation.inlet_temperature(0.0) for case in study.cases] == [80.0, 90.0, 100.0]
+    with pytest.raises(InputError, match="needs a unit"):
+        load(tmp_path, HEAD + cold.replace('"80 K"', "80"))
+    around = case_around(study.cases[0].scene, "colder", {"operation.inlet_temperature": 78.0})
+    assert around.scene.operation.inlet_temperature(0.0) == 78.0
 
 
 def test_a_combination_that_no_scene_can_have_is_a_case_with_a_reason(tmp_path):

@@ -64,6 +64,14 @@ def test_keys_without_a_number_are_refused(key, tmp_path):
         solve_for(coarse_scene(), [key], aim_of("heating_time = 20 min"), tmp_path)
 
 
+def test_a_profile_is_no_number(tmp_path):
+    """Its mean counted as the scene's value, and its time as that of a uniform start."""
+    (tmp_path / "start.csv").write_text("x [m], temperature [degC]\n0, 60\n0.5, 20\n")
+    scene = coarse_scene({"operation.initial_temperature": str(tmp_path / "start.csv")})
+    with pytest.raises(InputError, match="--key"):
+        solve_for(scene, ["operation.initial_temperature"], aim_of("heating_time = 20 min"), tmp_path)
+
+
 def test_the_command_and_its_file(tmp_path, capsys):
     settings = [word for name, value in COARSE.items() for word in ("--set", f"{name}={value}")]
     words = ["solve-for", str(ALUMINIUM), "--key", "wall.thickness", "--target", "heating_time = 26 min", *settings]

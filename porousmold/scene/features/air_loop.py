@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from ..scene import Scene
 
 KEY = "operation.blower"
-LOOP_KEYS = ("blower", "blower_pressure", "heater_power", "recirculation", "duct_conductance", "energy_price")
+LOOP_KEYS = ("blower", "blower_pressure", "heater_power", "recirculation", "duct_conductance")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,7 +90,7 @@ class AirLoop(Feature):
     fresh_temperature: float | None = key(
         "operation.fresh_temperature",
         "K",
-        "temperature of fresh air and around the duct; default initial_temperature",
+        "temperature of fresh air and around the duct; default initial_temperature, where that is one number",
         low=0.0,
         high=5000.0,
     )
@@ -114,9 +114,11 @@ class AirLoop(Feature):
             self._check_blower(scene)
         if self.blower_flow is not None and self.blower_pressure is None:
             scene.require("operation.blower_pressure")
-        for name in ("duct_resistance", "blower_efficiency"):
+        for name in ("duct_resistance", "blower_efficiency", "blower_density"):
             if scene.differs_from_default(f"operation.{name}") and not self.has_blower:
                 scene.refuse(f"operation.{name}", "has no meaning without a blower")
+        if self.currency is not None and self.energy_price is None:
+            scene.refuse("operation.currency", "has no meaning without operation.energy_price")
         if self.duct_conductance and not self.recirculation:
             scene.refuse("operation.duct_conductance", "has no meaning without operation.recirculation")
         geometry = dict(scene.geometry)
@@ -124,11 +126,14 @@ class AirLoop(Feature):
             allowed = f"has no place here: what is modelled is {geometry_of(geometry).modelled_part(geometry)}"
             scene.refuse("operation.mold_width", allowed)
         if not has_air_loop(scene):
-            for name in ("fresh_temperature", "mold_width"):
+            for name in ("fresh_temperature", "mold_width", "energy_price"):
                 if getattr(self, name):
                     allowed = "has no meaning without a blower, a heater or recirculation"
-                    scene.refuse(f"operation.{name}", allowed)
+                    cure = " (operation.recirculation = 0 is a heater without return)" if name == "energy_price" else ""
+                    scene.refuse(f"operation.{name}", allowed + cure)
             return
+        if scene.start is not None:
+            scene.require("operation.fresh_temperature")
         if scene.model.flow_update == "transient":
             scene.refuse("model.flow_update", "must not be 'transient' with a heater or recirculation")
 

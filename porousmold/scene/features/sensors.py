@@ -28,8 +28,8 @@ class Sensors(Feature):
     file: Path | None = key(
         KEY,
         "file",
-        "CSV file `name, x [mm], y [mm]` of points where the temperature is recorded: x along the flow, y from the middle, of a "
-        "mesh of one's own the mesh's own coordinates; "
+        "CSV file `name, x [mm], y [mm]`, in three dimensions with `z [mm]`, of points where the temperature is recorded: x "
+        "along the flow, y from the middle, of a mesh of one's own the mesh's own coordinates; "
         "`0:300:11` for a coordinate gives 11 sensors on a line",
     )
 
