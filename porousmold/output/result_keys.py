@@ -127,8 +127,8 @@ RESULT_KEYS: Mapping[str, ResultKey] = {
     "flow_solves": ResultKey("integer", "solves of the flow"),
     "flow_strategies": ResultKey(
         "object",
-        "how often each strategy found a flow, or was given up: reused or renewed Jacobian, Newton's method, false transient, "
-        "continuation in a parameter of the turbulence model",
+        "how often each strategy found a flow, or was given up: reused or renewed Jacobian, Newton's method, false transient "
+        "(careful from a flow that is near), continuation in a parameter of the turbulence model",
     ),
     "continuation_steps": ResultKey("integer", "pseudo-time steps of the flow solver (false transient)"),
     "newton_iterations": ResultKey("object", "of flow and energy"),

@@ -25,7 +25,7 @@ from .parts import Unknowns
 from .protocols import FlowCounts, Observer
 from .renewal import Renewal
 from .state import ArrayOf, Arrays, Saved, State
-from .steady import FIRST_PSEUDO_STEP, SteadySolver
+from .steady import CAREFUL, FIRST_PSEUDO_STEP, SteadySolver
 
 REST_OF_TURBULENCE = 1e-5
 """Part of k and epsilon from which a laminar flow is sought."""
@@ -98,13 +98,16 @@ class NonlinearFlow(ABC):
     def renew(self, time: float, tolerance: float) -> None:
         """Follow a changed temperature until the update is below `tolerance`; raises `SolveError` (named with `time`).
 
-        Where Newton's method from the present flow leads away, from the initial guess for the present temperature; in the end by
-        a false transient from the present flow.
+        Where Newton's method from the present flow leads away, by a careful false transient from there, from the initial guess
+        for the present temperature, and in the end by a fast one from the present flow.
         """
         self.counts.solves += 1
         if not self._renewal.find(tolerance):
             present = self.solution.arrays()
-            if not self._find_from_guess(time):
+            is_found = self.solver.find(FIRST_PSEUDO_STEP, time, pace=CAREFUL)
+            if not is_found:
+                self.solution.set(present)
+            if not (is_found or self._find_from_guess(time)):
                 self.solution.set(present)
                 if not (self.solver.find(FIRST_PSEUDO_STEP, time) or self._find_by_continuation(time)):
                     self.solution.set(present)
@@ -164,7 +167,7 @@ class NonlinearFlow(ABC):
         detail = f"the false transient does not converge, residual {residual:.3e}, last update {update:.3e}"
         if not np.isfinite(residual):
             detail = "its residual is not a number: a porosity, a material or a law has no value somewhere in the bed"
-        cures = ["a finer mesh (porousmold check says what the wall needs)", "a smaller pressure drop"]
+        cures = ["a finer mesh (porousmold check says what the wall needs)", "less flow"]
         cures += ["model.turbulence = 'none'"] if self.equations.model is not None else []
         cures += ["model.rev_terms = 'consistent' or 'off'"] if self.equations.published_pressure_term else []
         raise SolveError(f"flow ({symbols})", time, detail, " or ".join(cures[::-1]))

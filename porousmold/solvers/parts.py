@@ -58,6 +58,7 @@ class PartSizes:
         self._communicator = unknown.function_space.mesh.comm
         # ghosts are left out, as other ranks count them
         owned = [part[part < owned_size] for part in numbers.parts]
+        self._velocity = owned[0]
         self._owned, self._lengths = np.concatenate(owned), [len(part) for part in owned]
         self._part_of_owned = np.repeat(np.arange(len(owned)), self._lengths)
         self._least = numbers.traces**2 * np.maximum(ranks.total(self._communicator, self._lengths), 1.0)
@@ -81,6 +82,12 @@ class PartSizes:
     def largest_update(self, before: Floats) -> float:
         """That of the part that changes most of those that evolve, since the array `before`."""
         return self.updates(before, self._evolving)[1]
+
+    def largest_local_update(self, before: Floats) -> float:
+        """Largest change of a component of the velocity at a node since the array `before`, relative to the largest there is."""
+        now, old = self._unknown.x.array[self._velocity], before[self._velocity]
+        change, size = (ranks.largest_magnitude(self._communicator, values) for values in (now - old, now))
+        return change / max(size, LEAST_VALUE)
 
     def norms(self, values: Floats) -> list[float]:
         """Norms of the parts of an array like the unknown's."""

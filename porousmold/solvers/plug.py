@@ -109,7 +109,7 @@ class PlugFlow:
                 gauge = self.columns.pressure(gradient)
             if np.max(np.abs(gauge - before)) < CONVERGED_DENSITY * max(outlet, np.max(np.abs(gauge))):
                 return gauge
-        raise SolveError("plug flow", time, "its pressure and density do not converge", "a smaller pressure drop")
+        raise SolveError("plug flow", time, "its pressure and density do not converge", "less flow")
 
     def _flux_of(self, drive: Drive, more: Floats, temperature: Floats, time: float) -> float:
         """Mass flux (kg/m2/s) that a pressure drop (Pa) drives, or that enters at a velocity (m/s) as dense as at the inlet;

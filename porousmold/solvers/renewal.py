@@ -33,7 +33,8 @@ class Renewal:
     def find(self, tolerance: float) -> bool:
         """Newton iterations from the present state until the update is below `tolerance`; tells whether they got there.
 
-        A failure puts the state back.
+        By a new Jacobian that of the velocity at every node, too: what is left in a few of them, and extrapolated from step to
+        step, grows there, as saw teeth across the flow, until no iteration finds back. A failure puts the state back.
         """
         solver = self._solver
         start, unknown = solver.solution.arrays(), solver.system.unknown
@@ -46,7 +47,8 @@ class Renewal:
             if not np.isfinite(update):
                 break
             update = max(update, solver.sizes.updates(before)[1] / LOOSER_PARTS)
-            is_found = update < tolerance and solver.is_physical()
+            is_near = max(update, solver.sizes.largest_local_update(before)) < tolerance
+            is_found = is_near and solver.is_physical()
             if is_found or (update < LARGEST_KEPT_UPDATE and self._find_on_kept_factors(tolerance)):
                 return solver.counts.note("renewed Jacobian", found=True)
         solver.solution.set(start)
