@@ -59,7 +59,11 @@ class Ending:
         still waited for never comes."""
         spec, history = self._specs.time, self._recorder.history
         begun = max(2.0 * max(spec.breakpoints, default=0.0), STEADY_AFTER * self._estimates.heating_duration)
-        if not spec.until_steady or time < begun or len(history) < LEAST_ROWS:
+        is_holding = any(
+            self._recorder.held_since[one.name] is not None and self._recorder.targets[one.name] is None
+            for one in spec.targets
+        )
+        if not spec.until_steady or time < begun or len(history) < LEAST_ROWS or is_holding:
             return False
         half = bisect.bisect_left(history["time"], 0.5 * time)
         range_of_all = max(history["highest_temperature"]) - min(history["lowest_temperature"])

@@ -14,8 +14,8 @@ from .tool_energy import ToolEnergy
 
 class Recorder:
     """Of a `problem`: its `history` with a row for every step; the times at which the wall was heated and the `targets` were met,
-    None until then, of those to keep also where they were lost since (`first_met` keeps the first); `snapshots`; and of an air
-    supply the `tool_energy`."""
+    None until then, of those to keep also where they were lost since (`first_met` keeps the first, `held_since` when those that
+    hold began to); `snapshots`; and of an air supply the `tool_energy`."""
 
     def __init__(self, problem: Problem) -> None:
         self.problem, self._time, self._heat = problem, problem.specs.time, problem.specs.heat
@@ -24,7 +24,7 @@ class Recorder:
         self.heating_time: float | None = None
         self.heating_time_bed_side: float | None = None
         self.targets: dict[str, float | None] = {target.name: None for target in self._time.targets}
-        self.first_met: dict[str, float | None] = dict(self.targets)
+        self.first_met, self.held_since = dict(self.targets), dict(self.targets)
         self.snapshots = Snapshots(problem)
         self.tool_energy = None if problem.air_loop is None else ToolEnergy(problem)
         layers = self._heat.all_layers
@@ -112,16 +112,19 @@ class Recorder:
 
     def _look_at_targets(self) -> None:
         for target in self._time.targets:
-            name, met = target.name, self.targets[target.name]
-            if met is None:
-                self.targets[name] = target.time(self.history)
-                self.first_met[name] = self.targets[name] if self.first_met[name] is None else self.first_met[name]
+            name, before = target.name, self.targets[target.name]
+            since, time = self.held_since[name], self.history["time"][-1]
+            began = since is None
+            since = target.time(self.history) if since is None else target.time_with_next(self.history, since)
+            if since is None:
                 continue
-            better = target.time_with_next(self.history, met)
-            if self.first_met[name] == met:
-                self.first_met[name] = better
-            is_lost = target.keep and not target.holds(self.history, len(self.history) - 1)
-            self.targets[name] = None if is_lost else better
+            until = time if began else target.held_until(self.history)
+            met = since + target.hold if before is not None or until >= since + target.hold else None
+            if self.first_met[name] == before:
+                self.first_met[name] = met
+            is_lost = until < time and (before is None or target.keep)
+            self.targets[name] = None if is_lost and (target.keep or met is None) else met
+            self.held_since[name] = None if is_lost and self.targets[name] is None else since
 
     @property
     def reached(self) -> bool:
@@ -208,6 +211,7 @@ class Recorder:
             "heating_time_bed_side": self.heating_time_bed_side,
             "targets": self.targets,
             "first_met": self.first_met,
+            "held_since": self.held_since,
             "last_flow": self._last_flow,
             "snapshots": snapshots.numbers,
             "tool_energy": None if self.tool_energy is None else self.tool_energy.save(),
@@ -220,6 +224,7 @@ class Recorder:
         self.heating_time, self.heating_time_bed_side = numbers["heating_time"], numbers["heating_time_bed_side"]
         self.targets |= numbers["targets"]
         self.first_met |= numbers["first_met"]
+        self.held_since |= numbers["held_since"]
         self._last_flow = numbers["last_flow"]
         self.snapshots.restore(numbers["snapshots"], array_of)
         if self.tool_energy is not None:

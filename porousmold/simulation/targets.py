@@ -40,7 +40,8 @@ class Target:
 
     `initial` (K) is the temperature that the run starts from, `final` (K) the set-point that is farthest from it: of a programme
     that cools down again the hottest; `hottest` and `coldest` (K) are its ends. What lies between the initial temperature and
-    those counts as "below", or "above", only after it was passed. One to `keep` is met only as long as it holds.
+    those counts as "below", or "above", only after it was passed. One to `keep` is met only as long as it holds, one with `hold`
+    (s) once it has held for so long.
     """
 
     name: str
@@ -53,6 +54,7 @@ class Target:
     coldest: float = math.inf
     is_sensor: bool = False
     keep: bool = False
+    hold: float = 0.0
 
     @classmethod
     def of(cls, scene: Scene) -> "tuple[Target, ...]":
@@ -72,6 +74,7 @@ class Target:
                 hottest=max(scene.operation.inlet_temperature.values),
                 coldest=min(scene.operation.inlet_temperature.values),
                 keep=target.keep,
+                hold=target.hold or 0.0,
             )
             for target in scene.target.list or ()
         )
@@ -85,13 +88,14 @@ class Target:
             if self.hottest == self.coldest
             else f"{self.final - 273.15:.4g} °C, the set-point farthest from the start"
         )
-        return {
+        words = {
             "within": f"{place} within {limit:g} K of {inlet}",
             "above": f"{place} above {limit - 273.15:g} °C",
             "below": f"{place} below {limit - 273.15:g} °C",
             "spread": f"{place} even to {limit:g} K",
             "cured": f"{place} cured to {limit:g}",
         }[self.asks]
+        return f"{words} for {self.hold / 60.0:.4g} min" if self.hold else words
 
     @property
     def _hot(self) -> float:
@@ -170,6 +174,11 @@ class Target:
     def holds(self, history: Rows, row: int) -> bool:
         """Whether it holds in a row of the history, after it was met."""
         return self.quantity(history, row) <= self.margin * (1.0 + SAME)
+
+    def held_until(self, history: Rows) -> float:
+        """Until when it held (s), after it did in the row before the last one."""
+        last = len(history["time"]) - 1
+        return history["time"][last] if self.holds(history, last) else self._crossing(history, last, falls=False)
 
     def lost_and_kept(self, history: Rows, met: float) -> tuple[float | None, float | None]:
         """When it was lost first (s) after it was `met`, and from when it holds up to the end; None where that is not so."""

@@ -31,6 +31,9 @@ def why_not_met(simulation: Simulation, target: Target, energy: Mapping[str, flo
     history = simulation.recorder.history
     last = len(history) - 1
     short = target.quantity(history, last) - target.margin
+    since = simulation.recorder.held_since[target.name]
+    if since is not None:
+        return f"it has held from {since:.4g} s on, not yet for {target.hold:g} s"
     parts = [f"{short:.3g} short" if target.asks == "cured" else f"{short:.1f} K short"] if short > 0.0 else []
     if parts:
         parts[0] += _course_of(target, history, short)

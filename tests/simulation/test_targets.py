@@ -5,7 +5,8 @@ import pytest
 from mpi4py import MPI
 from scipy.optimize import brentq
 
-from porousmold import Scene, run
+from porousmold import InputError, Scene, run
+from porousmold.simulation.running import RunInterrupted
 from porousmold.simulation.targets import Target
 from studies.exact_solutions import schumann
 
@@ -160,6 +161,68 @@ def test_a_run_goes_on_until_the_targets_to_keep_hold_at_once():
     assert last <= 25.0 and kept["targets_kept"]["even"]["kept_from"] is not None
     if free["targets_kept"]["even"]["lost"] is not None and free["targets_kept"]["even"]["kept_from"] is None:
         assert any("was met at" in text and "lost at" in text for text in free["warnings"])
+
+
+HOT = {"name": "hot", "place": "wall", "above": 350.0}
+
+
+def held(hold, **more):
+    """A mold whose wall is warmed and cooled again, with a target that holds for so long (s)."""
+    settings = {"model.flow": "plug", "model.turbulence": "none", "output.fields": False, "output.pictures": False}
+    tables = coarse_scene(settings | {"operation.end_time": 9000.0}).as_tables()
+    del tables["operation"]["inlet_temperature"]
+    tables["operation"]["programme"] = [{"to": 363.15, "over": 100.0, "hold": 3000.0}, {"to": 300.0, "over": 100.0}]
+    return Scene({**tables, "target": [HOT | {"hold": hold} | more]})
+
+
+def test_a_target_that_has_to_hold_is_met_so_long_after_it_began_to():
+    plain, short, whole, long = (run(held(time), communicator=MPI.COMM_SELF) for time in (1e-3, 600.0, 1500.0, 8000.0))
+    began = plain.summary["targets"]["hot"]
+    assert short.summary["targets"]["hot"] == pytest.approx(began + 600.0, rel=2e-4)
+    assert whole.summary["targets"]["hot"] == pytest.approx(began + 1500.0, rel=2e-4)
+    assert short.summary["end_time"] < 3300.0 and "for 10 min" in short.summary["target_meanings"]["hot"]
+    assert long.summary["targets"]["hot"] is None  # it is cooled before
+    assert any("target 'hot' not met" in text for text in long.summary["warnings"])
+
+
+def test_a_target_that_holds_for_good_ends_a_run_without_an_end():
+    """A steady state would: the time that it has to hold is waited for."""
+    tables = held(1.0).as_tables()
+    del tables["operation"]["end_time"]
+    tables["target"] = [HOT | {"hold": 30000.0}]
+    tables["operation"]["programme"] = [{"to": 363.15, "over": 100.0}]
+    summary = run(Scene(tables), communicator=MPI.COMM_SELF).summary
+    assert summary["targets"]["hot"] == pytest.approx(summary["targets_kept"]["hot"]["met"])
+    assert 30000.0 < summary["targets"]["hot"] < 33000.0
+
+
+def test_a_run_that_is_resumed_while_a_target_holds(tmp_path):
+    scene = held(1500.0)
+    whole, times = run(scene, communicator=MPI.COMM_SELF).summary["targets"]["hot"], [0.0]
+    with pytest.raises(RunInterrupted):
+        run(
+            scene,
+            tmp_path,
+            MPI.COMM_SELF,
+            progress=lambda time, *_: times.append(time),
+            stop=lambda: times[-1] > whole - 700.0,
+        )
+    assert whole - 700.0 < times[-1] < whole - 100.0
+    rest = run(scene, tmp_path, MPI.COMM_SELF, resume=True)
+    assert rest.summary["targets"]["hot"] == pytest.approx(whole, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("target", "words"),
+    [
+        ({"name": "a", "place": "part", "cured": 0.8, "hold": 60.0}, "has no meaning with cured"),
+        (HOT | {"hold": 1e5}, "must be below operation.end_time"),
+    ],
+)
+def test_a_time_to_hold_that_cannot_be_is_refused(target, words):
+    tables = cured_mold({"operation.end_time": 9000.0}).as_tables()
+    with pytest.raises(InputError, match=words):
+        Scene({**tables, "target": [target]})
 
 
 def test_what_keeps_a_target_from_being_met_is_told():

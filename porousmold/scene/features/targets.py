@@ -35,6 +35,7 @@ TARGET: Mapping[str, Key] = {
         "what is given has come through, and where the flow has phases or reverses, through a whole cycle",
         False,
     ),
+    "hold": Key("s", "it is met once it has held for so long without a break; not of a cure", low=0.0, high=1e9),
     "cured": Key("", "least degree of cure of a layer", low=0.0, high=1.0),
 }
 
@@ -136,6 +137,10 @@ class Targets(Feature):
                 material = scene.wall.material if is_plain else getattr(layers.get(target.place), "material", None)
                 if not cures(scene, material):
                     scene.refuse(f"{name}.place", "must be the name of a layer whose material cures")
+            if target.hold is not None and asked == ["cured"]:
+                scene.refuse(f"{name}.hold", "has no meaning with cured: a degree of cure is never lost")
+            if target.hold is not None and target.hold >= scene.operation.end_time:
+                scene.refuse(f"{name}.hold", f"must be below operation.end_time {scene.operation.end_time:g} s")
             if target_name(target) in names:
                 scene.refuse(f"{name}.name", "must be a name of its own", value=target_name(target))
             names.append(target_name(target))
