@@ -78,7 +78,7 @@ def test_a_column_named_for_another_quantity(tmp_path):
 
 def test_values_that_look_like_a_slip_are_told():
     changes = {
-        "operation.inlet_temperature": "190 K",
+        "operation.inlet_temperature": 190.0,
         "operation.initial_temperature": "20 degC",
         "wall.thickness": 3.0,
     }

@@ -43,8 +43,6 @@ LARGEST_UPDATE, FAILED_STEP_FACTOR = 1.0, 0.125
 11 were not found when updates of 1.5 were taken, 1 with 1. That one is found by going back from an infinite step."""
 MOST_NEWTON_ITERATIONS, HALF_OF_THEM, SMALL_AFTER_HALF = 16, 8, 0.7
 """Iterations of Newton's method, and those after which the update of every part must be below the third."""
-MOST_PSEUDO_STEPS = 150
-"""Iterations from one initial guess after which another one is tried."""
 LEAST_REMAINDER = 0.1
 """Part of the turbulence that a pseudo-time step, and one of turbulence that dies out, leaves at least."""
 
@@ -55,13 +53,16 @@ LARGEST_UNDERSHOOT = 0.2
 class Pace(NamedTuple):
     """Of a false transient: relative update of the part that changes most at which the pseudo-time step stays as it is, and what
     it grows by at most; it changes by the ratio of the two updates (switched evolution relaxation: Mulder, van Leer, J. Comput.
-    Phys. 59 (1985) 232-246)."""
+    Phys. 59 (1985) 232-246). `most_steps` are those after which another start is tried, and `first_update` that from which on the
+    first step tells that the flow is far."""
 
     wanted_update: float
     most_growth: float
+    most_steps: int
+    first_update: float = np.inf
 
 
-FAST, CAREFUL = Pace(0.7, 1e4), Pace(0.2, 4.0)
+FAST, CAREFUL = Pace(0.7, 1e4, 150), Pace(0.2, 4.0, 40, first_update=0.2)
 """From a guess that is far, and from a flow that is near: where turbulence begins in one cell after another a step in which k
 doubles leads away (a pipe of 60 mm with beads of 6 mm: 9 of 12 such transients were given up, none of 2 careful ones)."""
 
@@ -139,7 +140,7 @@ class SteadySolver:
     def _false_transient(self, step: float, time: float, near: float, pace: Pace) -> bool:
         """A false transient from the present state; see `find`."""
         update = last_update = np.inf
-        for _ in range(MOST_PSEUDO_STEPS):
+        for taken in range(pace.most_steps):
             before = self.solution.arrays()
             infinite = step > INFINITE_PSEUDO_STEP
             keeps = infinite and _keeps(update, last_update)
@@ -150,7 +151,7 @@ class SteadySolver:
                 return True
             if step > LONG_PSEUDO_STEP and update < near and self.is_physical():
                 return True
-            if step < LEAST_PSEUDO_STEP:
+            if step < LEAST_PSEUDO_STEP or (taken == 0 and update > pace.first_update):
                 break
             is_taken = update < LARGEST_UPDATE
             if not is_taken:

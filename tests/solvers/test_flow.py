@@ -177,7 +177,7 @@ def test_what_cannot_be_found_fails_soon_and_finer_cells_are_tried(monkeypatch):
 
     monkeypatch.setattr(march.Simulation, "__init__", noted)
     monkeypatch.setattr(steady.SteadySolver, "_converged", lambda self, update, last: False)
-    monkeypatch.setattr(steady, "MOST_PSEUDO_STEPS", 5)
+    monkeypatch.setattr(steady.SteadySolver.find, "__defaults__", (0.0, steady.FAST._replace(most_steps=5)))
     with pytest.raises(SolveError, match="flow"):
         run(coarse_scene({"model.flow": "developed", **CELLS}), communicator=MPI.COMM_SELF)
     assert meshes == [1.0, 1.5]
