@@ -62,7 +62,7 @@ class Pace(NamedTuple):
     first_update: float = np.inf
 
 
-FAST, CAREFUL = Pace(0.7, 1e4, 150), Pace(0.2, 4.0, 40, first_update=0.2)
+FAST, CAREFUL = Pace(0.7, 1e4, 150), Pace(0.2, 4.0, 30, first_update=0.2)
 """From a guess that is far, and from a flow that is near: where turbulence begins in one cell after another a step in which k
 doubles leads away (a pipe of 60 mm with beads of 6 mm: 9 of 12 such transients were given up, none of 2 careful ones)."""
 
