@@ -142,7 +142,7 @@ def test_a_recorded_mass_flow_fed_back_gives_the_same_heating_time(tmp_path):
 
 
 def test_what_is_left_in_a_few_nodes_does_not_grow_from_step_to_step():
-    """Saw teeth of the velocity across a pipe of ten beads, in which turbulence begins in cell after cell: the flow was not found in 3
+    """Saw teeth of the velocity across a pipe of ten beads, in which turbulence begins in cell after cell: no flow was found in 3
     time steps, and took 658 iterations."""
     tables = {
         "geometry": {"kind": "pipe", "length": 0.4, "diameter": 0.06},
