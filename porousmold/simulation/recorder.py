@@ -122,9 +122,9 @@ class Recorder:
             met = since + target.hold if before is not None or until >= since + target.hold else None
             if self.first_met[name] == before:
                 self.first_met[name] = met
-            is_lost = until < time and (before is None or target.keep)
-            self.targets[name] = None if is_lost and (target.keep or met is None) else met
-            self.held_since[name] = None if is_lost and self.targets[name] is None else since
+            if until < time and (target.keep or met is None):  # lost
+                since = met = None
+            self.targets[name], self.held_since[name] = met, since
 
     @property
     def reached(self) -> bool:
