@@ -102,4 +102,4 @@ def test_a_failed_run_tells_what_its_answer_would_have_been_warned_of(tmp_path, 
     status = main(["run", str(ALUMINIUM), "--out", str(tmp_path / "cold"), *SETTINGS, *settings])
     told = capsys.readouterr().err
     assert status == 3 and "falls to 0 K" in told
-    assert re.search(r"warning: .* is given for .*, used for", told)
+    assert re.search(r"warning: .* is used for .*, given for", told)

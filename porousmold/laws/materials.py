@@ -301,14 +301,18 @@ class Solid:
 
 
 def beyond_ranges(material: Fluid | Solid, low: float, high: float, laws: Iterable[str] = ()) -> list[str]:
-    """A sentence for each of some `laws` of a material (default: all) that does not hold from one temperature (K) to another."""
-    found = []
+    """A sentence, if any of some `laws` of a material (default: all) does not hold from one temperature (K) to another: which, and
+    what each is given for."""
+    beyond: dict[str, list[str]] = {}
     for name, law in material.laws().items():
         first, last = law.temperature_range
         if (name in laws or not laws) and (low < first - SMALL_EXCESS or high > last + SMALL_EXCESS):
-            known, used = (f"{a - 273.15:.1f} to {b - 273.15:.1f} °C" for a, b in ((first, last), (low, high)))
-            found.append(f"{name} of {material.name.partition(CHANGED)[0]} is given for {known}, used for {used}")
-    return found
+            beyond.setdefault(f"{first - 273.15:.1f} to {last - 273.15:.1f} °C", []).append(name)
+    if not beyond:
+        return []
+    given = ", ".join(f"{known} ({', '.join(names)})" for known, names in beyond.items())
+    substance = material.name.partition(CHANGED)[0]
+    return [f"{substance} is used for {low - 273.15:.1f} to {high - 273.15:.1f} °C, given for {given}"]
 
 
 def without_value(material: Fluid | Solid, pressure: float, temperature: float) -> str:

@@ -39,6 +39,7 @@ class Key:
     'tolerance' (of a key whose unit is `tolerated`; such a value stays as it is written).
 
     Numbers lie strictly between `low` and `high` (or at them, if `closed`). `choices` are looked up when a value is checked.
+    `else_allowed` says what else a choice may be made to take.
     `series` keys also take a CSV file or a channel of one (`series.CHANNEL`), with `along` one of columns along the flow, a
     function of the time (s), or a pair (times in s, values). A `profile` key also takes a CSV file of values along the flow.
     """
@@ -54,6 +55,7 @@ class Key:
     along: bool = False
     profile: bool = False
     tolerated: str = ""
+    else_allowed: str = ""
     entries: Mapping[str, "Key"] = field(default_factory=dict)
 
     @property
@@ -211,7 +213,9 @@ def _checked_value(name: str, key: Key, value: Any, base: Path, where: str | Non
         if not isinstance(value, str) or value not in key.choices:
             near = difflib.get_close_matches(str(value), list(key.choices), n=1, cutoff=0.7)
             hint = f"; did you mean {near[0]!r}?" if near else ""
-            raise InputError(name, value, f"must be one of {', '.join(map(repr, key.choices))}{hint}", where)
+            other = f", or {key.else_allowed}" if key.else_allowed else ""
+            allowed = f"must be one of {', '.join(map(repr, key.choices))}{other}{hint}"
+            raise InputError(name, value, allowed, where)
         return value
     if key.kind == "tolerance":
         return value

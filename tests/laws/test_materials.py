@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from porousmold import InputError
 from porousmold.laws.material_files import read_materials
 from porousmold.laws.material_library import FLUIDS, SOLIDS
-from porousmold.laws.materials import PiecewiseLinear
+from porousmold.laws.materials import PiecewiseLinear, beyond_ranges
 
 
 def test_air_at_300_kelvin():
@@ -29,6 +29,17 @@ def test_enthalpy_is_the_integral_of_the_heat_capacity(temperature):
 
 def test_sutherland_returns_its_reference():
     assert FLUIDS["thesis_air"].viscosity(273.15) == pytest.approx(1.716e-5)
+
+
+def test_a_material_beyond_its_ranges_is_told_of_in_one_sentence():
+    """Four lines for one material that is 3 K too hot hid the others."""
+    (told,) = beyond_ranges(SOLIDS["gfrp"], 280.0, 467.0)
+    laws = "density, heat_capacity, conductivity, conductivity_in_plane"
+    assert told == f"gfrp is used for 6.9 to 193.9 °C, given for 6.9 to 186.9 °C ({laws})"
+    (told,) = beyond_ranges(SOLIDS["acrylic"], 343.0, 400.0)
+    ranges = "-43.1 to 101.9 °C (heat_capacity), -180.1 to 89.9 °C (conductivity)"
+    assert told == f"acrylic is used for 69.9 to 126.9 °C, given for {ranges}"
+    assert not beyond_ranges(SOLIDS["acrylic"], 300.0, 310.0)
 
 
 def test_every_law_has_unit_source_and_range():

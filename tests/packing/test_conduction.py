@@ -143,7 +143,7 @@ def test_the_command_refuses_large_contacts_and_temperatures_without_properties(
     told = capsys.readouterr().err
     assert "law of Hertz" in told and "beyond the laws' range" in told and not (tmp_path / "k.csv").exists()
     assert main([*command, "--temperature", "1400 K"]) == 0
-    assert "conductivity of air is given for" in capsys.readouterr().err
+    assert "air is used for 1126.8 to 1126.8 °C, given for -73.1 to 1026.8 °C (conductivity)" in capsys.readouterr().err
 
 
 def test_the_command_writes_profile_and_picture(poured, tmp_path, capsys):

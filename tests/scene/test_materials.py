@@ -56,6 +56,13 @@ def test_a_layer_changes_by_its_number():
         scene.changed({"wall.layer[4].thickness": "6 mm"})
 
 
+def test_a_name_that_is_not_in_the_library_is_refused_with_the_way_to_ones_own():
+    layer = {"name": "skin", "material": "rockwool", "thickness": 0.02}
+    for changes in ({"wall.material": "rockwool"}, {"fluid.material": "nectar"}, {"wall.layer": [layer]}):
+        with pytest.raises(InputError, match=r"or a material of your own, \[materials.NAME\]"):
+            coarse_scene(changes)
+
+
 def test_the_programme_is_the_set_point():
     series = Scene.load(WORKSHOP).operation.inlet_temperature
     assert series(0.0) == pytest.approx(293.15) and series(60.0) == pytest.approx(296.15)

@@ -48,8 +48,8 @@ WATER = {"fluid.material": "water", "operation.inlet_temperature": 350.0, "opera
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"operation.inlet_temperature": "600 degC"}, "heat_capacity of ceramic is given for"),
-        ({"operation.inlet_temperature": "600 degC"}, "heat_capacity of aluminium is given for"),
+        ({"operation.inlet_temperature": "600 degC"}, "ceramic is used for"),
+        ({"operation.inlet_temperature": "600 degC"}, "aluminium is used for"),
         ({"fluid.material": "argon", "operation.outlet_pressure": "10 bar"}, "argon is no ideal gas"),
         (
             {"fluid.material": "argon", "operation.outlet_pressure": "10 bar", "fluid.viscosity": 2e-5},

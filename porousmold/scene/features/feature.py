@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from ..scene import Scene
 
 FULL_NAME, KEY = "full name", "key"
+OWN_MATERIAL = "a material of your own, [materials.NAME]"
 
 
 def key(full_name: str, kind: str, meaning: str, default: Any = None, **rules: Any) -> Any:
@@ -25,9 +26,9 @@ def key(full_name: str, kind: str, meaning: str, default: Any = None, **rules: A
     return field(default=default, metadata={FULL_NAME: full_name, KEY: Key(kind, meaning, default, **rules)})
 
 
-def choice(full_name: str, meaning: str, choices: Collection[str], default: Any = None) -> Any:
+def choice(full_name: str, meaning: str, choices: Collection[str], default: Any = None, **rules: Any) -> Any:
     """The field of a key that takes one of some names."""
-    return key(full_name, "choice", meaning, default, choices=choices)
+    return key(full_name, "choice", meaning, default, choices=choices, **rules)
 
 
 def measure(full_name: str, meaning: str) -> Any:
@@ -37,7 +38,7 @@ def measure(full_name: str, meaning: str) -> Any:
 
 def solid(full_name: str, meaning: str, default: str | None = None) -> Any:
     """The field of a key that names a solid."""
-    return choice(full_name, meaning, SOLIDS, default)
+    return choice(full_name, meaning, SOLIDS, default, else_allowed=OWN_MATERIAL)
 
 
 def own_property(full_name: str, kind: str, meaning: str) -> Any:

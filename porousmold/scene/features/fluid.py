@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from ...laws.material_library import FLUIDS
 from ..closures import CLOSURES, THESIS
-from .feature import Feature, choice, key, own_property
+from .feature import OWN_MATERIAL, Feature, choice, key, own_property
 
 if TYPE_CHECKING:
     from ..scene import Scene
@@ -15,7 +15,13 @@ if TYPE_CHECKING:
 class BedFluid(Feature):
     """What flows through the bed; properties that are given stand in place of the material's."""
 
-    material: str = choice("fluid.material", "material of the fluid", FLUIDS, CLOSURES[THESIS]["fluid.material"])
+    material: str = choice(
+        "fluid.material",
+        "material of the fluid",
+        FLUIDS,
+        CLOSURES[THESIS]["fluid.material"],
+        else_allowed=OWN_MATERIAL,
+    )
     real_gas: bool = key(
         "fluid.real_gas",
         "flag",

@@ -8,7 +8,7 @@ from ...laws.material_library import SOLIDS
 from ...laws.materials import Solid
 from ..keys import Key, Table
 from ..series import TimeSeries
-from .feature import Feature, choice, key, measure, own_property, solid
+from .feature import OWN_MATERIAL, Feature, choice, key, measure, own_property, solid
 from .geometries import geometry_of
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ WITHOUT_OUTSIDE = ("insulated", "fixed-temperature")
 WallKind = Literal["conjugate", "thin", "fixed-temperature", "insulated"]
 LAYER: Mapping[str, Key] = {
     "name": Key("text", "name in results and targets, and of the physical group in a mesh; default: its material"),
-    "material": Key("choice", "material of the layer", choices=SOLIDS),
+    "material": Key("choice", "material of the layer", choices=SOLIDS, else_allowed=OWN_MATERIAL),
     "thickness": Key("m", "thickness of the layer", low=0.0, high=1e4),
     "contact_resistance": Key(
         "m^2*K/W", "between this layer and the next one outwards", 0.0, low=0.0, high=100.0, closed=True
