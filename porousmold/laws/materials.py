@@ -301,8 +301,8 @@ class Solid:
 
 
 def beyond_ranges(material: Fluid | Solid, low: float, high: float, laws: Iterable[str] = ()) -> list[str]:
-    """A sentence, if any of some `laws` of a material (default: all) does not hold from one temperature (K) to another: which ones,
-    and what each is given for."""
+    """A sentence on those of some `laws` of a material (default: all) that do not hold from one temperature (K) to another, if
+    any, and on what each is given for."""
     beyond: dict[str, list[str]] = {}
     for name, law in material.laws().items():
         first, last = law.temperature_range
