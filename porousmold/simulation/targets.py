@@ -33,6 +33,16 @@ class Rows(Protocol):
         """A column."""
 
 
+@dataclass(frozen=True)
+class Turn:
+    """What was `left` (K) to a target's margin where its course turned, positive where it holds, at a `time` (s); whether the
+    course came from the side where it holds."""
+
+    left: float
+    time: float
+    held_before: bool
+
+
 @dataclass(frozen=True, kw_only=True)
 class Target:
     """`place` is to be, by `asks`, "within" `limit` (K) of the inlet's set-point, "above" or "below" it (K), in a "spread" of at
@@ -182,8 +192,8 @@ class Target:
 
     def lost_and_kept(self, history: Rows, met: float) -> tuple[float | None, float | None]:
         """When it was lost first (s) after it was `met`, and from when it holds up to the end; None where that is not so."""
-        rows = self._rows_since(history, met)
-        lost, kept = None, met
+        rows = [row for row, time in enumerate(history["time"]) if time >= met]
+        lost, kept = None, met - self.hold
         for before, row in pairwise(rows):
             was, now = self.holds(history, before), self.holds(history, row)
             if was == now:
@@ -194,23 +204,41 @@ class Target:
             kept = crossing
         return lost, kept if rows and self.holds(history, rows[-1]) else None
 
-    def narrowest(self, history: Rows, met: float) -> tuple[float, float] | None:
-        """The smallest distance from the margin, positive where it holds, at which it turned back after it was `met`, or to which
-        it was coming at the end; and when (s). None where it never turned."""
-        rows = self._rows_since(history, met)
-        left = [self.margin - self._course(history, row) for row in rows]
-        turns = [
-            number
-            for number in range(1, len(rows))
-            if left[number] < left[number - 1] and (number + 1 == len(rows) or left[number] <= left[number + 1])
-        ]
-        if not turns:
-            return None
-        nearest = min(turns, key=lambda number: abs(left[number]))
-        return left[nearest], history["time"][rows[nearest]]
+    def longest_hold(self, history: Rows) -> tuple[float, float] | None:
+        """When it began to hold and ceased to (s), the longest time that it did; None where it never held."""
+        periods, began = [], None
+        for row in self._counting_rows(history):
+            if self.holds(history, row) == (began is not None):
+                continue
+            if began is None:
+                began = self._crossing(history, row, falls=True) if row else history["time"][row]
+            else:
+                periods.append((began, self._crossing(history, row, falls=False)))
+                began = None
+        if began is not None:
+            periods.append((began, history["time"][-1]))
+        return max(periods, key=lambda period: period[1] - period[0]) if periods else None
 
-    def _rows_since(self, history: Rows, met: float) -> list[int]:
-        return [row for row, time in enumerate(history["time"]) if time >= met]
+    def narrowest(self, history: Rows) -> Turn | None:
+        """Where it turned back nearest to its margin, or was coming nearer at the end; None where it never did."""
+        rows = self._counting_rows(history)
+        left = [self.margin - self._course(history, row) for row in rows]
+        turns = []
+        for number in range(1, len(rows)):
+            before, now, after = left[number - 1], left[number], left[min(number + 1, len(rows) - 1)]
+            if now < before and now <= after:
+                turns.append(Turn(now, history["time"][rows[number]], held_before=True))
+            elif before < now < 0.0 and after < now:
+                turns.append(Turn(now, history["time"][rows[number]], held_before=False))
+        return min(turns, key=lambda turn: abs(turn.left)) if turns else None
+
+    def _counting_rows(self, history: Rows) -> Sequence[int]:
+        """From when on it counts: a limit that is gone through twice has been passed, and a spread is under way."""
+        rows = range(len(history["time"]))
+        first = next((row for row in rows if self._is_beyond(history, row)), len(rows))
+        if self.asks == "spread":
+            first = next((row for row in rows if self._way(history, row) > 1.0), len(rows))
+        return rows[first:]
 
     def _crossing(self, history: Rows, row: int, *, falls: bool) -> float:
         """When the course passed the margin before a row (s), with the row that follows where there is one."""
@@ -225,10 +253,14 @@ class Target:
 
     def was_passed(self, history: Rows) -> bool:
         """Whether the place has been on the other side of a limit that the run goes through twice."""
+        return any(self._is_beyond(history, row) for row in range(len(history["time"])))
+
+    def _is_beyond(self, history: Rows, row: int) -> bool:
+        """Whether the place is on the other side of such a limit in a row, or there is none."""
         if self.asks == "below" and self.initial < self.limit < max(self.final, self.hottest):
-            return max(history[self._columns[1]]) > self.limit
+            return history[self._columns[1]][row] > self.limit
         if self.asks == "above" and min(self.final, self.coldest) < self.limit < self.initial:
-            return min(history[self._columns[0]]) < self.limit
+            return history[self._columns[0]][row] < self.limit
         return True
 
     @property

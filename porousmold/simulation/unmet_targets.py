@@ -34,14 +34,22 @@ def why_not_met(simulation: Simulation, target: Target, energy: Mapping[str, flo
     since = simulation.recorder.held_since[target.name]
     if since is not None:
         return f"it has held from {since:.4g} s on, not yet for {target.hold:g} s"
+    longest = target.longest_hold(history)
+    if target.hold and longest is not None:
+        begin, end = longest
+        return (
+            f"it held for {end - begin:.4g} s at the longest, {begin:.4g} to {end:.4g} s, and not for {target.hold:g} s"
+        )
+    if (
+        longest is None and target.holds(history, 0) and target.asks in ("above", "below")
+    ):  # nothing keeps it from being met
+        return "it held from the start, and counts only after the place has been on the other side of the limit"
     parts = [f"{short:.3g} short" if target.asks == "cured" else f"{short:.1f} K short"] if short > 0.0 else []
     if parts:
         parts[0] += _course_of(target, history, short)
     if target.asks == "spread" and not target.is_under_way(history, last):
         way = "farther than that from" if target.final == target.initial else "half-way to the set-point from"
         parts = [f"its place has not been {way} the temperature at the start"]
-    if not target.was_passed(history):  # nothing keeps it from being met
-        return "it held from the start, and counts only after the place has been on the other side of the limit"
     parts += supply_at_its_limit(simulation)
     parts += _losses(energy)
     return "; ".join(parts)
@@ -118,19 +126,21 @@ def kept_targets(simulation: Simulation) -> dict[str, dict[str, Any]]:
 
 
 def of_narrow_targets(simulation: Simulation) -> list[str]:
-    """Of targets that were met, and kept or lost by less than steps and cells may be off by."""
+    """Of targets that were kept, lost or missed by less than steps and cells may be off by."""
     history, found = simulation.recorder.history, []
     if not len(history):  # stopped before its first row
         return []
     span = max(history["highest_temperature"]) - min(history["lowest_temperature"])
     for target in simulation.specs.time.targets:
-        met = simulation.recorder.first_met[target.name]
-        narrowest = None if met is None or target.asks == "cured" else target.narrowest(history, met)
-        if narrowest is not None and abs(narrowest[0]) < NARROW * span:
-            left, time = narrowest
-            outcome, other = ("kept", "lost") if left >= 0.0 else ("lost", "kept")
+        turn = None if target.asks == "cured" else target.narrowest(history)
+        if turn is not None and abs(turn.left) < NARROW * span:
+            outcome, other = (
+                ("kept", "lost") if turn.left >= 0.0 else ("lost", "kept") if turn.held_before else ("missed", "met")
+            )
+            begins = ", and the time that it has to hold begin again" if target.hold else ""
             found.append(
-                f"target {target.name!r} was {outcome} by only {abs(left):.2g} K at {time:.4g} s, less than steps and cells may "
-                f"be off by ({NARROW:.1%} of all differences, {NARROW * span:.2g} K): it may as well be {other} there"
+                f"target {target.name!r} was {outcome} by only {abs(turn.left):.2g} K at {turn.time:.4g} s, less than steps and "
+                f"cells may be off by ({NARROW:.1%} of all differences, {NARROW * span:.2g} K): it may as well be {other} there"
+                f"{begins if turn.held_before else ''}"
             )
     return found

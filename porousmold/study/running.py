@@ -45,8 +45,8 @@ NOT_REACHED = re.compile("not heated to|not cooled to|target .* not met ")
 """Warnings of a run that does not reach what it waits for."""
 ANSWERS = re.compile(r"heating_time(_bed_side)?$|targets\.")
 """Names of what a row tells that it has not."""
-IN_DOUBT = re.compile("coarser cells and steps move|; a finer mesh shows it$")
-"""Warnings of a run whose cells may be too few."""
+IN_DOUBT = re.compile("coarser cells and steps move|; a finer mesh shows it$|it may as well be")
+"""Warnings of a run whose cells may be too few, or whose target hangs on less than the error."""
 
 
 @dataclass(frozen=True)

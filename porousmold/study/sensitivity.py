@@ -24,7 +24,7 @@ from ..scene.scene import Scene
 from .definition import Case, Study
 from .parameters import case_around, phase_values, value_of
 from .quantity import Quantity, quantity_of
-from .running import run_study
+from .running import IN_DOUBT, run_study
 
 PARAMETERS = (
     "bed.bead_density", "bed.bead_heat_capacity", "bed.bulk_porosity", "wall.density", "wall.heat_capacity", "wall.conductivity",
@@ -48,7 +48,7 @@ COARSER = {"solver.mesh_refinement": 0.7, "solver.step_refinement": 0.5}
 @dataclass(frozen=True)
 class Elasticity:
     """Of the quantity of interest to one parameter: `value`, or None and the `reason` why there is none; a `reason` beside a
-    value says that it is of one side alone."""
+    value says that it is of one side alone, or in doubt."""
 
     parameter: str
     value: float | None
@@ -153,9 +153,9 @@ def elasticities(
         lacking = "; ".join(quantity.reason(row, given) for row in pair if quantity.in_row(row, given) is None)
         steps, (high, low) = 2 - (up is None) - (down is None), (up or here, down or here)
         value = math.log(high / low) / (steps * math.log(1.0 + step)) if steps and high and low else None
-        found.append(
-            Elasticity(name, value, f"of one side alone: {lacking}" if value is not None and lacking else lacking)
-        )
+        doubt = "in doubt (table.csv says why)" if any(IN_DOUBT.search(row.reason) for row in pair) else ""
+        reason = f"of one side alone: {lacking}" if value is not None and lacking else lacking or doubt
+        found.append(Elasticity(name, value, reason))
     return sorted(found, key=lambda entry: -abs(entry.value or 0.0))
 
 

@@ -78,7 +78,7 @@ class Contribution:
 class Budget:
     """The `value` of a quantity as the scene gives it, its `middle` and 95 % interval, the contributions, largest first, and what
     the scene gives but has no tolerance; of what is counted up to an answer that the scene does not reach what is `unmet`; how
-    many cases are `in_doubt`, as coarser cells move their answers."""
+    many cases are `in_doubt`, as coarser cells move their answers, or a target hangs on less than the error."""
 
     quantity: Quantity
     value: float
@@ -104,7 +104,7 @@ class Budget:
                 "interval is no bound on the other"
             )
         if self.in_doubt:
-            found.append(f"the cells of {self.in_doubt} cases may be too few (table.csv says why)")
+            found.append(f"the answers of {self.in_doubt} cases are in doubt (table.csv says why)")
         if without:
             found.append(f"{len(without)} of {len(self.contributions)} have none and count as 0")
         return "; ".join(found)

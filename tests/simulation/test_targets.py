@@ -1,5 +1,7 @@
 """When a target is met, on histories whose answer is known."""
 
+import re
+
 import numpy as np
 import pytest
 from mpi4py import MPI
@@ -7,7 +9,7 @@ from scipy.optimize import brentq
 
 from porousmold import InputError, Scene, run
 from porousmold.simulation.running import RunInterrupted
-from porousmold.simulation.targets import Target
+from porousmold.simulation.targets import Target, Turn
 from studies.exact_solutions import schumann
 
 from ..support import COARSE, FIELD_CASES, RESIN, STUDIES, coarse_scene, cured_mold
@@ -134,12 +136,32 @@ def test_how_narrowly_a_target_is_kept_or_lost():
     """A place that comes back to 0.2 K from its limit, and one that falls 0.1 K short of it."""
     low = 390.2 + 5.0 * (1.0 - np.exp(-(((TIMES - 200.0) / 40.0) ** 2)))
     history = {"time": list(TIMES), "lowest_wall": list(low), "highest_wall": list(low)}
-    assert target("above", 390.0).narrowest(history, 0.0) == (pytest.approx(0.2), 200.0)
-    assert target("above", 390.3).narrowest(history, 0.0) == (pytest.approx(-0.1), 200.0)
+    assert target("above", 390.0).narrowest(history) == Turn(pytest.approx(0.2), 200.0, held_before=True)
+    assert target("above", 390.3).narrowest(history) == Turn(pytest.approx(-0.1), 200.0, held_before=True)
     until = {name: values[: list(TIMES).index(150.0)] for name, values in history.items()}
-    assert target("above", 390.0).narrowest(until, 0.0)[0] > 1.0  # it was coming nearer
+    assert target("above", 390.0).narrowest(until).left > 1.0  # it was coming nearer
     rising = {name: sorted(values) for name, values in history.items()}
-    assert target("above", 390.0).narrowest(rising, 0.0) is None
+    assert target("above", 390.0).narrowest(rising) is None
+
+
+def test_how_narrowly_a_target_is_missed():
+    """A place that comes to 0.1 K from its limit and cools again; one that is coming there is not there yet."""
+    low = 300.0 + 89.9 * np.exp(-(((TIMES - 200.0) / 40.0) ** 2))
+    history = {"time": list(TIMES), "lowest_wall": list(low), "highest_wall": list(low)}
+    assert target("above", 390.0).narrowest(history) == Turn(pytest.approx(-0.1), 200.0, held_before=False)
+    until = {name: values[: list(TIMES).index(150.0)] for name, values in history.items()}
+    assert target("above", 390.0).narrowest(until) is None
+
+
+def test_the_longest_time_that_a_target_held():
+    """Twice above 390 K, for 40 s and for 60 s; or half of the second, at the end of the history."""
+    low = np.maximum(400.0 - 0.5 * np.abs(TIMES - 60.0), 400.0 - np.abs(TIMES - 270.0) / 3.0)
+    history = {"time": list(TIMES), "lowest_wall": list(low), "highest_wall": list(low)}
+    begin, end = target("above", 390.0, hold=100.0).longest_hold(history)
+    assert begin == pytest.approx(240.0) and end == pytest.approx(300.0)
+    until = {name: values[: list(TIMES).index(270.0) + 1] for name, values in history.items()}
+    assert target("above", 390.0, hold=100.0).longest_hold(until) == (pytest.approx(40.0), pytest.approx(80.0))
+    assert target("above", 401.0, hold=100.0).longest_hold(history) is None
 
 
 def test_a_run_goes_on_until_the_targets_to_keep_hold_at_once():
@@ -182,7 +204,39 @@ def test_a_target_that_has_to_hold_is_met_so_long_after_it_began_to():
     assert whole.summary["targets"]["hot"] == pytest.approx(began + 1500.0, rel=2e-4)
     assert short.summary["end_time"] < 3300.0 and "for 10 min" in short.summary["target_meanings"]["hot"]
     assert long.summary["targets"]["hot"] is None  # it is cooled before
-    assert any("target 'hot' not met" in text for text in long.summary["warnings"])
+    (told,) = (text for text in long.summary["warnings"] if "target 'hot' not met" in text)
+    held_for = float(re.search(r"it held for (\S+) s at the longest", told)[1])
+    lost = whole.summary["targets_kept"]["hot"]["lost"] or long["time"][-1]
+    assert 1500.0 < held_for < lost and "not for 8000 s" in told
+    assert short.summary["targets_kept"]["hot"]["kept_from"] == pytest.approx(began, rel=2e-4)
+
+
+def test_a_hold_that_hangs_on_less_than_the_error_is_told():
+    """The wall comes back to its limit within the hold: kept, the target is met sooner by as long as it has held by then."""
+    tables = held(2000.0).as_tables()
+    programme = [{"to": 363.15, "over": 100.0, "hold": 2500.0}, {"to": 330.0, "over": 10.0, "hold": 300.0}]
+    tables["operation"]["programme"] = [*programme, {"to": 363.15, "over": 10.0, "hold": 4000.0}]
+    probe = run(Scene(tables), communicator=MPI.COMM_SELF)
+    after = (probe["time"] > 2600.0) & (probe["time"] < 4500.0)
+    lowest = float(np.min(probe["lowest_wall"][after]))
+    answers = []
+    for limit in (lowest - 0.02, lowest + 0.02, lowest - 2.0):
+        tables["target"] = [HOT | {"hold": 2000.0, "above": limit}]
+        summary = run(Scene(tables), communicator=MPI.COMM_SELF).summary
+        answers.append(summary["targets"]["hot"])
+        is_told = any("may as well be" in text and "begin again" in text for text in summary["warnings"])
+        assert is_told == (limit > lowest - 1.0)
+    assert answers[1] > answers[0] + 500.0
+
+
+def test_a_place_that_only_cools_through_its_limit_never_meets_it():
+    """It held from the start, and does so no more: no matter of "80 K short"."""
+    settings = {"model.flow": "plug", "model.turbulence": "none", "operation.initial_temperature": 420.0}
+    given = settings | {"operation.inlet_temperature": 300.0, "operation.end_time": 900.0}
+    given |= {"target.list": [{"name": "hot", "place": "wall", "above": 350.0, "hold": 60.0}]}
+    warnings = run(coarse_scene(given), communicator=MPI.COMM_SELF).summary["warnings"]
+    (told,) = (text for text in warnings if "target 'hot' not met" in text)
+    assert "it held from the start, and counts only after" in told and "short" not in told
 
 
 def test_a_target_that_holds_for_good_ends_a_run_without_an_end():

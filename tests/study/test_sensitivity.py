@@ -6,6 +6,7 @@ from porousmold import Scene
 from porousmold.cli import main
 from porousmold.study import sensitivity
 from porousmold.study.quantity import Quantity
+from porousmold.study.running import Row
 from porousmold.study.sensitivity import COARSER, cases_around, coarser, elasticities, not_varied, parameters_of, write
 
 from ..support import ALUMINIUM, PIPE, STUDIES
@@ -72,6 +73,18 @@ def test_at_a_bound_the_other_side_gives_the_elasticity(tmp_path, monkeypatch):
     assert not found["operation.pressure_drop"].reason and "of one side alone" in found["bed.emissivity"].reason
     assert found["bed.emissivity"].value is not None
     assert elasticities(scene, tmp_path / "stopped", stop=lambda: True) is None
+
+
+def test_elasticities_of_an_answer_in_doubt_say_so(tmp_path, monkeypatch):
+    """A target that was kept by a hundredth of a kelvin had elasticities of 2.5 for 0.4."""
+    monkeypatch.setattr(sensitivity, "PARAMETERS", ())
+    monkeypatch.setattr(sensitivity, "_given_quantities", lambda scene: ["operation.pressure_drop"])
+    doubt = "target 'hot' was kept by only 0.005 K at 1893 s, ...: it may as well be lost there"
+    monkeypatch.setattr(sensitivity, "run_study", lambda study, *_, **__: [
+        Row(case, "done", doubt, {"heating_time": 100.0}) for case in study.cases
+    ])  # fmt: skip
+    (entry,) = elasticities(Scene.load(ALUMINIUM, CHEAP), tmp_path)
+    assert entry.value == 0.0 and entry.reason == "in doubt (table.csv says why)"
 
 
 def test_elasticities_are_taken_on_coarser_cells():
