@@ -17,7 +17,7 @@ from .flow import FlowEquations, FlowState
 
 class FluidHeld(NamedTuple):
     """Forms (scalar) of the fluid in the bed at the flow's temperature: its `mass` (kg), its `heat` (J) beyond the initial
-    temperature, that at the inlet's (`at_inlet`), and what `EnergyEquations.stored_heat` counts it with, phi rho C_f T."""
+    temperature, that at the inlet's (`at_inlet`), and what `EnergyEquations.stored_heat` counts it with, phi rho h(T)."""
 
     mass: Value
     heat: Value
@@ -34,7 +34,7 @@ def fluid_held(equations: EnergyEquations) -> FluidHeld:
         mass * dx,
         mass * (enthalpy(temperature) - first) * dx,
         mass * (enthalpy(equations.inlet_temperature) - first) * dx,
-        weight * equations.fluid_storage * temperature * dx,
+        weight * equations.fluid_enthalpy(temperature) * dx,
     )
 
 

@@ -6,6 +6,7 @@ on an office machine in 75 %; half of them take 0.7 to 1.5 times as long. What v
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from dolfinx import fem
@@ -19,7 +20,7 @@ from ..scene.scene import Scene
 from .accuracy import may_be_repeated
 from .answers import UNSTABLE_DISPLACEMENT
 from .course import Course
-from .estimates import Estimates
+from .estimates import FROM_THE_WALL, Estimates
 from .expected_flow import expected_mass_flow
 from .mesh_quality import few_cells
 from .meshing import BYTES_AN_UNKNOWN, build_domain
@@ -41,6 +42,8 @@ OF_LOCALLY_DEVELOPED_FLOW = 1.2e-5, 3.4e-5
 STEPS_AT_THE_START, STEPS_AT_A_BREAKPOINT, STEPS_AT_A_WEAK_ONE, HEATING_TIMES = 10, 4, 0.5, 1.7
 """Steps until the largest one is reached, at the start and of every phase; those that a breakpoint of a series adds, and one at
 which steps only end; heating times that the estimated duration stands for."""
+STEPS_WITH_THE_WALL = 20.0
+"""Of the largest length, after which the bed goes with a wall that is heated from outside: then steps grow."""
 CYCLES_UNTIL_PERIODIC = 6
 """Of a run of phases that ends when its cycles repeat themselves."""
 LONGEST_MESH, SHORTEST_MESH = 30.0, 0.01
@@ -115,7 +118,16 @@ def expected_steps(specs: Specs, estimates: Estimates) -> float:
         bends = set(time.bends(largest))
         ends = sum(instant < duration for instant in time.kinks if instant not in bends)
         begins = STEPS_AT_A_BREAKPOINT * sum(instant < duration for instant in bends) + STEPS_AT_A_WEAK_ONE * ends
-    return float(STEPS_AT_THE_START + begins + duration / largest)
+    changes = (0.0, *(instant for instant in time.kinks if instant < duration), duration)
+    most = math.inf if estimates.step_limit != FROM_THE_WALL or time.steps.largest else STEPS_WITH_THE_WALL
+    return float(
+        STEPS_AT_THE_START + begins + sum(_growing((b - a) / largest, most) for a, b in pairwise(sorted(changes)))
+    )
+
+
+def _growing(largest_steps: float, most: float) -> float:
+    """Steps in place of so many of the largest length, where from `most` on they grow with the time."""
+    return largest_steps if largest_steps <= most else most * (1.0 + math.log(largest_steps / most))
 
 
 def _repeat_text(scene: Scene, specs: Specs, estimates: Estimates, work: float) -> str:
@@ -150,9 +162,8 @@ def _limit_text(specs: Specs, estimates: Estimates) -> str:
     """What keeps the steps from being longer, besides their estimated errors."""
     if specs.time.steps.largest is not None:
         return "solver.largest_step"
-    limits = estimates.step_limits
-    name = min(limits, key=lambda one: limits[one])
-    return f"the {name} takes about {limits[name]:.3g} s; the estimated errors may ask for shorter ones"
+    name, others = estimates.step_limit, "longer" if estimates.step_limit == FROM_THE_WALL else "shorter"
+    return f"the {name} takes about {estimates.step_limits[name]:.3g} s; the estimated errors may ask for {others} ones"
 
 
 def _phases_text(course: Course) -> str:

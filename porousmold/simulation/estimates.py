@@ -31,6 +31,8 @@ FINER_IF_UNIFORM = 2
 tracer's spread for 1.7 %, on default cells), and as many more make it 0.6 %."""
 STEADY_BEADS = 0.1
 """Part of the slowest time in which beads that move cross the bed fast enough to count as steady."""
+FROM_THE_WALL = "conduction from the wall"
+"""Name of a limit of the time steps."""
 LARGEST_CELL, LARGEST_STEP = 0.42, 0.25
 """Of the front's width at the outlet, and of the time in which the wall's temperature changes there."""
 STANDING_FRONT = 0.5
@@ -135,10 +137,16 @@ class Estimates:
         """What limits the time steps, by its name: times (s) of which a step is a part."""
         passing = min(self.front_width / self.length, WIDEST_FRONT) * self.flow_duration
         slowest = math.hypot(passing, self.wall_time_constant, self.inlet_time)
-        limits = {"rise of the temperature at one place": slowest, "conduction from the wall": self.conduction_time}
+        limits = {"rise of the temperature at one place": slowest, FROM_THE_WALL: self.conduction_time}
         if math.isfinite(self.bead_residence_time):  # beads that cross the bed far faster are steady
             limits["residence time of the beads"] = max(self.bead_residence_time, STEADY_BEADS * slowest)
         return limits
+
+    @property
+    def step_limit(self) -> str:
+        """The name of the shortest of these."""
+        limits = self.step_limits
+        return min(limits, key=lambda one: limits[one])
 
     @property
     def largest_step(self) -> float:

@@ -17,7 +17,7 @@ LEAST = 1e-3
 
 def heat_of_expansion(specs: Specs) -> float:
     """Heat that the bed would store too much between the lowest and highest temperature given, were it left out, over all that
-    fluid and beads store; where the flow is frozen, so is what the fluid stores per kelvin."""
+    fluid and beads store; where the flow is frozen, so is the density."""
     fluid, beads, pressure = specs.laws.fluid, specs.laws.beads, specs.flow.outlet_pressure
     low, high = given_bounds(specs.heat)
     between, phi = np.linspace(low, high, 41), specs.porosity.bulk_porosity
@@ -25,7 +25,7 @@ def heat_of_expansion(specs: Specs) -> float:
     counted, stays = phi * np.mean(density * capacity), phi * np.mean(capacity) * fluid.density(pressure, high)
     if specs.flow.model.update == "frozen":
         first = specs.heat.initial_temperature
-        counted = phi * fluid.density(pressure, first) * fluid.heat_capacity(first)
+        counted = phi * fluid.density(pressure, first) * np.mean(capacity)
     of_beads = (1.0 - phi) * np.mean(beads.density(between) * beads.heat_capacity(between))
     return float((counted - stays) / (stays + of_beads))
 

@@ -20,6 +20,11 @@ LINEAR_PART = 0.2
 """Of the stage's error, that iterated linear systems may leave."""
 MOST_REDUCTION, LEAST_REDUCTION = 1e-3, 0.1
 """Of their residual: one Jacobian serves all of a step, and Newton's method gains little by more."""
+SLOW = 0.3
+"""Part of the last update, from which on the next one asks for a new Jacobian where a stage was not solved with one: of heat
+capacities that change by a factor."""
+SURE_AFTER = 4
+"""Iterations after which their contraction says whether a stage is solved in time."""
 MOST_ITERATIONS = 20
 """Of a stage, with one Jacobian."""
 
@@ -40,7 +45,7 @@ class StageSolver:
             return
         self._system.unknown.x.array[:] = guess
         self._system.renew_jacobian()
-        if not self._solve():
+        if not self._solve(renewed_from=SLOW):
             raise SolveError(
                 "energy (T_f, T_s, T_w)",
                 time,
@@ -54,14 +59,26 @@ class StageSolver:
         for part in self._updates():
             part.update()
 
-    def _solve(self) -> bool:
+    def _solve(self, renewed_from: float = np.inf) -> bool:
+        """Whether it is found, with a Jacobian that is renewed where an update is `renewed_from` times the last one or more."""
         # what depends on the temperatures is updated by turns with them: that contracts otherwise than Newton's method
         alternating = any(part.depends_on_temperature for part in self._updates())
         tolerance = ALTERNATING_STAGE_ERROR if alternating else self._error
+
+        def prepare(update: float, last: float) -> None:
+            if last < np.inf and update > renewed_from * last:
+                self._system.renew_jacobian()
+            self._system.solve_to(self._reduction(tolerance, update))
+
+        def is_hopeless(update: float, last: float) -> bool:
+            left, ratio = MOST_ITERATIONS - iterations.taken, update / last
+            return renewed_from == np.inf and iterations.taken >= SURE_AFTER and update * ratio**left > tolerance
+
         iterations = Iterations(
             MOST_ITERATIONS,
             converged=lambda error: error < tolerance,
-            prepare=lambda update, last: self._system.solve_to(self._reduction(tolerance, update)),
+            prepare=prepare,
+            gives_up=is_hopeless,
             contraction=Contraction() if alternating else self.contraction,
         )
         is_solved = self._system.solve(iterations)

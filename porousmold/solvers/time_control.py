@@ -16,6 +16,10 @@ MOST_FAILURES = 4
 JUMP_STEPS = 3.0
 """First steps' lengths after a jump that count as near it. Jumps are the start, and the end of a change shorter than one step."""
 
+SMALL_ERROR = 0.01
+"""Estimated error over that which is allowed, up to which steps grow beyond the largest one: that is a part of the time in which
+a front passes, with an error of 0.05 to 0.5 on the shipped scenes, and shorter than a slow ramp needs."""
+
 SAFETY, LEAST_FACTOR = 0.85, 0.2
 """Part of the step that the estimated error would allow, and the least factor on a step."""
 
@@ -27,7 +31,8 @@ class TimeControl:
     `breakpoints` are times at which given series change slope: steps end there and start small again. At
     `weak_breakpoints`, where they change it by little, and at `stops` steps only end.
     The largest step grows with the time since anything given last changed, to its `late_part`: what takes a hundred of the
-    estimated steps is slower than was estimated.
+    estimated steps is slower than was estimated. It is exceeded, too, as far as the estimated error stays at `SMALL_ERROR`. Where
+    the `late_part` is 0 it is the largest one whatever happens.
 
     State is `step` (the next one), `jumps`, times (s) at which everything given changed at once, and counters.
     """
@@ -91,7 +96,8 @@ class TimeControl:
             return True
         grown = max(self.step, step) * min(self.growth, max(LEAST_FACTOR, allowed))
         late = self.late_part * (time - self._last_change(time))
-        self.step = grown if is_quiet else min(max(self.largest_step, late), grown)
+        exact = step * (SMALL_ERROR / max(error, 1e-12)) ** (1.0 / order) if self.late_part else 0.0
+        self.step = grown if is_quiet else min(max(self.largest_step, late, exact), grown)
         return True
 
     def _last_change(self, time: float) -> float:

@@ -106,7 +106,21 @@ def test_what_takes_a_hundred_of_the_largest_steps_takes_longer_ones():
             step = control.propose(time)
             time += step
             steps.append((time, step))
-            assert control.accept(time, step, 0.0)
+            assert control.accept(time, step, 0.1)
         assert all(step <= 4.0 * (1 + 1e-9) for end, step in steps if end < 400.0 or 2e4 < end < 2.04e4)
         longest = max(step for _, step in steps)
         assert longest == pytest.approx(max(late * 8e4, 4.0), rel=0.03)
+
+
+def test_steps_of_small_error_exceed_the_largest_one():
+    """A slow ramp: until their error, of third order in their length, is a hundredth of what is allowed; not where it is more,
+    and not where the largest step is the user's."""
+    for at_largest, late, longest in ((1e-5, 0.01, 40.0), (0.02, 0.01, 4.0), (1e-5, 0.0, 4.0)):
+        control = TimeControl(1.0, 1.5, 4.0, 390.0, late_part=late)
+        time, steps = 0.0, []
+        while time < 390.0:
+            step = control.propose(time)
+            time += step
+            steps.append(step)
+            assert control.accept(time, step, at_largest * (step / 4.0) ** 3)
+        assert max(steps) == pytest.approx(longest, rel=0.01)
