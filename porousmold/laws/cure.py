@@ -45,21 +45,29 @@ class Cure:
         first, second = self.constants(temperature)
         return (first + second * degree**self.order_m) * (1.0 - degree) ** self.order_n
 
+    def growth(self, degree: Floats, temperature: Floats) -> Floats:
+        """How fast a difference of two degrees of cure grows (1/s): the derivative of the rate with respect to alpha."""
+        return self._rate_and_growth(np.clip(degree, LEAST, 1.0 - LEAST), *self.constants(temperature))[1]
+
+    def _rate_and_growth(self, degree: Floats, first: Floats, second: Floats) -> tuple[Floats, Floats]:
+        """d alpha/dt and its derivative at degrees between 0 and 1, with the rate constants (1/s)."""
+        power, rest = degree**self.order_m, (1.0 - degree) ** self.order_n
+        rate = (first + second * power) * rest
+        return rate, second * self.order_m * power / degree * rest - self.order_n * rate / (1.0 - degree)
+
     def after(self, known: Floats, theta: float, temperature: Floats, guess: Floats | None = None) -> Floats:
         """The alpha from `known` to 1 of (alpha - known)/theta = rate(alpha, T): a stage of a time scheme, theta in s.
 
         By Newton's method from a guess, with bisection where that leaves what encloses the root. What a stage's weights bring
         beyond 0 or 1 is brought back.
         """
-        first, second = self.constants(temperature)
+        constants = self.constants(temperature)
         known = np.clip(known, 0.0, 1.0)
         low, high = known.copy(), np.ones_like(known)
         degree = 0.5 * (low + high) if guess is None else np.clip(guess, low, high)
         for _ in range(MOST_ITERATIONS):
             inside = np.clip(degree, LEAST, 1.0 - LEAST)
-            power, rest = inside**self.order_m, (1.0 - inside) ** self.order_n
-            rate = (first + second * power) * rest
-            slope = second * self.order_m * power / inside * rest - self.order_n * rate / (1.0 - inside)
+            rate, slope = self._rate_and_growth(inside, *constants)
             excess = degree - known - theta * rate
             low, high = np.where(excess < 0.0, degree, low), np.where(excess < 0.0, high, degree)
             with np.errstate(divide="ignore", invalid="ignore"):

@@ -23,6 +23,8 @@ FRONT = (0.1, 0.9)
 """Parts of the temperature difference between which the thermocline lies."""
 LEAST_DIFFERENCE = 0.01
 """K between the phases' temperatures, below which they are one."""
+NOTHING = 1e-9
+"""Of the heat of a cycle, below which none was put in."""
 AT_REST = 1e-9
 """Of the largest mass flow, below which one is a rounding error."""
 POINTS, WEIGHTS = np.polynomial.legendre.leggauss(8)  # type: ignore[no-untyped-call]
@@ -138,6 +140,7 @@ def _cycle(number: int, phases: list[dict[str, Any]], columns: Mapping[str, Floa
     is_cold = sum(phase["heat"] for phase in phases if phase["exergy"] > 0.0) < 0.0
     charged, discharged = (heat_out, heat_in) if is_cold else (heat_in, heat_out)
     levels = [float(stored[0]), *(phase["heat_stored"] for phase in phases)]
+    is_charged = charged > NOTHING * max(discharged, storable, *(abs(level) for level in levels))
     return {
         "cycle": number,
         "begin": begun,
@@ -147,8 +150,8 @@ def _cycle(number: int, phases: list[dict[str, Any]], columns: Mapping[str, Floa
         "heat_stored": float(stored[1] - stored[0]),
         "heat_lost": float(lost[0] - lost[1]),
         "pumping_work": work,
-        "energy_efficiency": discharged / charged if charged > 0.0 else None,
-        "exergy_efficiency": exergy_out / (exergy_in + work) if exergy_in > 0.0 else None,
+        "energy_efficiency": discharged / charged if is_charged else None,
+        "exergy_efficiency": exergy_out / (exergy_in + work) if is_charged and exergy_in > 0.0 else None,
         "utilisation": (max(levels) - min(levels)) / storable if storable else None,
         "phases": phases,
     }

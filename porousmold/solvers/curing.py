@@ -62,6 +62,12 @@ class Curing:
         """Add a change to the degree."""
         self.degree.x.array[self._places] += change
 
+    def fastest_growth(self, degree: float) -> float:
+        """The largest rate (1/s) at which the cure grows by itself where it is below a degree; 0 where nowhere (collective)."""
+        at_first = self.degree.x.array[self._places] < degree
+        growth = self.cure.growth(self.degree.x.array[self._places], self._present_temperature())[at_first]
+        return self.largest(np.maximum(growth, 0.0))
+
     def largest(self, change: Floats) -> float:
         """Largest magnitude over all ranks (collective)."""
         return ranks.largest_magnitude(self._communicator, change)

@@ -456,6 +456,17 @@ def test_a_cycle_that_lives_on_what_was_stored_is_told():
     assert any("empties what was stored before" in text for text in result.summary["warnings"])
 
 
+def test_a_cycle_that_takes_no_heat_has_no_efficiency():
+    """What enters is as warm as the bed but for rounding, and the wall is heated while nothing flows: it was 1.8e13."""
+    given = [{"name": "blow", "mass_flow": 0.01, "temperature": COLD + 1e-9, "duration": "10 s"}, phases()[1]]
+    tables = store().as_tables()
+    tables["operation"] |= {"phase": given, "outer_heat_flux": 200.0}
+    result = computed(Scene({**tables, "model": {"flow": "plug", "turbulence": "none"}}))
+    cycle = result.summary["last_cycle"]
+    assert cycle["heat_stored"] > 1e4 and cycle["energy_efficiency"] is None and cycle["exergy_efficiency"] is None
+    assert not any("empties what was stored" in text for text in result.summary["warnings"])
+
+
 def test_a_store_that_is_charged_alone_has_the_front_of_one_that_is_cycled():
     """Phases of one temperature have no difference of their own: the front's was 0.0 m thick."""
     alone_cycle = computed(store(phases()[:1])).summary["cycles"][0]
