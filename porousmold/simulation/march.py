@@ -149,7 +149,7 @@ class Simulation:
     def _step(self) -> float | None:
         """Take one step; gives its length (s), None where it is to be repeated with another one."""
         problem, control = self.problem, self.control
-        step = control.propose(self.time, self._rules.longest_step())
+        step = control.propose(self.time, self._rules.longest_step(), self._rules.longest_of_cure())
         before, factored_at = problem.state.copy(), problem.flow.factored_at
         steps = self._past.steps
         try:

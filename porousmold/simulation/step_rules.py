@@ -27,7 +27,7 @@ STEPS_OF_CHANGE = 4.0
 QUIET_CHANGE = 5e-4
 """Change of every temperature in a step, over the differences there are, and of every degree of cure, below which the step is
 a quiet one: what is given is steady, and no front is on its way through the bed."""
-CURE_BEGINS, LARGEST_GROWTH = 0.01, 0.35
+CURE_BEGINS, LARGEST_GROWTH = 1e-3, 0.35
 """Degree of cure below which its error says nothing, as it grows by itself from next to nothing; and the part of that growth's
 time constant that a step may take: from 1e-9 on, a resin of order 1 cures within 0.1 % of its time (by its error alone never)."""
 LARGEST_PART = 0.5
@@ -92,14 +92,13 @@ class StepRules:
         given = [low, high, inlet, *(float(one(time)) for one in self._specs.heat.given_elsewhere)]
         return max(given) - min(given)
 
-    def longest_step(self) -> float:
-        """A part of the time in which temperature differences that decay would be gone, and of that in which a cure that has
-        hardly begun grows (s; collective)."""
+    def longest_of_cure(self) -> float:
+        """A part of the time in which a cure that has hardly begun grows by itself (s; collective)."""
         growth = max((part.fastest_growth(CURE_BEGINS) for part in self._problem.heat.curing), default=0.0)
-        of_cure = LARGEST_GROWTH / growth / self._specs.time.steps.refinement if growth > 0.0 else math.inf
-        return min(of_cure, self._of_what_decays())
+        return LARGEST_GROWTH / growth / self._specs.time.steps.refinement if growth > 0.0 else math.inf
 
-    def _of_what_decays(self) -> float:
+    def longest_step(self) -> float:
+        """A part of the time in which temperature differences that decay would be gone (s)."""
         history = self._recorder.history
         if len(history) < 2:
             return math.inf

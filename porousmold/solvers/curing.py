@@ -11,6 +11,9 @@ from ..laws.functions import Value
 from ..mesh import fenicsx, ranks
 from ..mesh.domain import Domain
 
+LEAST_DEGREE = 1e-6
+"""That growth is taken at: below it a cure of an order below 1 is soon through, at any rate."""
+
 
 class Curing:
     """`degree` (a function) in a layer of `domain` whose cells have a tag; no unknown, as a stage gives it from its
@@ -64,8 +67,8 @@ class Curing:
 
     def fastest_growth(self, degree: float) -> float:
         """The largest rate (1/s) at which the cure grows by itself where it is below a degree; 0 where nowhere (collective)."""
-        at_first = self.degree.x.array[self._places] < degree
-        growth = self.cure.growth(self.degree.x.array[self._places], self._present_temperature())[at_first]
+        present = self.degree.x.array[self._places]
+        growth = self.cure.growth(np.maximum(present, LEAST_DEGREE), self._present_temperature())[present < degree]
         return self.largest(np.maximum(growth, 0.0))
 
     def largest(self, change: Floats) -> float:

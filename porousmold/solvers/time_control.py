@@ -68,9 +68,10 @@ class TimeControl:
         self.jumps = [time]
         self.step = self.first_step
 
-    def propose(self, time: float, longest: float = math.inf) -> float:
-        """The step to try from `time`, `longest` at most: never across a breakpoint or the end."""
-        self.step = min(self.step, max(longest, self.first_step))
+    def propose(self, time: float, longest: float = math.inf, at_most: float = math.inf) -> float:
+        """The step to try from `time`, `at_most` so long, and no longer than `longest` where that is not below the first step:
+        never across a breakpoint or the end."""
+        self.step = min(self.step, max(longest, self.first_step), at_most)
         ends = (*self.breakpoints, *self.weak_breakpoints, *self.stops, self.end_time)
         stops = [stop for stop in ends if stop > time * (1 + 1e-12)]
         room = min(stops, default=self.end_time) - time
