@@ -441,7 +441,7 @@ def test_a_front_in_a_liquid_that_stores_as_much_as_the_beads():
 @pytest.mark.parametrize("course", ["wave", "noise"])
 def test_rows_that_bend_a_course_by_little_do_not_restart_the_steps(course):
     """Every half hour a row of a slow wave of the wall's temperature, or of noise that is little beside the 60 K of heating:
-    steps end there, and go on as they are, but for halves and quarters of the rows (a restart takes a 20th of the largest step)."""
+    steps end there, and go on as they are, but for halves and quarters of the rows (a restart takes a 20th of them)."""
     times = np.linspace(0.0, 86400.0, 49)
     wave = 5.0 * np.sin(2.0 * np.pi * times / 86400.0)
     wave = HOT + (wave if course == "wave" else 0.5 * np.random.default_rng(1).random(len(times)))
