@@ -37,12 +37,9 @@ def why_not_met(simulation: Simulation, target: Target, energy: Mapping[str, flo
     longest = target.longest_hold(history)
     if target.hold and longest is not None:
         begin, end = longest
-        return (
-            f"it held for {end - begin:.4g} s at the longest, {begin:.4g} to {end:.4g} s, and not for {target.hold:g} s"
-        )
-    if (
-        longest is None and target.holds(history, 0) and target.asks in ("above", "below")
-    ):  # nothing keeps it from being met
+        held = f"it held for {end - begin:.4g} s at the longest, {begin:.4g} to {end:.4g} s"
+        return f"{held}, and not for {target.hold:g} s"
+    if longest is None and target.holds(history, 0) and target.asks in ("above", "below"):
         return "it held from the start, and counts only after the place has been on the other side of the limit"
     parts = [f"{short:.3g} short" if target.asks == "cured" else f"{short:.1f} K short"] if short > 0.0 else []
     if parts:
