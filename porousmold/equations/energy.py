@@ -154,7 +154,10 @@ class EnergyEquations:
     @property
     def fluid_storage(self) -> Value:
         """phi rho C_f at the flow's temperature, J/m3/K."""
-        return self.bed.porosity * self._density * self._laws.heat_capacity(self.flow_temperature)
+        return self._fluid_storage_at(self.flow_temperature)
+
+    def _fluid_storage_at(self, temperature: Value) -> Value:
+        return self.bed.porosity * self._density * self._laws.heat_capacity(temperature)
 
     def fluid_enthalpy(self, temperature: Value) -> Value:
         """phi rho h(T) of the fluid, with the density at the flow's temperature, J/m3."""
@@ -165,9 +168,8 @@ class EnergyEquations:
     ) -> Value:
         """Form of the heat per volume (J/m3) against the tests; its change over time is the storage."""
         beads, weight = self.bed.beads, self.coordinates.weight
-        streamline = transport.streamline
-        capacity = self.bed.porosity * self._density * self._laws.heat_capacity(temperature)
-        fluid = streamline.stored_downstream(self.fluid_enthalpy(temperature), capacity, temperature, test)
+        streamline, storage = transport.streamline, self._fluid_storage_at(temperature)
+        fluid = streamline.stored_downstream(self.fluid_enthalpy(temperature), storage, temperature, test)
         form = weight * fluid * self.dx_bed
         capacity = beads.density(bead_temperature) * beads.heat_capacity(bead_temperature)
         # with one temperature the beads' heat, too, is what the advection balances

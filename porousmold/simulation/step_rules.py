@@ -29,7 +29,7 @@ QUIET_CHANGE = 5e-4
 a quiet one: what is given is steady, and no front is on its way through the bed."""
 CURE_BEGINS, LARGEST_GROWTH = 1e-3, 0.35
 """Degree of cure below which its error says nothing, as it grows by itself from next to nothing; and the part of that growth's
-time constant that a step may take: from 1e-9 on, a resin of order 1 cures within 0.1 % of its time (by its error alone never)."""
+time constant that a step may take: from 1e-9 on a resin of order 1 cures within 0.15 % of its time (by its error alone never)."""
 LARGEST_PART = 0.5
 """Of the time in which differences that decay would be gone, that one step may take."""
 INLET_CHANGE = 0.1

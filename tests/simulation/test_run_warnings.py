@@ -48,8 +48,14 @@ WATER = {"fluid.material": "water", "operation.inlet_temperature": 350.0, "opera
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"operation.inlet_temperature": "600 degC"}, "ceramic is used for"),
-        ({"operation.inlet_temperature": "600 degC"}, "aluminium is used for"),
+        (
+            {"operation.inlet_temperature": "600 degC"},
+            "ceramic is used for 25.0 to 600.0 °C, given for -23.1 to 226.9 °C (heat_capacity)",
+        ),
+        (
+            {"operation.inlet_temperature": "600 degC"},
+            "aluminium is used for 25.0 to 600.0 °C, given for -73.1 to 226.9 °C (heat_capacity)",
+        ),
         ({"fluid.material": "argon", "operation.outlet_pressure": "10 bar"}, "argon is no ideal gas"),
         (
             {"fluid.material": "argon", "operation.outlet_pressure": "10 bar", "fluid.viscosity": 2e-5},
