@@ -25,6 +25,7 @@ stores is upwinded as what it carries is: lumped at the nodes and not upwinded, 
 off on default cells (Schumann). The flow carries C_f(T) grad T = grad h, of the same enthalpy as through inlet and outlet.
 """
 
+import functools
 from dataclasses import dataclass
 
 import ufl
@@ -154,10 +155,7 @@ class EnergyEquations:
     @property
     def fluid_storage(self) -> Value:
         """phi rho C_f at the flow's temperature, J/m3/K."""
-        return self._fluid_storage_at(self.flow_temperature)
-
-    def _fluid_storage_at(self, temperature: Value) -> Value:
-        return self.bed.porosity * self._density * self._laws.heat_capacity(temperature)
+        return self.bed.porosity * self._density * self._laws.heat_capacity(self.flow_temperature)
 
     def fluid_enthalpy(self, temperature: Value) -> Value:
         """phi rho h(T) of the fluid, with the density at the flow's temperature, J/m3."""
@@ -167,20 +165,18 @@ class EnergyEquations:
         self, temperature: Value, bead_temperature: Value, test: Value, bead_test: Value, transport: Transport
     ) -> Value:
         """Form of the heat per volume (J/m3) against the tests; its change over time is the storage."""
-        beads, weight = self.bed.beads, self.coordinates.weight
-        streamline, storage = transport.streamline, self._fluid_storage_at(temperature)
-        fluid = streamline.stored_downstream(self.fluid_enthalpy(temperature), storage, temperature, test)
-        form = weight * fluid * self.dx_bed
-        capacity = beads.density(bead_temperature) * beads.heat_capacity(bead_temperature)
+        weight, streamline = self.coordinates.weight, transport.streamline
+        form = weight * streamline.stored_downstream(self.fluid_enthalpy, temperature, test) * self.dx_bed
+        of_beads = functools.partial(volumetric_heat, self.bed.beads)
         # with one temperature the beads' heat, too, is what the advection balances
         stored = streamline.stored if self.two_temperatures else streamline.stored_downstream
-        bead = stored(volumetric_heat(beads, bead_temperature), capacity, bead_temperature, bead_test)
+        bead = stored(of_beads, bead_temperature, bead_test)
         if self.moving_beads is not None:
             upwinding = self.moving_beads.upwinding(transport.exchange, bead_test, streamline)
-            bead += volumetric_heat(beads, bead_temperature) * upwinding
+            bead += streamline.interpolated(of_beads, bead_temperature) * upwinding
         bead *= 1.0 - self.bed.porosity
         form += weight * bead * self.dx_bed
-        return form + self.wall.stored_heat(temperature, test, streamline.monotone)
+        return form + self.wall.stored_heat(temperature, test, streamline.monotone, streamline.interpolated)
 
     def fluid_heat_capacity(self) -> Value:
         """Form (scalar, J/K) of phi rho C_f of the fluid in the bed."""

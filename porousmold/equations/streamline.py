@@ -16,8 +16,8 @@ from ufl.checks import is_cellwise_constant
 
 from ..laws.functions import Value
 from ..mesh import fenicsx
-from ..mesh.aliases import Mesh
 from .coordinates import Coordinates
+from .corners import Corners, CornersOfBox, CornersOfSimplex, Law
 from .stabilisation import flux_density, is_tensor, metric
 
 
@@ -86,11 +86,11 @@ class CellForms(ABC):
         """grad v.(K grad f); K is a number or a tensor."""
 
     @abstractmethod
-    def stored(self, value: Value, capacity: Value, function: Value, test: Value) -> Value:
-        """Storage of a `value`, whose change is that of the function times `capacity`, where nothing flows."""
+    def stored(self, law: Law, function: Value, test: Value) -> Value:
+        """Storage of a law of the function, interpolated between the cell's `Corners`, where nothing flows."""
 
     @abstractmethod
-    def stored_downstream(self, value: Value, capacity: Value, function: Value, test: Value) -> Value:
+    def stored_downstream(self, law: Law, function: Value, test: Value) -> Value:
         """The same in what flows."""
 
     @abstractmethod
@@ -105,10 +105,11 @@ class CellForms(ABC):
 @dataclass(frozen=True)
 class Upwinded(CellForms):
     """Second order: `reach` is half a cell along the flow (a vector, m), `upwind` is chi = 2 tau |a|/h, 1 where the flow wins
-    over conduction across the cell and over exchange, 0 where it loses."""
+    over conduction across the cell and over exchange, 0 where it loses; what is stored is interpolated between `corners`."""
 
     reach: Value
     upwind: Value
+    corners: Corners
 
     def along(self, function: Value) -> Value:
         """D f."""
@@ -124,11 +125,11 @@ class Upwinded(CellForms):
     def conducted(self, conductivity: Value, function: Value, test: Value) -> Value:
         return ufl.dot(flux_density(conductivity, ufl.grad(function)), ufl.grad(test))
 
-    def stored(self, value: Value, capacity: Value, function: Value, test: Value) -> Value:
-        return value * test
+    def stored(self, law: Law, function: Value, test: Value) -> Value:
+        return self.corners.interpolated(law, function) * test
 
-    def stored_downstream(self, value: Value, capacity: Value, function: Value, test: Value) -> Value:
-        return value * (test + self.upwinding(test))
+    def stored_downstream(self, law: Law, function: Value, test: Value) -> Value:
+        return self.corners.interpolated(law, function) * (test + self.upwinding(test))
 
     def exchanged(self, coefficient: Value, value: Value, test: Value) -> Value:
         return coefficient * value * test
@@ -136,12 +137,18 @@ class Upwinded(CellForms):
     def exchanged_downstream(self, coefficient: Value, value: Value, test: Value) -> Value:
         return coefficient * value * (test + self.upwinding(test))
 
-    def held(self, of_cell: Callable[[Value], Value], at_points: Callable[[Value], Value]) -> "Upwinded":
-        return Upwinded(at_points(self.reach), at_points(self.upwind))
+    def held(self, at_points: Callable[[Value], Value], corners: Corners) -> "Upwinded":
+        """The same of held values: those `at_points(expression)`, and those that the `corners` have."""
+        return Upwinded(at_points(self.reach), at_points(self.upwind), corners)
 
 
 class Monotone(CellForms):
     """What is stored and exchanged is lumped, so that no node gets hotter or colder than those around."""
+
+    @property
+    @abstractmethod
+    def corners(self) -> Corners:
+        """Those of the cell."""
 
     @abstractmethod
     def held(self, of_cell: Callable[[Value], Value], at_points: Callable[[Value], Value]) -> "Monotone":
@@ -151,8 +158,11 @@ class Monotone(CellForms):
     def entered(self, coefficient: Value, value: Value, test: Value) -> Value:
         """What entering through the inlet with a `coefficient` gains by the lumping, per area."""
 
-    def stored_downstream(self, value: Value, capacity: Value, function: Value, test: Value) -> Value:
-        return self.stored(value, capacity, function, test)
+    def stored(self, law: Law, function: Value, test: Value) -> Value:
+        return self.corners.lumped(law, function, test)
+
+    def stored_downstream(self, law: Law, function: Value, test: Value) -> Value:
+        return self.stored(law, function, test)
 
     @abstractmethod
     def changes_across(self, *functions: Value) -> list[tuple[Value, tuple[Value, ...]]]:
@@ -172,6 +182,19 @@ class Lumped(Monotone):
     from_middle: Value
     across: tuple[Crossing, ...]
 
+    @property
+    def corners(self) -> Corners:
+        axes = [(self.reach, self._place)]
+        for direction, square, covector in self.across:
+            half = ufl.sqrt(square)
+            axes.append((half * direction, ufl.dot(covector, self.from_middle) / half))
+        return CornersOfBox(axes)
+
+    @property
+    def _place(self) -> Value:
+        """Along the flow, from -1 to 1."""
+        return ufl.dot(self.from_middle, self.reach) / (ufl.dot(self.reach, self.reach) + 1e-60)
+
     def along(self, function: Value) -> Value:
         """D f."""
         return ufl.dot(self.reach, ufl.grad(function))
@@ -186,8 +209,7 @@ class Lumped(Monotone):
 
     def downstream(self, test: Value) -> Value:
         """Test function of what the flow carries: uniform along the flow within the cell."""
-        place = ufl.dot(self.from_middle, self.reach) / (ufl.dot(self.reach, self.reach) + 1e-60)
-        return test + (1.0 - place) * self.along(test)
+        return test + (1.0 - self._place) * self.along(test)
 
     def carried(self, advection: Value, function: Value, test: Value) -> Value:
         along, crossing = ufl.dot(advection, ufl.grad(function)), 0.0
@@ -210,12 +232,6 @@ class Lumped(Monotone):
         change, test_change = (ufl.dot(ufl.grad(ufl.grad(f)), self.reach) for f in (function, test))
         plain = ufl.dot(flux_density(conductivity, ufl.grad(function)), ufl.grad(test))
         return plain + 2.0 / 3.0 * ufl.dot(flux_density(conductivity, change), test_change)
-
-    def stored(self, value: Value, capacity: Value, function: Value, test: Value) -> Value:
-        form = value * test + 2.0 / 3.0 * capacity * self.along(function) * self.along(test)
-        for w, (f, v) in self.changes_across(function, test):
-            form += w * self._nodal(capacity, f, v)
-        return form
 
     def exchanged(self, coefficient: Value, value: Value, test: Value) -> Value:
         form = 0.0
@@ -258,11 +274,14 @@ class LumpedAtVertices(Monotone):
     exchange: Value
     vertices: Value
     crossing: Value
-    dimension: int
+    coordinates: Coordinates
 
     @classmethod
-    def of_cell(cls, mesh: Mesh, advection: Value, diffusion: Value, exchange: Value) -> "LumpedAtVertices":
+    def of_cell(
+        cls, coordinates: Coordinates, advection: Value, diffusion: Value, exchange: Value
+    ) -> "LumpedAtVertices":
         """Of the cells for heat carried along `advection` (W/m2/K), conducted by `diffusion` (W/m/K) and exchanged."""
+        mesh = coordinates.mesh
         jacobian, inverse, dimension = ufl.Jacobian(mesh), ufl.JacobianInverse(mesh), mesh.geometry.dim
         ones = ufl.as_vector([1.0] * dimension)
         vertices = jacobian * (ufl.Identity(dimension) - ufl.outer(ones, ones) / (dimension + 1.0)) * jacobian.T
@@ -273,7 +292,16 @@ class LumpedAtVertices(Monotone):
             ufl.dot(gradients[i], flux_density(diffusion, gradients[j])) for j in range(dimension + 1) for i in range(j)
         ]
         crossing = _largest(carried) + (dimension + 1.0) * ufl.max_value(_largest(conducted), 0.0)
-        return cls(exchange, vertices, crossing, dimension)
+        return cls(exchange, vertices, crossing, coordinates)
+
+    @property
+    def dimension(self) -> int:
+        """Of the mesh."""
+        return int(self.coordinates.mesh.geometry.dim)
+
+    @property
+    def corners(self) -> Corners:
+        return CornersOfSimplex(self.coordinates.mesh, self.coordinates.from_middle)
 
     def changes_across(self, *functions: Value) -> list[tuple[Value, tuple[Value, ...]]]:
         return []
@@ -288,9 +316,6 @@ class LumpedAtVertices(Monotone):
     def conducted(self, conductivity: Value, function: Value, test: Value) -> Value:
         plain = ufl.dot(flux_density(conductivity, ufl.grad(function)), ufl.grad(test))
         return plain + self.crossing * ufl.dot(ufl.grad(function), self.vertices * ufl.grad(test))
-
-    def stored(self, value: Value, capacity: Value, function: Value, test: Value) -> Value:
-        return value * test + capacity * self._lumping(function, test)
 
     def exchanged(self, coefficient: Value, value: Value, test: Value) -> Value:
         return self.exchange * (value * test + self._lumping(value, test))
@@ -349,19 +374,21 @@ class Streamline:
             all_round = diffusion * ufl.sqrt(ufl.inner(metric_tensor, metric_tensor))
         spread = ufl.conditional(ufl.gt(entrance, 0.5), along, all_round)
         upwind = upwinding * carried / ufl.sqrt(carried**2 + (3.0 * spread) ** 2 + exchange**2 + 1e-60)
-        upwinded = Upwinded(direction / inverse, upwind)
         # monotone only along the cells themselves: a slight slope crosses many of the flat ones
         sides = _sides(coordinates, advection, metric_tensor, straight)
         if sides is None:
-            return cls(upwinded, LumpedAtVertices.of_cell(mesh, advection, diffusion, exchange), monotone)
-        fitting = 1.0 - sides.rate / (exchange + 1e-30)
-        fitting = ufl.conditional(ufl.gt(fitting, 0.0), fitting, 0.0)
-        return cls(upwinded, Lumped(sides.along, fitting, exchange, coordinates.from_middle, sides.across), monotone)
+            lumped: Monotone = LumpedAtVertices.of_cell(coordinates, advection, diffusion, exchange)
+        else:
+            fitting = 1.0 - sides.rate / (exchange + 1e-30)
+            fitting = ufl.conditional(ufl.gt(fitting, 0.0), fitting, 0.0)
+            lumped = Lumped(sides.along, fitting, exchange, coordinates.from_middle, sides.across)
+        return cls(Upwinded(direction / inverse, upwind, lumped.corners), lumped, monotone)
 
     def held(self, of_cell: Callable[[Value], Value], at_points: Callable[[Value], Value]) -> "Streamline":
         """The same of held values: those `of_cell(expression)`, one in each cell, and those `at_points(expression)`."""
-        lumped = None if self.lumped is None else self.lumped.held(of_cell, at_points)
-        return Streamline(self.upwinded.held(of_cell, at_points), lumped, self.monotone)
+        assert self.lumped is not None, "held as it is made"
+        lumped = self.lumped.held(of_cell, at_points)
+        return Streamline(self.upwinded.held(at_points, lumped.corners), lumped, self.monotone)
 
     def without_monotone_cells(self) -> "Streamline":
         """The same where no cell is monotone: what only those need costs most of the assembly."""
@@ -381,11 +408,15 @@ class Streamline:
     def conducted(self, conductivity: Value, function: Value, test: Value) -> Value:
         return self._by_turns("conducted", conductivity, function, test)
 
-    def stored(self, value: Value, capacity: Value, function: Value, test: Value) -> Value:
-        return self._by_turns("stored", value, capacity, function, test)
+    def interpolated(self, law: Law, function: Value) -> Value:
+        """A law of a function, interpolated between the corners of each cell."""
+        return self.upwinded.corners.interpolated(law, function)
 
-    def stored_downstream(self, value: Value, capacity: Value, function: Value, test: Value) -> Value:
-        return self._by_turns("stored_downstream", value, capacity, function, test)
+    def stored(self, law: Law, function: Value, test: Value) -> Value:
+        return self._by_turns("stored", law, function, test)
+
+    def stored_downstream(self, law: Law, function: Value, test: Value) -> Value:
+        return self._by_turns("stored_downstream", law, function, test)
 
     def exchanged(self, coefficient: Value, value: Value, test: Value) -> Value:
         return self._by_turns("exchanged", coefficient, value, test)

@@ -16,6 +16,7 @@ from ..laws.conductivity import STEFAN_BOLTZMANN
 from ..laws.functions import Value
 from ..laws.materials import Solid
 from .coordinates import Coordinates
+from .corners import Interpolation, at_points
 
 
 def volumetric_heat(solid: Solid, temperature: Value) -> Value:
@@ -62,13 +63,15 @@ class ThinWall:
 @dataclass(frozen=True)
 class WallLayer:
     """A layer of the wall: its `solid` over the cell measures `dx` and `nodes` (with quadrature at the nodes), a heat `source`
-    (W/m3) and the `degree` of cure of a material that cures, None without."""
+    (W/m3) and the `degree` of cure of a material that cures, None without. Where it `melts`, it is lumped at the nodes in all
+    cells: each node then has its own peak of the heat capacity, over which Newton's method finds its way."""
 
     solid: Solid
     dx: ufl.Measure
     nodes: ufl.Measure
     source: Value = None
     degree: Value = None
+    melts: bool = False
 
     def stored_heat(self, temperature: Value) -> Value:
         """Heat per volume, that of the reaction to come included, J/m3."""
@@ -98,11 +101,18 @@ class Wall:
         """The same with quadrature at the nodes where the wall has no cells, of which `monotone` does not tell."""
         return self if self.thin is None else replace(self, thin=replace(self.thin, ds=self.thin.nodes))
 
-    def stored_heat(self, temperature: Value, test: Value, monotone: Value) -> Value:
-        """Form of the heat per volume (J/m3) against the test; `monotone` cells are lumped at the nodes."""
+    def stored_heat(
+        self, temperature: Value, test: Value, monotone: Value, interpolated: Interpolation = at_points
+    ) -> Value:
+        """Form of the heat per volume (J/m3) against the test; `monotone` cells are lumped at the nodes, in others it is
+        `interpolated`."""
         if self.thin is not None:
             return self._in_thin(self.layers[0].stored_heat(temperature) * test, self.thin)
-        return sum(self._in_layer(layer, layer.stored_heat(temperature) * test, monotone) for layer in self.layers)
+        form = 0
+        for layer in self.layers:
+            heat, at_nodes = interpolated(layer.stored_heat, temperature), layer.stored_heat(temperature)
+            form += self._in_layer(layer, heat * test, at_nodes * test, 1.0 if layer.melts else monotone)
+        return form
 
     def heating_rate(self, temperature: Value, rate: Value, test: Value) -> Value:
         """Form of what `stored_heat` gains for dT/dt (K/s), `rate`."""
@@ -125,7 +135,8 @@ class Wall:
             form += self._in_thin(conductivity * ufl.dot(along, test_along), self.thin)
         else:
             for layer in self.layers:
-                form += self._in_layer(layer, self._conducted_in(layer.solid, temperature, test), monotone)
+                conducted = self._conducted_in(layer.solid, temperature, test)
+                form += self._in_layer(layer, conducted, conducted, monotone)
                 if layer.source is not None:
                     form -= self.coordinates.weight * layer.source * test * layer.dx
         if self.outer is not None:
@@ -165,11 +176,10 @@ class Wall:
     def _in_thin(self, integrand: Value, thin: ThinWall) -> Value:
         return self.coordinates.weight * thin.volume * integrand * thin.ds
 
-    def _in_layer(self, layer: WallLayer, integrand: Value, monotone: Value) -> Value:
-        """Integral over a layer of the wall, in monotone cells with quadrature at the nodes."""
-        weight = self.coordinates.weight
-        form = weight * (1.0 - monotone) * integrand * layer.dx
-        return form + weight * monotone * integrand * layer.nodes
+    def _in_layer(self, layer: WallLayer, integrand: Value, at_nodes: Value, monotone: Value) -> Value:
+        """Integral over a layer of the wall, in monotone cells of another integrand, with quadrature at the nodes."""
+        form = self.coordinates.weight * (1.0 - monotone) * integrand * layer.dx
+        return form + self.coordinates.nodal_weight * monotone * at_nodes * layer.nodes
 
     def _conducted_in(self, solid: Solid, temperature: Value, test: Value) -> Value:
         """Conduction in a layer, W/m3 against the test: through it with one conductivity, along it with another if it has one."""

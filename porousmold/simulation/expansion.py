@@ -9,7 +9,6 @@ import numpy as np
 
 from .estimates import Estimates
 from .specs import Specs
-from .step_rules import given_bounds, is_open
 
 LEAST = 1e-3
 """Of the heat stored, from which it is counted: a time at which all is heated changes by a fifth of that."""
@@ -19,7 +18,7 @@ def heat_of_expansion(specs: Specs) -> float:
     """Heat that the bed would store too much between the lowest and highest temperature given, were it left out, over all that
     fluid and beads store; where the flow is frozen, so is the density."""
     fluid, beads, pressure = specs.laws.fluid, specs.laws.beads, specs.flow.outlet_pressure
-    low, high = given_bounds(specs.heat)
+    low, high = specs.heat.given_bounds
     between, phi = np.linspace(low, high, 41), specs.porosity.bulk_porosity
     density, capacity = fluid.density(pressure, between), fluid.heat_capacity(between)
     counted, stays = phi * np.mean(density * capacity), phi * np.mean(capacity) * fluid.density(pressure, high)
@@ -36,7 +35,7 @@ def counts_expansion(specs: Specs, estimates: Estimates) -> bool:
     if not estimates.flows or specs.flow.model.update != "quasi-steady" or specs.heat.air_loop is not None:
         return False
     density, pressure = specs.laws.fluid.density, specs.flow.outlet_pressure
-    if not density.compressible and any(is_open(specs.heat)):
-        high = given_bounds(specs.heat)[1]
+    if not density.compressible and any(specs.heat.is_open):
+        high = specs.heat.given_bounds[1]
         return bool(density(pressure, high) != density(pressure, high + 1.0))
     return abs(heat_of_expansion(specs)) > LEAST

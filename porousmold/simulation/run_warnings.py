@@ -30,7 +30,6 @@ from .scene_warnings import (
 )
 from .snapshots import SAME_TIME
 from .specs import Specs
-from .step_rules import given_bounds, is_open
 from .unmet_targets import kept_targets, of_narrow_targets, why_not_met
 
 HIGHEST_MACH_NUMBER = 0.3
@@ -295,11 +294,11 @@ def _beyond_what_can_be(simulation: Simulation) -> tuple[float, float]:
     """By how much (K) temperatures anywhere, and those of the bed, were beyond what can be: what is given, and beside a wall that
     gets hotter or colder by itself, which has no bound, what the wall had been until then."""
     history, heat = simulation.recorder.history, simulation.specs.heat
-    lowest, highest = given_bounds(heat)
+    lowest, highest = heat.given_bounds
     warm = np.maximum(
         highest, np.maximum.accumulate(history["inlet_temperature"])
     )  # air may come back warmer than its set-point
-    cold, (colder, hotter) = np.full_like(warm, lowest), is_open(heat)
+    cold, (colder, hotter) = np.full_like(warm, lowest), heat.is_open
     in_wall = []
     if hotter:
         warm = np.maximum(warm, np.maximum.accumulate(history["highest_wall"]))

@@ -41,7 +41,10 @@ from .result import Result
 from .specs import specs_of
 
 FAILED = "failed"
-ANSWERS, DOUBT = "answers", "doubt"
+ANSWERS, DOUBT, ITERATIONS = "answers", "doubt", "flow iterations"
+MOST_ITERATIONS, ITERATIONS_OF_START = 3.0, 100
+"""Iterations of the flow of a repeat with more cells and steps, over those of the first march and the factor on its steps, and
+those beyond that: where finer cells have no steady flow, each step seeks one in vain."""
 SOONEST_SAVING, SAVING_PART = 1.0, 0.02
 """Seconds between two checkpoints at least, and the part of the time that they may take: a run that is killed loses little."""
 ROOM, FIELDS_KEPT = 10 * 2**20, 120
@@ -103,8 +106,9 @@ def run(
 class _Run:
     """The marches of one run: a single one, finer ones where its answers are in doubt, or those for `solver.accuracy`.
 
-    `_outcomes` holds what came of the marches before the present one: `ANSWERS` and `DOUBT`, or `FAILED`. `_refined` is by how
-    much the last march has more cells and steps than the first, whose answers were in `_doubt`.
+    `_outcomes` holds what came of the marches before the present one: `ANSWERS`, `DOUBT` and `ITERATIONS`, or `FAILED`.
+    `_refined` is by how much the last march has more cells and steps than the first, whose answers were in `_doubt`; it is given
+    up beyond `_most_iterations` of the flow.
     """
 
     def __init__(
@@ -129,7 +133,7 @@ class _Run:
         self._last: list[Any] = []
         self._simulation: Simulation
         self._marched = scene
-        self._doubt, self._refined = "", Refinements()
+        self._doubt, self._refined, self._most_iterations = "", Refinements(), math.inf
 
     def _identity(self, outcomes: list[Any]) -> str:
         """Of the checkpoints after such marches: several marches of one run, whose answers are compared, must be alike."""
@@ -184,11 +188,14 @@ class _Run:
         factors = again
         if self._doubt not in AT_ONCE and self._doubt not in SLOW_TO_CONVERGE:
             factors = refinements_in_doubt(scene, own, coarsest, self._march_aside)
+        iterations = MOST_ITERATIONS * self._last[0][ITERATIONS]
         while True:
             finer = self._refined.times(*factors)
             try:
+                self._most_iterations = iterations * finer.steps + ITERATIONS_OF_START
                 answers = self._march(finer.of(scene))
             except SolveError:  # finer cells may have no steady flow
+                self._most_iterations = math.inf
                 answers = self._march(self._refined.of(scene))
                 break
             found, own, self._refined, factors = differences(answers, own), answers, finer, again
@@ -247,10 +254,13 @@ class _Run:
             self._last = [FAILED]
             raise
         answers = answers_of(simulation.recorder)
-        self._last = [{ANSWERS: answers, DOUBT: self._doubt_of(answers)}]
+        iterations = simulation.problem.flow.counts.newton_iterations
+        self._last = [{ANSWERS: answers, DOUBT: self._doubt_of(answers), ITERATIONS: iterations}]
         return dict(answers)
 
     def _after_step(self, time: float, deficit: float) -> None:
+        if self._simulation.problem.flow.counts.newton_iterations > self._most_iterations:
+            raise SolveError("flow", time, "too many iterations on finer cells", "solver.refine_in_doubt = false")
         if self._folder is not None and self._communicator.bcast(clock.perf_counter() >= self._due):
             begun = clock.perf_counter()
             self._save()

@@ -21,13 +21,13 @@ from ..scene.series import ProfileSeries
 from ..scene.start import Profile
 from .estimates import LEAST_JUMP, Estimates, flow_change
 from .expansion import heat_of_expansion
+from .heat_capacity_peaks import NARROW, sharpest_change
 from .specs import Specs
-from .step_rules import given_bounds, is_open
 
 HIGHEST_BIOT_NUMBER = 0.1
-NARROW_PEAK, LARGEST_RATIO = 0.05, 3.0
-"""Part of all temperature differences within which a fluid's heat capacity changes by no more than this factor without a word: of
-2 to 8 kJ/(kg K) and back within 40 of 180 K the heat is right within 0.3 %, of 2 to 42 and back within 10 K it is 6 % off."""
+SHARPEST_CHANGE = 3.0
+"""Factor on a fluid's heat capacity within a narrow part of all temperature differences, up to which nothing is said: of 2 to
+8 kJ/(kg K) and back within 40 of 180 K the heat is right within 0.3 %, of 2 to 42 and back within 10 K it is 6 % off."""
 LATEST_BEGIN = 0.05
 """Part of the time of a series from the run's start to its first row without a word."""
 LONGEST_LAG = 5e-3
@@ -186,7 +186,7 @@ def _of_expansion(specs: Specs, estimates: Estimates) -> list[str]:
     is_left_out = specs.flow.model.update == "frozen" or specs.heat.air_loop is not None
     if not estimates.flows or not is_left_out or abs(off) <= LARGEST_EXPANSION:
         return []
-    low, high = given_bounds(specs.heat)
+    low, high = specs.heat.given_bounds
     fluid, pressure = specs.laws.fluid, specs.flow.outlet_pressure
     change = 1.0 - fluid.density(pressure, high) / fluid.density(pressure, low)
     return [
@@ -199,16 +199,13 @@ def _of_expansion(specs: Specs, estimates: Estimates) -> list[str]:
 
 def _of_a_peak(specs: Specs) -> list[str]:
     """Whether the fluid's heat capacity changes by more than cells follow."""
-    low, high = given_bounds(specs.heat)
-    width, temperatures = NARROW_PEAK * (high - low), np.linspace(low, high, 401)
-    capacities = np.asarray(specs.laws.fluid.heat_capacity(temperatures)) + 0.0 * temperatures
-    beside = max(1, round(NARROW_PEAK * (len(temperatures) - 1)))
-    ratios = capacities[beside:] / capacities[:-beside]
-    largest = float(np.max(np.maximum(ratios, 1.0 / ratios)))
-    if not largest > LARGEST_RATIO:
+    low, high = specs.heat.given_bounds
+    largest = sharpest_change(specs.laws.fluid.heat_capacity, low, high)
+    if not largest > SHARPEST_CHANGE:
         return []
     return [
-        f"the heat capacity of {specs.laws.fluid.substance} changes by a factor of {largest:.2g} within {width:.2g} K, less than "
+        f"the heat capacity of {specs.laws.fluid.substance} changes by a factor of {largest:.2g} within "
+        f"{NARROW * (high - low):.2g} K, less than "
         "the differences within a cell: the heat that the flow carries may be off by some per cent (see the heat balance), and "
         "steps may fail; a heat capacity spread over more kelvins, with the same integral, and more solver.axial_cells help"
     ]
@@ -224,7 +221,7 @@ def _of_the_viscosity(specs: Specs) -> list[str]:
         *heat.first_temperatures,
         *heat.inlet_temperature.range,
     ]  # surroundings cool the bed's wall, hardly the bed
-    low, high = given_bounds(heat) if heat.is_wall_held else (min(of_bed), max(of_bed))
+    low, high = heat.given_bounds if heat.is_wall_held else (min(of_bed), max(of_bed))
     ratio = float(specs.laws.fluid.viscosity(low) / specs.laws.fluid.viscosity(high))
     if max(ratio, 1.0 / ratio) <= LARGEST_VISCOSITY_RATIO:
         return []
@@ -238,8 +235,8 @@ def _of_the_viscosity(specs: Specs) -> list[str]:
 def _of_friction(specs: Specs, estimates: Estimates, size: BedSize) -> list[str]:
     """Whether friction in a liquid, which is left out, heats it; in a gas that expands it does not."""
     fluid, heat = specs.laws.fluid, specs.heat
-    low, high = given_bounds(heat)
-    if fluid.density.compressible or not estimates.flows or any(is_open(heat)):
+    low, high = heat.given_bounds
+    if fluid.density.compressible or not estimates.flows or any(heat.is_open):
         return []
     temperature, drop = heat.inlet_temperature.range[1], estimates.pressure_gradient * size.length
     rise = drop / float(fluid.density(specs.flow.outlet_pressure, temperature) * fluid.heat_capacity(temperature))

@@ -36,6 +36,8 @@ from .air_loop_spec import AirLoopSpec, air_loop_of, first_point
 from .course import Course, followed
 from .targets import Target
 
+BEYOND_GIVEN = 100.0
+"""Kelvins beyond all that is given, which sources, cure and a given flux may bring a wall to."""
 LEAST_BEND = 0.1
 """Of the scale of a series, a bend within a largest step after which steps start small again; at a weaker one they only end."""
 
@@ -129,6 +131,31 @@ class HeatSpec:
     def first_temperatures(self) -> tuple[float, float]:
         """Lowest and highest temperature (K) at the start."""
         return (self.initial_temperature,) * 2 if self.start is None else self.start.range
+
+    @property
+    def given_bounds(self) -> tuple[float, float]:
+        """Lowest and highest temperature (K) that are given."""
+        given = [*self.first_temperatures, *self.inlet_temperature.range]
+        for series in self.given_elsewhere:
+            given += series.range
+        if self.air_loop is not None:
+            given.append(self.air_loop.supply.fresh_temperature)
+        return min(given), max(given)
+
+    @property
+    def is_open(self) -> tuple[bool, bool]:
+        """Whether the wall may become colder, and hotter, than all that is given: by sources, cure, or a given flux."""
+        ranges = [layer.heat_source.range for layer in self.all_layers if layer.heat_source is not None]
+        if self.outer_wall.heat_flux is not None:
+            ranges.append(self.outer_wall.heat_flux.range)
+        cures = any(layer.solid.cure is not None for layer in self.all_layers)
+        return any(least < 0.0 for least, _ in ranges), cures or any(most > 0.0 for _, most in ranges)
+
+    @property
+    def reached(self) -> tuple[float, float]:
+        """Lowest and highest temperature (K) that are given, or may be reached beyond them."""
+        (low, high), (colder, hotter) = self.given_bounds, self.is_open
+        return low - BEYOND_GIVEN * colder, high + BEYOND_GIVEN * hotter
 
     @property
     def is_wall_held(self) -> bool:

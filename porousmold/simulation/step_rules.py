@@ -9,7 +9,6 @@ from ..solvers.state import Arrays
 from ..solvers.step_error import StepError
 from .problem import Problem
 from .recorder import Recorder
-from .specs import HeatSpec
 
 STEP_ERROR = {2: 4e-3, 3: 2e-3}
 """Estimated error of a step that is allowed, of temperatures, over the differences there are, by the order of the estimate: 3 of
@@ -43,8 +42,8 @@ class StepRules:
         self._problem, self._recorder, self._specs = problem, recorder, problem.specs
         # the published pressure term drives flow across the openings
         free = not self._specs.time.steps.keep_bounds or self._specs.flow.averaging.terms == "as-published"
-        self._given = (-math.inf, math.inf) if free else given_bounds(self._specs.heat)
-        self._is_open = is_open(self._specs.heat)
+        self._given = (-math.inf, math.inf) if free else self._specs.heat.given_bounds
+        self._is_open = self._specs.heat.is_open
         self._rows_seen, self._left = 0, (-math.inf, math.inf)
 
     def range_now(self) -> tuple[float, float]:
@@ -147,22 +146,3 @@ class StepRules:
         low, high = self.range_now()
         coldest, hottest = self._specs.heat.inlet_temperature.range
         return min(low, coldest), max(high, hottest)
-
-
-def given_bounds(heat: HeatSpec) -> tuple[float, float]:
-    """Lowest and highest temperature (K) that are given."""
-    given = [*heat.first_temperatures, *heat.inlet_temperature.range]
-    for series in heat.given_elsewhere:
-        given += series.range
-    if heat.air_loop is not None:
-        given.append(heat.air_loop.supply.fresh_temperature)
-    return min(given), max(given)
-
-
-def is_open(heat: HeatSpec) -> tuple[bool, bool]:
-    """Whether the wall may become colder, and hotter, than all that is given: by sources, cure, or a given flux."""
-    ranges = [layer.heat_source.range for layer in heat.all_layers if layer.heat_source is not None]
-    if heat.outer_wall.heat_flux is not None:
-        ranges.append(heat.outer_wall.heat_flux.range)
-    cures = any(layer.solid.cure is not None for layer in heat.all_layers)
-    return any(least < 0.0 for least, _ in ranges), cures or any(most > 0.0 for _, most in ranges)

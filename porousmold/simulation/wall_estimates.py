@@ -7,7 +7,8 @@ from typing import NamedTuple
 from ..laws.materials import PiecewiseLinear, Solid
 from ..scene.features.geometries import BedSize
 from ..scene.features.wall import Layer
-from .specs import Specs
+from .heat_capacity_peaks import SMOOTH_CHANGE, sharpest_change
+from .specs import HeatSpec, Specs
 
 CELLS_A_DEPTH = 10.0
 """In a layer behind another one, for the depth sqrt(a t) that heat goes into it while the bed is heated."""
@@ -17,6 +18,11 @@ CELLS_OF_THICK = 32
 """Through such a layer, small at its surfaces."""
 CELLS_OF_CURE = 6
 """Through a layer that cures, at least: it is hottest in its middle."""
+MOST_CELLS, CELLS_OF_MELTING = 12, 3
+"""Through a layer that is not thick; and times as many through one that melts: temperatures halt as each of its cells does."""
+DRIVEN_FROM_OUTSIDE = 0.1
+"""Of all temperature differences that are given, by which the surroundings differ from the start where they heat or cool the
+wall, and not only take up what it loses: then its layers have the cells for that, too."""
 CELLS_OF_TABLE = 4
 """Through a layer whose conductivity is a table, at least: a cell's quadrature points miss its kinks (a skin at 500 °C behind
 20 mm of mineral wool: heat stored 0.7 % off on one cell, 0.04 % on four)."""
@@ -39,6 +45,20 @@ def is_heated_from_outside(specs: Specs) -> bool:
     sources = any(layer.heat_source is not None or layer.solid.cure is not None for layer in heat.all_layers)
     outer = heat.outer_wall
     return sources or outer.exchanges or outer.heat_flux is not None or heat.is_wall_held
+
+
+def _resistance_outside(heat: HeatSpec, inside: float) -> float | None:
+    """Of what heats or cools the wall from outside (m2 K/W): that of the film; of a given flux the resistance `inside`, by which
+    a layer's own one counts; None where nothing does."""
+    outer, firsts = heat.outer_wall, heat.first_temperatures
+    if outer.heat_flux is not None:
+        return inside
+    if not outer.exchanges or outer.ambient is None:
+        return None
+    low, high = heat.given_bounds
+    apart = max(abs(value - first) for value in outer.ambient.range for first in firsts)
+    film = outer.film(max(outer.ambient.range))
+    return 1.0 / film if film > 0.0 and apart > DRIVEN_FROM_OUTSIDE * (high - low) else None
 
 
 def conduction_time(specs: Specs, bed: Store) -> float:
@@ -115,12 +135,15 @@ def _of_one_wall(
     stores = [storage * thickness for thickness, _, storage in given]
     capacity = time = passed = 0.0
     (around, curvature), resistance, cells = wall, 1.0 / wall_coefficient, []
+    through = sum(thickness / conductivity for thickness, conductivity, _ in given)
     for (layer, _), (thickness, conductivity, storage), store in zip(layers, given, stores, strict=True):
-        behind = resistance - 1.0 / wall_coefficient
-        biot = thickness / conductivity / (1.0 / film + behind)
-        fewest = math.ceil(8.0 * math.sqrt(biot))
+        behind, own = resistance - 1.0 / wall_coefficient, thickness / conductivity
+        fewest = _cells_through(own / (1.0 / film + behind))
+        outside = _resistance_outside(specs.heat, resistance)
         if behind:  # what comes through another layer is no sharp front
             fewest = min(fewest, math.ceil(CELLS_A_DEPTH * thickness / math.sqrt(conductivity / storage * duration)))
+        if outside is not None:
+            fewest = max(fewest, _cells_through(own / (outside + through - behind - own)))
         fewest = max(fewest, 1 if layer.solid.cure is None else CELLS_OF_CURE)
         if isinstance(layer.solid.conductivity, PiecewiseLinear):
             fewest = max(fewest, CELLS_OF_TABLE)
@@ -128,7 +151,8 @@ def _of_one_wall(
             strongest = max(abs(value) for value in layer.heat_source.range)
             rise = strongest * thickness**2 / (4.0 * conductivity)
             fewest = max(fewest, math.ceil(math.sqrt(rise / SOURCE_ERROR)))
-        cells.append(min(fewest, 12))
+        melts = sharpest_change(layer.solid.heat_capacity, *specs.heat.reached) > SMOOTH_CHANGE
+        cells.append(min(fewest, MOST_CELLS) * (CELLS_OF_MELTING if melts else 1))
         if 2.0 * passed < sum(stores):
             time += store * (resistance + 0.5 * thickness / conductivity)
         resistance += thickness / conductivity
@@ -143,6 +167,12 @@ def _of_one_wall(
     end_length = max(thickness * max(1.0, 1.0 / math.sqrt(biot)), LEAST_END_LENGTH * length)
     largest = max(wall_coefficient * thickness / conductivity for thickness, conductivity, _ in given)
     return WallEstimate(capacity, tuple(cells), thick, end_length, time, largest)
+
+
+def _cells_through(biot_number: float) -> int:
+    """Cells through a layer by its resistance over that of all that lies before it: after a jump its temperature falls within
+    them."""
+    return math.ceil(8.0 * math.sqrt(biot_number))
 
 
 def wall_nusselt_number(reynolds_number: float) -> float:

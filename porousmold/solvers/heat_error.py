@@ -3,9 +3,10 @@
 import functools
 from collections.abc import Callable, Sequence
 
+import numpy as np
 from petsc4py import PETSc
 
-from ..arrays import Integers
+from ..arrays import Floats, Integers
 from ..mesh import fenicsx
 from ..mesh.aliases import Communicator
 from ..mesh.deferred_forms import DeferredForm
@@ -28,10 +29,11 @@ class HeatError:
         volumes: DeferredForm,
         regions: Sequence[Integers],
         communicator: Communicator,
+        melting: tuple[float, float] | None = None,
     ) -> None:
         self._system, self._steps, self._store, self._curing = system, steps, store, curing
         self._volumes, self._regions, self._communicator = volumes, regions, communicator
-        self._error = system.new_vector()
+        self._melting, self._error = melting, system.new_vector()
 
     @functools.cached_property
     def norm(self) -> RegionNorm:
@@ -55,4 +57,33 @@ class HeatError:
             for part, error in zip(self._curing, errors, strict=True):
                 part.add(error)
         self._system.apply_inverse(difference, self._error)
-        return StepError(self.norm(self._error.array), cure, weights.order)
+        error = self._error.array.copy()
+        if self._melting is not None:
+            error = np.maximum(np.abs(error), np.abs(self._of_heat(error)))
+        return StepError(self.norm(error), cure, weights.order)
+
+    def _of_heat(self, error: Floats) -> Floats:
+        """Temperatures (K) whose heat, by the mean capacity between those `melting`, is that of an error (collective)."""
+        unknown, owned = self._system.unknown.x, len(error)
+        present = unknown.array.copy()
+        self._store(self._error)
+        heat = self._error.array.copy()
+        unknown.array[:owned] += error
+        unknown.scatter_forward()
+        self._store(self._error)
+        unknown.array[:] = present
+        mean = self._mean_capacities
+        return np.divide(self._error.array - heat, mean, out=np.zeros_like(mean), where=mean > 0.0)
+
+    @functools.cached_property
+    def _mean_capacities(self) -> Floats:
+        """Of every unknown (J/K), between the temperatures of `melting` (collective)."""
+        assert self._melting is not None
+        present, heats = self._system.unknown.x.array.copy(), []
+        for temperature in self._melting:
+            self._system.unknown.x.array[:] = temperature
+            self._store(self._error)
+            heats.append(self._error.array.copy())
+        self._system.unknown.x.array[:] = present
+        low, high = self._melting
+        return (heats[1] - heats[0]) / (high - low)

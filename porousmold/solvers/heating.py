@@ -63,6 +63,7 @@ class TransientHeat:
         quadrature_degree: int,
         stage_error: float = STAGE_ERROR,
         stores: Sequence[bool] = (),
+        melting: tuple[float, float] | None = None,
     ) -> None:
         self.domain, self.equations = domain, equations
         is_thin = equations.wall.thin is not None
@@ -92,7 +93,7 @@ class TransientHeat:
             keep_jacobian=True,
             linear=LinearSolution(False, preconditioner=preconditioner),
             simpler=residuals[0],
-            beside=Beside(renew=lambda: self._stages.renew_beside()),
+            beside=Beside(renew=lambda: self._stages.renew_beside(), complete=lambda update: self._stages.damp(update)),
         )
         self._stored_forms = [DeferredForm(form) for form in stored]
         self.flows = HeatFlows(domain.communicator, equations, *parts)
@@ -116,7 +117,7 @@ class TransientHeat:
         weighted = equations.coordinates.weight * sum(dict.fromkeys(temperatures.tests))
         volumes = DeferredForm(weighted * domain.cell_measure(quadrature_degree))
         of_error = self._system, self._steps, self._store, self.curing, volumes, temperatures.regions
-        self.error = HeatError(*of_error, domain.communicator)
+        self.error = HeatError(*of_error, domain.communicator, melting)
         cells = MonotoneCells(self._transport.monotone, temperatures.of_cells, domain.cells(BED))
         self.bounded_steps = BoundedSteps(cells, temperatures)
 

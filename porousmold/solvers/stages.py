@@ -25,8 +25,10 @@ SLOW = 0.3
 capacities that change by a factor."""
 SURE_AFTER = 4
 """Iterations after which their contraction says whether a stage is solved in time."""
-MOST_ITERATIONS = 20
-"""Of a stage, with one Jacobian."""
+MOST_ITERATIONS, MOST_DAMPED_ITERATIONS = 20, 60
+"""Of a stage, with one Jacobian, and of one that is renewed and damped."""
+TURNED_BACK = 0.5
+"""Part of a value's last update, by which a damped one turns back at most."""
 
 
 class StageSolver:
@@ -36,6 +38,7 @@ class StageSolver:
         self._system, self._updates, self._error = system, updates, error
         self.contraction = Contraction()
         self.iterations = 0
+        self._is_damped, self._last_update = False, np.zeros(0)
 
     def solve(self, time: float, step: float, addend: Any) -> None:
         """Solve a stage of a step (s) from a time (s), with `addend` (PETSc vector) in its residual. Raises `SolveError`."""
@@ -53,6 +56,19 @@ class StageSolver:
                 f"last update {self._system.relative_update:.3e}",
                 "a smaller solver.largest_step or solver.first_step",
             )
+
+    def damp(self, update: Any) -> None:
+        """Have no value turn back by more than a part of how far it last went, where an update (PETSc vector) is not the first:
+        within a peak of the heat capacity Newton's method goes to and fro over it, and so halves the way."""
+        if not self._is_damped:
+            return
+        values = update.array
+        if len(self._last_update):
+            most = TURNED_BACK * np.abs(self._last_update)
+            turned = (values * self._last_update < 0.0) & (np.abs(values) > most)
+            values[turned] = np.sign(values[turned]) * most[turned]
+            update.array = values
+        self._last_update = np.array(values)
 
     def renew_beside(self) -> None:
         """Have everything updated that goes with the present temperatures (collective)."""
@@ -74,8 +90,9 @@ class StageSolver:
             left, ratio = MOST_ITERATIONS - iterations.taken, update / last
             return renewed_from == np.inf and iterations.taken >= SURE_AFTER and update * ratio**left > tolerance
 
+        self._is_damped, self._last_update = renewed_from < np.inf, np.zeros(0)
         iterations = Iterations(
-            MOST_ITERATIONS,
+            MOST_DAMPED_ITERATIONS if self._is_damped else MOST_ITERATIONS,
             converged=lambda error: error < tolerance,
             prepare=prepare,
             gives_up=is_hopeless,

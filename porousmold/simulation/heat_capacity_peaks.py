@@ -1,0 +1,30 @@
+"""Peaks of heat capacities, as of what melts."""
+
+import numpy as np
+
+from ..laws.functions import Value
+from .specs import Specs
+
+NARROW = 0.05
+"""Part of all temperature differences within which a heat capacity that changes much has a peak."""
+SMOOTH_CHANGE = 1.5
+"""Factor on it within that part, below which it has none."""
+POINTS = 4001
+"""At which it is looked at."""
+
+
+def sharpest_change(heat_capacity: Value, low: float, high: float) -> float:
+    """Largest factor by which a heat capacity changes within `NARROW` of the range from `low` to `high` (K)."""
+    temperatures = np.linspace(low, high, POINTS)
+    capacities = np.asarray(heat_capacity(temperatures)) + 0.0 * temperatures
+    largest = 1.0
+    for beside in np.unique(np.geomspace(1, NARROW * (POINTS - 1), 8).astype(int)):
+        ratios = capacities[beside:] / capacities[:-beside]
+        largest = max(largest, float(np.max(ratios)), float(1.0 / np.min(ratios)))
+    return largest
+
+
+def sharpest_change_of_stores(specs: Specs) -> float:
+    """The same of fluid, beads and every layer of the wall, over all temperatures that they may have."""
+    stores = [specs.laws.fluid, specs.laws.beads, *(layer.solid for layer in specs.heat.all_layers)]
+    return max(sharpest_change(one.heat_capacity, *specs.heat.reached) for one in stores)
