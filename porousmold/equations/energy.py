@@ -18,11 +18,12 @@ With one temperature T_f = T_s the two equations are summed and the exchange is 
 
 Beads that are not isothermal (`BeadInterior`) have their mean as T_s, and another surface than that takes part in the exchange.
 
-Storage of beads and wall is written with the enthalpy per volume H(T), so that the discrete balance closes whatever
-C(T); that of the fluid (10^-3 of the total of a gas, half of a liquid's) with phi rho h(T), rho at the temperature of the flow's
-last solution. With C_f of that, too, 1.2 % of the heat was missing in a liquid whose C_f triples over 100 K. What the fluid
-stores is upwinded as what it carries is: lumped at the nodes and not upwinded, a front in a liquid was 2.1 % of all differences
-off on default cells (Schumann). The flow carries C_f(T) grad T = grad h, of the same enthalpy as through inlet and outlet.
+Storage of beads and wall is written with the enthalpy per volume H(T), interpolated between the nodes (`equations.corners`), so
+that the discrete balance closes whatever C(T); that of the fluid (10^-3 of the total of a gas, half of a liquid's) with phi rho
+h(T), rho at the temperature of the flow's last solution. With C_f of that, too, 1.2 % of the heat was missing in a liquid whose
+C_f triples over 100 K. What the fluid stores is upwinded as what it carries is: lumped at the nodes and not upwinded, a front
+in a liquid was 2.1 % of all differences off on default cells (Schumann). The flow carries C_f(T) grad T = grad h, of the same
+enthalpy as through inlet and outlet.
 """
 
 import functools

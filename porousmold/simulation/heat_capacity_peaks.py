@@ -26,5 +26,6 @@ def sharpest_change(heat_capacity: Value, low: float, high: float) -> float:
 
 def sharpest_change_of_stores(specs: Specs) -> float:
     """The same of fluid, beads and every layer of the wall, over all temperatures that they may have."""
-    stores = [specs.laws.fluid, specs.laws.beads, *(layer.solid for layer in specs.heat.all_layers)]
-    return max(sharpest_change(one.heat_capacity, *specs.heat.reached) for one in stores)
+    of_walls = [layer.solid.heat_capacity for layer in specs.heat.all_layers]
+    capacities = [specs.laws.fluid.heat_capacity, specs.laws.beads.heat_capacity, *of_walls]
+    return max(sharpest_change(one, *specs.heat.reached) for one in capacities)

@@ -83,11 +83,7 @@ def _knudsen_number(specs: Specs) -> float:
 def warnings_of_the_scene(scene: Scene, specs: Specs, estimates: Estimates, size: BedSize) -> list[str]:
     """A sentence for every limit of the model that the scene is beyond, before a run as after it."""
     found = implausible_values(scene) + _of_series(scene)
-    if estimates.bead_biot_number > HIGHEST_BIOT_NUMBER and specs.heat.model.bead_modes is None:
-        found.append(
-            f"bead Biot number {estimates.bead_biot_number:.2g} > {HIGHEST_BIOT_NUMBER}: "
-            "the assumption of isothermal beads is not valid (see model.bead_modes)"
-        )
+    found += _of_the_interior(specs, estimates)
     low, high = specs.laws.nusselt.reynolds_range
     if estimates.flows and not low <= estimates.reynolds_number <= high:
         found.append(
@@ -178,6 +174,23 @@ def warnings_of_the_scene(scene: Scene, specs: Specs, estimates: Estimates, size
     found += _of_expansion(specs, estimates) + _of_friction(specs, estimates, size) + _of_a_peak(specs)
     beads_across = specs.mesh.beads_across
     return found + (_of_the_width(beads_across) if beads_across is not None and specs.mesh.is_too_narrow else [])
+
+
+def _of_the_interior(specs: Specs, estimates: Estimates) -> list[str]:
+    """Whether beads count as isothermal, or as of one heat capacity inside, and are not."""
+    if estimates.bead_biot_number <= HIGHEST_BIOT_NUMBER:
+        return []
+    melts = sharpest_change(specs.laws.beads.heat_capacity, *specs.heat.reached) > SHARPEST_CHANGE
+    if specs.heat.model.bead_modes is None:
+        remedy = "; modes of beads that melt would not do either" if melts else " (see model.bead_modes)"
+        limit = f"bead Biot number {estimates.bead_biot_number:.2g} > {HIGHEST_BIOT_NUMBER}"
+        return [f"{limit}: the assumption of isothermal beads is not valid{remedy}"]
+    if melts:
+        return [
+            "model.bead_modes takes the heat capacity that beads have on average for all of their inside: how they melt from "
+            "their surface inwards is not resolved"
+        ]
+    return []
 
 
 def _of_expansion(specs: Specs, estimates: Estimates) -> list[str]:

@@ -18,7 +18,8 @@ from .step_error import RegionNorm, StepError
 
 class HeatError:
     """`steps` take the temperatures of a `system`, `store(vector)` assembles the heat that is stored at present; `volumes` is the
-    form of the unknowns' volumes, `regions` are the numbers of those that store heat together."""
+    form of the unknowns' volumes, `regions` are the numbers of those that store heat together; where one of them melts between
+    two temperatures (K), `melting`, an error counts by its heat, too (`solvers.step_error`)."""
 
     def __init__(
         self,

@@ -50,7 +50,8 @@ class TransientHeat:
     `unknown` holds T (fluid and wall) and T_s (beads, held where there are none), or with one temperature T alone;
     `memory` tells for how many more steps a cell is monotone; a stage is solved to the relative `stage_error`;
     `set_time(t)` is called before each stage to update the boundary values; `stores` tells of each layer of the wall whether its
-    temperature counts in a step's error; `flows` are what brings heat.
+    temperature counts in a step's error, `melting` between which temperatures (K) something melts, if it does; `flows` are what
+    brings heat.
     """
 
     def __init__(
@@ -98,7 +99,7 @@ class TransientHeat:
         self._stored_forms = [DeferredForm(form) for form in stored]
         self.flows = HeatFlows(domain.communicator, equations, *parts)
         self.observe: Observer = silent
-        error = max(stage_error, ITERATED_STAGE_ERROR) if self._system.is_iterated else stage_error
+        error = stage_error * (ITERATED_STAGE_ERROR / STAGE_ERROR if self._system.is_iterated else 1.0)
         self._stages = StageSolver(self._system, lambda: self._stage_updates, error)
 
         def set_stage_time(time: float) -> None:

@@ -10,8 +10,10 @@ Differential Equations II, equation IV.8.20):
 
     [S'/(gamma dt) + A'] e = S'/(gamma dt) (T - T_embedded),
 
-which leaves slow parts as they are. What is controlled is the root mean square over each region that stores heat, the bed's beads
-and every layer of the wall, the largest of them.
+which leaves slow parts as they are. Where something melts, next to nothing of an error of the heat is one of the temperature:
+there the larger one counts of e and of [S(T + e) - S(T)]/C, C the mean capacity between the lowest and the highest temperature
+(times of ten layers that melt were up to 0.8 % off by e alone). What is controlled is the root mean square over each region that
+stores heat, the bed's beads and every layer of the wall, the largest of them.
 """
 
 from collections.abc import Sequence

@@ -55,8 +55,8 @@ def bed(folder, begin, width):
 
 
 def time_of_the_last(begin, width, above=70.0, cells=400, step=0.5):
-    """When the last beads are `above` that (s), by finite volumes: fluid that stores nothing, upwinded exactly in each cell, beads
-    of one temperature that conduct along the bed, Heun's method."""
+    """When the last beads are `above` that (s), by finite volumes: fluid that stores nothing, upwinded exactly in each cell,
+    beads of one temperature that conduct along the bed, Heun's method."""
     reynolds = FLUID["density"] * VELOCITY * DIAMETER / FLUID["viscosity"]
     prandtl = FLUID["viscosity"] * FLUID["heat_capacity"] / FLUID["conductivity"]
     nusselt = 2.0 + 1.1 * prandtl ** (1.0 / 3.0) * reynolds**0.6
@@ -104,7 +104,7 @@ def tool(material):
             "materials": {"wax": material},
             "operation": {"initial_temperature": "25 degC", "inlet_temperature": "95 degC", "pressure_drop": 3000.0,
                           "end_time": "4 h"},
-            "target": [{"name": name, "place": "wax", "above": f"{above} degC"} for name, above in (("warm", 56), ("molten", 70))],
+            "target": [{"name": f"above_{above}", "place": "wax", "above": f"{above} degC"} for above in (56, 70)],
         }
     )  # fmt: skip
 
