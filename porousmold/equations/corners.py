@@ -23,13 +23,6 @@ from ..mesh.aliases import Mesh
 
 Law: TypeAlias = Callable[[Value], Value]
 """A value as a function of another one, as an enthalpy of a temperature."""
-Interpolation: TypeAlias = Callable[[Law, Value], Value]
-"""What gives a law of a function in the cells."""
-
-
-def at_points(law: Law, function: Value) -> Value:
-    """The law at each quadrature point."""
-    return law(function)
 
 
 class Corner(NamedTuple):

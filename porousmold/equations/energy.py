@@ -18,12 +18,12 @@ With one temperature T_f = T_s the two equations are summed and the exchange is 
 
 Beads that are not isothermal (`BeadInterior`) have their mean as T_s, and another surface than that takes part in the exchange.
 
-Storage of beads and wall is written with the enthalpy per volume H(T), interpolated between the nodes (`equations.corners`), so
-that the discrete balance closes whatever C(T); that of the fluid (10^-3 of the total of a gas, half of a liquid's) with phi rho
-h(T), rho at the temperature of the flow's last solution. With C_f of that, too, 1.2 % of the heat was missing in a liquid whose
-C_f triples over 100 K. What the fluid stores is upwinded as what it carries is: lumped at the nodes and not upwinded, a front
-in a liquid was 2.1 % of all differences off on default cells (Schumann). The flow carries C_f(T) grad T = grad h, of the same
-enthalpy as through inlet and outlet.
+Storage of beads and wall is written with the enthalpy per volume H(T), of what melts interpolated between the nodes
+(`equations.corners`), so that the discrete balance closes whatever C(T); that of the fluid (10^-3 of the total of a gas, half
+of a liquid's) with phi rho h(T), rho at the temperature of the flow's last solution. With C_f of that, too, 1.2 % of the heat
+was missing in a liquid whose C_f triples over 100 K. What the fluid stores is upwinded as what it carries is: lumped at the
+nodes and not upwinded, a front in a liquid was 2.1 % of all differences off on default cells (Schumann). The flow carries
+C_f(T) grad T = grad h, of the same enthalpy as through inlet and outlet.
 """
 
 import functools
@@ -91,7 +91,7 @@ class EnergyEquations:
     quadrature at the nodes; `straight` tells that the flow runs along x[0], so that the cells lie along it; `opening` is the
     flow's inlet; `interface` is where beads touch the wall; `interior` is what the beads have inside, None where they are
     isothermal; `moving_beads` is None where they rest; `initial_temperature` (K) is what the heat counts from that fluid takes
-    along as it expands.
+    along as it expands; `melts` tells that beads or fluid have a heat capacity with a peak.
     """
 
     flow: FlowEquations
@@ -112,6 +112,7 @@ class EnergyEquations:
     interior: BeadInterior | None = None
     moving_beads: MovingBeads | None = None
     initial_temperature: Value = 0.0
+    melts: bool = False
 
     @property
     def bed(self) -> Bed:
@@ -177,7 +178,7 @@ class EnergyEquations:
             bead += streamline.interpolated(of_beads, bead_temperature) * upwinding
         bead *= 1.0 - self.bed.porosity
         form += weight * bead * self.dx_bed
-        return form + self.wall.stored_heat(temperature, test, streamline.monotone, streamline.interpolated)
+        return form + self.wall.stored_heat(temperature, test, streamline.monotone)
 
     def fluid_heat_capacity(self) -> Value:
         """Form (scalar, J/K) of phi rho C_f of the fluid in the bed."""
@@ -212,6 +213,7 @@ class EnergyEquations:
             Streamline.of(
                 *(self.coordinates, capacity * mass_flux, conduction, exchange, self.entrance, monotone, self.straight),
                 upwinding=self._upwinding,
+                melts=self.melts,
             ),
         )
 

@@ -87,7 +87,7 @@ class CellForms(ABC):
 
     @abstractmethod
     def stored(self, law: Law, function: Value, test: Value) -> Value:
-        """Storage of a law of the function, interpolated between the cell's `Corners`, where nothing flows."""
+        """Storage of a law of the function where nothing flows."""
 
     @abstractmethod
     def stored_downstream(self, law: Law, function: Value, test: Value) -> Value:
@@ -105,11 +105,11 @@ class CellForms(ABC):
 @dataclass(frozen=True)
 class Upwinded(CellForms):
     """Second order: `reach` is half a cell along the flow (a vector, m), `upwind` is chi = 2 tau |a|/h, 1 where the flow wins
-    over conduction across the cell and over exchange, 0 where it loses; what is stored is interpolated between `corners`."""
+    over conduction across the cell and over exchange, 0 where it loses; what melts is interpolated between `corners`."""
 
     reach: Value
     upwind: Value
-    corners: Corners
+    corners: Corners | None
 
     def along(self, function: Value) -> Value:
         """D f."""
@@ -125,11 +125,15 @@ class Upwinded(CellForms):
     def conducted(self, conductivity: Value, function: Value, test: Value) -> Value:
         return ufl.dot(flux_density(conductivity, ufl.grad(function)), ufl.grad(test))
 
+    def interpolated(self, law: Law, function: Value) -> Value:
+        """A law of a function: of what melts, between the corners."""
+        return law(function) if self.corners is None else self.corners.interpolated(law, function)
+
     def stored(self, law: Law, function: Value, test: Value) -> Value:
-        return self.corners.interpolated(law, function) * test
+        return self.interpolated(law, function) * test
 
     def stored_downstream(self, law: Law, function: Value, test: Value) -> Value:
-        return self.corners.interpolated(law, function) * (test + self.upwinding(test))
+        return self.interpolated(law, function) * (test + self.upwinding(test))
 
     def exchanged(self, coefficient: Value, value: Value, test: Value) -> Value:
         return coefficient * value * test
@@ -137,7 +141,7 @@ class Upwinded(CellForms):
     def exchanged_downstream(self, coefficient: Value, value: Value, test: Value) -> Value:
         return coefficient * value * (test + self.upwinding(test))
 
-    def held(self, at_points: Callable[[Value], Value], corners: Corners) -> "Upwinded":
+    def held(self, at_points: Callable[[Value], Value], corners: Corners | None) -> "Upwinded":
         """The same of held values: those `at_points(expression)`, and those that the `corners` have."""
         return Upwinded(at_points(self.reach), at_points(self.upwind), corners)
 
@@ -145,10 +149,21 @@ class Upwinded(CellForms):
 class Monotone(CellForms):
     """What is stored and exchanged is lumped, so that no node gets hotter or colder than those around."""
 
+    melts: bool
+
     @property
     @abstractmethod
     def corners(self) -> Corners:
         """Those of the cell."""
+
+    @property
+    def corners_of_melting(self) -> Corners | None:
+        """The same where something melts."""
+        return self.corners if self.melts else None
+
+    @abstractmethod
+    def lumping(self, coefficient: Value, function: Value, test: Value) -> Value:
+        """What brings the integral of a coefficient times two functions to that of their values at the nodes."""
 
     @abstractmethod
     def held(self, of_cell: Callable[[Value], Value], at_points: Callable[[Value], Value]) -> "Monotone":
@@ -159,7 +174,11 @@ class Monotone(CellForms):
         """What entering through the inlet with a `coefficient` gains by the lumping, per area."""
 
     def stored(self, law: Law, function: Value, test: Value) -> Value:
-        return self.corners.lumped(law, function, test)
+        if self.melts:
+            return self.corners.lumped(law, function, test)
+        present = ufl.variable(function)
+        capacity = ufl.diff(law(present), present)
+        return law(function) * test + self.lumping(capacity, function, test)
 
     def stored_downstream(self, law: Law, function: Value, test: Value) -> Value:
         return self.stored(law, function, test)
@@ -181,6 +200,7 @@ class Lumped(Monotone):
     exchange: Value
     from_middle: Value
     across: tuple[Crossing, ...]
+    melts: bool = False
 
     @property
     def corners(self) -> Corners:
@@ -233,6 +253,12 @@ class Lumped(Monotone):
         plain = ufl.dot(flux_density(conductivity, ufl.grad(function)), ufl.grad(test))
         return plain + 2.0 / 3.0 * ufl.dot(flux_density(conductivity, change), test_change)
 
+    def lumping(self, coefficient: Value, function: Value, test: Value) -> Value:
+        form = 2.0 / 3.0 * coefficient * self.along(function) * self.along(test)
+        for w, (f, v) in self.changes_across(function, test):
+            form += w * self._nodal(coefficient, f, v)
+        return form
+
     def exchanged(self, coefficient: Value, value: Value, test: Value) -> Value:
         form = 0.0
         for w, (f, v) in [(1.0, (value, test)), *self.changes_across(value, test)]:
@@ -255,7 +281,7 @@ class Lumped(Monotone):
         # half a cell is held, as the gradient of a gradient along it is taken, and one decision in all of the cell
         across = tuple(Crossing(*(_held(part, of_cell) for part in crossing)) for crossing in self.across)
         values = of_cell(self.fitting), of_cell(self.exchange)
-        return Lumped(_held(self.reach, of_cell), *values, self.from_middle, across)
+        return Lumped(_held(self.reach, of_cell), *values, self.from_middle, across, self.melts)
 
 
 @dataclass(frozen=True)
@@ -275,10 +301,11 @@ class LumpedAtVertices(Monotone):
     vertices: Value
     crossing: Value
     coordinates: Coordinates
+    melts: bool = False
 
     @classmethod
     def of_cell(
-        cls, coordinates: Coordinates, advection: Value, diffusion: Value, exchange: Value
+        cls, coordinates: Coordinates, advection: Value, diffusion: Value, exchange: Value, *, melts: bool
     ) -> "LumpedAtVertices":
         """Of the cells for heat carried along `advection` (W/m2/K), conducted by `diffusion` (W/m/K) and exchanged."""
         mesh = coordinates.mesh
@@ -292,7 +319,7 @@ class LumpedAtVertices(Monotone):
             ufl.dot(gradients[i], flux_density(diffusion, gradients[j])) for j in range(dimension + 1) for i in range(j)
         ]
         crossing = _largest(carried) + (dimension + 1.0) * ufl.max_value(_largest(conducted), 0.0)
-        return cls(exchange, vertices, crossing, coordinates)
+        return cls(exchange, vertices, crossing, coordinates, melts)
 
     @property
     def dimension(self) -> int:
@@ -306,9 +333,8 @@ class LumpedAtVertices(Monotone):
     def changes_across(self, *functions: Value) -> list[tuple[Value, tuple[Value, ...]]]:
         return []
 
-    def _lumping(self, function: Value, test: Value) -> Value:
-        """What brings the integral of a product to that at the vertices."""
-        return ufl.dot(ufl.grad(function), self.vertices * ufl.grad(test)) / (self.dimension + 2.0)
+    def lumping(self, coefficient: Value, function: Value, test: Value) -> Value:
+        return coefficient * ufl.dot(ufl.grad(function), self.vertices * ufl.grad(test)) / (self.dimension + 2.0)
 
     def carried(self, advection: Value, function: Value, test: Value) -> Value:
         return ufl.dot(advection, ufl.grad(function)) * test
@@ -318,7 +344,7 @@ class LumpedAtVertices(Monotone):
         return plain + self.crossing * ufl.dot(ufl.grad(function), self.vertices * ufl.grad(test))
 
     def exchanged(self, coefficient: Value, value: Value, test: Value) -> Value:
-        return self.exchange * (value * test + self._lumping(value, test))
+        return self.exchange * value * test + self.lumping(self.exchange, value, test)
 
     def exchanged_downstream(self, coefficient: Value, value: Value, test: Value) -> Value:
         return self.exchanged(coefficient, value, test)
@@ -353,12 +379,14 @@ class Streamline:
         straight: bool,
         *,
         upwinding: float = 1.0,
+        melts: bool = False,
     ) -> "Streamline":
         """For heat carried along `advection` (W/m2/K), conducted by `diffusion` (W/m/K), exchanged by `exchange` (W/m3/K
         or None).
 
         `entrance` is 1 in the cells at the inlet, where conduction across flat cells must not weaken the upwinding. Cells
-        that are not monotone have the part `upwinding` of it.
+        that are not monotone have the part `upwinding` of it. Where beads or fluid have a heat capacity with a peak, something
+        `melts`.
         """
         mesh, metric_tensor = coordinates.mesh, metric(coordinates.mesh)
         speed = ufl.sqrt(ufl.dot(advection, advection) + 1e-30)
@@ -377,18 +405,18 @@ class Streamline:
         # monotone only along the cells themselves: a slight slope crosses many of the flat ones
         sides = _sides(coordinates, advection, metric_tensor, straight)
         if sides is None:
-            lumped: Monotone = LumpedAtVertices.of_cell(coordinates, advection, diffusion, exchange)
+            lumped: Monotone = LumpedAtVertices.of_cell(coordinates, advection, diffusion, exchange, melts=melts)
         else:
             fitting = 1.0 - sides.rate / (exchange + 1e-30)
             fitting = ufl.conditional(ufl.gt(fitting, 0.0), fitting, 0.0)
-            lumped = Lumped(sides.along, fitting, exchange, coordinates.from_middle, sides.across)
-        return cls(Upwinded(direction / inverse, upwind, lumped.corners), lumped, monotone)
+            lumped = Lumped(sides.along, fitting, exchange, coordinates.from_middle, sides.across, melts)
+        return cls(Upwinded(direction / inverse, upwind, lumped.corners_of_melting), lumped, monotone)
 
     def held(self, of_cell: Callable[[Value], Value], at_points: Callable[[Value], Value]) -> "Streamline":
         """The same of held values: those `of_cell(expression)`, one in each cell, and those `at_points(expression)`."""
         assert self.lumped is not None, "held as it is made"
         lumped = self.lumped.held(of_cell, at_points)
-        return Streamline(self.upwinded.held(at_points, lumped.corners), lumped, self.monotone)
+        return Streamline(self.upwinded.held(at_points, lumped.corners_of_melting), lumped, self.monotone)
 
     def without_monotone_cells(self) -> "Streamline":
         """The same where no cell is monotone: what only those need costs most of the assembly."""
@@ -409,8 +437,8 @@ class Streamline:
         return self._by_turns("conducted", conductivity, function, test)
 
     def interpolated(self, law: Law, function: Value) -> Value:
-        """A law of a function, interpolated between the corners of each cell."""
-        return self.upwinded.corners.interpolated(law, function)
+        """See `Upwinded`."""
+        return self.upwinded.interpolated(law, function)
 
     def stored(self, law: Law, function: Value, test: Value) -> Value:
         return self._by_turns("stored", law, function, test)

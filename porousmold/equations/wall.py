@@ -16,7 +16,6 @@ from ..laws.conductivity import STEFAN_BOLTZMANN
 from ..laws.functions import Value
 from ..laws.materials import Solid
 from .coordinates import Coordinates
-from .corners import Interpolation, at_points
 
 
 def volumetric_heat(solid: Solid, temperature: Value) -> Value:
@@ -101,17 +100,14 @@ class Wall:
         """The same with quadrature at the nodes where the wall has no cells, of which `monotone` does not tell."""
         return self if self.thin is None else replace(self, thin=replace(self.thin, ds=self.thin.nodes))
 
-    def stored_heat(
-        self, temperature: Value, test: Value, monotone: Value, interpolated: Interpolation = at_points
-    ) -> Value:
-        """Form of the heat per volume (J/m3) against the test; `monotone` cells are lumped at the nodes, in others it is
-        `interpolated`."""
+    def stored_heat(self, temperature: Value, test: Value, monotone: Value) -> Value:
+        """Form of the heat per volume (J/m3) against the test; `monotone` cells are lumped at the nodes, as is what melts."""
         if self.thin is not None:
             return self._in_thin(self.layers[0].stored_heat(temperature) * test, self.thin)
         form = 0
         for layer in self.layers:
-            heat, at_nodes = interpolated(layer.stored_heat, temperature), layer.stored_heat(temperature)
-            form += self._in_layer(layer, heat * test, at_nodes * test, 1.0 if layer.melts else monotone)
+            heat = layer.stored_heat(temperature) * test
+            form += self._in_layer(layer, heat, 1.0 if layer.melts else monotone)
         return form
 
     def heating_rate(self, temperature: Value, rate: Value, test: Value) -> Value:
@@ -135,8 +131,7 @@ class Wall:
             form += self._in_thin(conductivity * ufl.dot(along, test_along), self.thin)
         else:
             for layer in self.layers:
-                conducted = self._conducted_in(layer.solid, temperature, test)
-                form += self._in_layer(layer, conducted, conducted, monotone)
+                form += self._in_layer(layer, self._conducted_in(layer.solid, temperature, test), monotone)
                 if layer.source is not None:
                     form -= self.coordinates.weight * layer.source * test * layer.dx
         if self.outer is not None:
@@ -176,10 +171,10 @@ class Wall:
     def _in_thin(self, integrand: Value, thin: ThinWall) -> Value:
         return self.coordinates.weight * thin.volume * integrand * thin.ds
 
-    def _in_layer(self, layer: WallLayer, integrand: Value, at_nodes: Value, monotone: Value) -> Value:
-        """Integral over a layer of the wall, in monotone cells of another integrand, with quadrature at the nodes."""
+    def _in_layer(self, layer: WallLayer, integrand: Value, monotone: Value) -> Value:
+        """Integral over a layer of the wall, in monotone cells with quadrature at the nodes."""
         form = self.coordinates.weight * (1.0 - monotone) * integrand * layer.dx
-        return form + self.coordinates.nodal_weight * monotone * at_nodes * layer.nodes
+        return form + self.coordinates.nodal_weight * monotone * integrand * layer.nodes
 
     def _conducted_in(self, solid: Solid, temperature: Value, test: Value) -> Value:
         """Conduction in a layer, W/m3 against the test: through it with one conductivity, along it with another if it has one."""

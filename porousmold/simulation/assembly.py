@@ -53,7 +53,7 @@ from .air_loop import AirLoop
 from .boundary_values import BoundaryValues
 from .estimates import Estimates
 from .expansion import counts_expansion
-from .heat_capacity_peaks import SMOOTH_CHANGE, sharpest_change, sharpest_change_of_stores
+from .heat_capacity_peaks import SMOOTH_CHANGE, melts, sharpest_change_of_stores
 from .initial_guess import InitialGuesses
 from .meshing import QUADRATURE_DEGREE, area_of_inlet, build_domain, plane_of_stations
 from .problem import Balances, Medium, Problem, starting_temperatures
@@ -310,6 +310,7 @@ def _energy_equations(specs: Specs, medium: Medium, flow: Flow) -> EnergyEquatio
         interface=Interface(domain.interface_measure(QUADRATURE_DEGREE), domain.in_bed()),
         interior=_bead_interior(specs, medium),
         moving_beads=_moving_beads(specs, medium, ds, dx(geometry.BED)),
+        melts=melts(specs.laws.fluid.heat_capacity, heat) or melts(specs.laws.beads.heat_capacity, heat),
     )
 
 
@@ -350,8 +351,8 @@ def _wall_layers(specs: Specs, medium: Medium) -> list[WallLayer]:
     for tag, layer in zip(domain.wall_tags, specs.heat.all_layers, strict=True):
         source = None if layer.heat_source is None else medium.boundary.following(layer.heat_source)
         cured = None if layer.solid.cure is None else fem.Function(medium.flow_temperature.function_space)
-        melts = sharpest_change(layer.solid.heat_capacity, *specs.heat.reached) > SMOOTH_CHANGE
-        layers.append(WallLayer(with_constants(layer.solid, domain), dx(tag), nodes(tag), source, cured, melts))
+        has_peak = melts(layer.solid.heat_capacity, specs.heat)
+        layers.append(WallLayer(with_constants(layer.solid, domain), dx(tag), nodes(tag), source, cured, has_peak))
     return layers
 
 

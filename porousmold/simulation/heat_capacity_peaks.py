@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..laws.functions import Value
-from .specs import Specs
+from .specs import HeatSpec, Specs
 
 NARROW = 0.05
 """Part of all temperature differences within which a heat capacity that changes much has a peak."""
@@ -22,6 +22,11 @@ def sharpest_change(heat_capacity: Value, low: float, high: float) -> float:
         ratios = capacities[beside:] / capacities[:-beside]
         largest = max(largest, float(np.max(ratios)), float(1.0 / np.min(ratios)))
     return largest
+
+
+def melts(heat_capacity: Value, heat: HeatSpec) -> bool:
+    """Whether a heat capacity has a peak between the temperatures that may be reached."""
+    return sharpest_change(heat_capacity, *heat.reached) > SMOOTH_CHANGE
 
 
 def sharpest_change_of_stores(specs: Specs) -> float:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from ..laws.materials import PiecewiseLinear, Solid
 from ..scene.features.geometries import BedSize
 from ..scene.features.wall import Layer
-from .heat_capacity_peaks import SMOOTH_CHANGE, sharpest_change
+from .heat_capacity_peaks import melts
 from .specs import HeatSpec, Specs
 
 CELLS_A_DEPTH = 10.0
@@ -151,8 +151,8 @@ def _of_one_wall(
             strongest = max(abs(value) for value in layer.heat_source.range)
             rise = strongest * thickness**2 / (4.0 * conductivity)
             fewest = max(fewest, math.ceil(math.sqrt(rise / SOURCE_ERROR)))
-        melts = sharpest_change(layer.solid.heat_capacity, *specs.heat.reached) > SMOOTH_CHANGE
-        cells.append(min(fewest, MOST_CELLS) * (CELLS_OF_MELTING if melts else 1))
+        times = CELLS_OF_MELTING if melts(layer.solid.heat_capacity, specs.heat) else 1
+        cells.append(min(fewest, MOST_CELLS) * times)
         if 2.0 * passed < sum(stores):
             time += store * (resistance + 0.5 * thickness / conductivity)
         resistance += thickness / conductivity

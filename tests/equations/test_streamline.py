@@ -15,7 +15,7 @@ from ..support import box, integral
 LENGTH, WIDTH = 0.3, 0.02
 
 
-def cell(*, advection=(5.0, 0.0), conduction=0.0, exchange=40.0, monotone=1.0, straight=True):
+def cell(*, advection=(5.0, 0.0), conduction=0.0, exchange=40.0, monotone=1.0, straight=True, melts=False):
     """One cell of a planar bed with its `Streamline`: (domain, dx, streamline)."""
     domain = box((1, 1), length=LENGTH, width=WIDTH)
 
@@ -30,6 +30,7 @@ def cell(*, advection=(5.0, 0.0), conduction=0.0, exchange=40.0, monotone=1.0, s
         number(0.0),
         number(monotone),
         straight,
+        melts=melts,
     )
     return domain, domain.cell_measure(4), streamline
 
@@ -71,7 +72,7 @@ def test_a_cell_that_becomes_monotone_keeps_its_heat():
     """However its enthalpy bends between its nodes; by values at quadrature points a quarter of it was gained or lost."""
     heats = []
     for monotone in (0.0, 1.0):
-        domain, dx, streamline = cell(monotone=monotone)
+        domain, dx, streamline = cell(monotone=monotone, melts=True)
         value, one = linear(domain, (1.0, 4.0)), linear(domain, (1.0, 1.0))
         heats.append(integral(streamline.stored(molten, value, one) * dx) / (LENGTH * WIDTH))
     assert heats == pytest.approx([(1.0 + 12.0) / 2.0] * 2)
@@ -133,7 +134,7 @@ def test_outlet_of_a_monotone_cell_lies_between_inlet_and_beads(exchange):
         assert found == pytest.approx(20.0, abs=0.1)
 
 
-def simplices(dimension, *, conduction=0.0, exchange=40.0, monotone=1.0, seed=0):
+def simplices(dimension, *, conduction=0.0, exchange=40.0, monotone=1.0, seed=0, melts=False):
     """Two triangles or six tetrahedra of any shape, with a flow in any direction: (mesh, advection, streamline)."""
     kind = {2: mesh.CellType.triangle, 3: mesh.CellType.tetrahedron}[dimension]
     create, cells = {2: (mesh.create_unit_square, (1, 1)), 3: (mesh.create_unit_cube, (1, 1, 1))}[dimension]
@@ -149,6 +150,7 @@ def simplices(dimension, *, conduction=0.0, exchange=40.0, monotone=1.0, seed=0)
         advection,
         *(fem.Constant(domain, value) for value in (conduction, exchange, 0.0, monotone)),
         straight=False,
+        melts=melts,
     )
     assert isinstance(streamline.lumped, LumpedAtVertices)
     return domain, advection, streamline
@@ -184,7 +186,7 @@ def test_storage_of_monotone_simplices_is_lumped_at_their_vertices(dimension):
 def test_simplices_that_become_monotone_keep_their_heat(dimension):
     heats = []
     for monotone in (0.0, 1.0):
-        domain, _, streamline = simplices(dimension, monotone=monotone)
+        domain, _, streamline = simplices(dimension, monotone=monotone, melts=True)
         value, one = (fem.Function(fenicsx.lagrange_space(domain)) for _ in range(2))
         value.x.array[:] = np.linspace(1.0, 4.0, len(value.x.array))
         one.x.array[:] = 1.0
