@@ -64,7 +64,7 @@ def _course_of(target: Target, history: Columns, short: float) -> str:
     if gained < 0.0:
         return f", more than at {times[before]:.4g} s"
     rate, unit = 60.0 * gained / (times[-1] - times[before]), "" if target.asks == "cured" else " K"
-    return f" and falls by {rate:.2g}{unit}/min"
+    return f", which lessens by {rate:.2g}{unit}/min"
 
 
 def row_of_the_last_fifth(times: Sequence[float]) -> int:

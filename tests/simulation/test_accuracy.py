@@ -298,6 +298,19 @@ def test_a_run_whose_finer_cells_have_no_flow_keeps_its_answer(monkeypatch):
     assert result.summary["warnings"] == plain.summary["warnings"]
 
 
+def test_a_repeat_that_takes_many_iterations_is_given_up(monkeypatch):
+    """As on cells on which each step seeks a steady flow in vain: water at a Reynolds number of 1500 with k-epsilon went on for
+    hours. The answer is that of the first march."""
+    scene = front_in_the_bed(WITH_DEFAULT_CELLS | {"model.flow": "full"})
+    plain = run(scene.changed({"solver.refine_in_doubt": False}))
+    assert run(scene).summary["refinements"] != plain.summary["refinements"]
+    monkeypatch.setattr(running, "MOST_ITERATIONS", 0.1)
+    monkeypatch.setattr(running, "ITERATIONS_OF_START", 0)
+    result = run(scene)
+    assert result.summary["refinements"] == plain.summary["refinements"]
+    assert result["outlet_temperature"][-1] == plain["outlet_temperature"][-1]
+
+
 def test_a_second_march_is_resumed_but_not_for_another_end(tmp_path):
     """What is resumed is the second march, whose answer is compared with that of the first."""
     scene, marches = front_in_the_bed(WITH_DEFAULT_CELLS), []

@@ -290,7 +290,7 @@ def test_what_keeps_a_target_from_being_met_is_told():
     settings |= {"output.pictures": False, "output.fields": False, "model.flow": "plug"}
     result = run(Scene.load(STUDIES / "mold" / "workshop.toml", settings), communicator=MPI.COMM_SELF)
     told = next(text for text in result.summary["warnings"] if text.startswith("target 'hot' not met"))
-    assert "K short" in told and (" and falls by " in told or " and stays there" in told)
+    assert "K short" in told and (", which lessens by " in told or " and stays there" in told)
     assert "the heater is at its limit of 1.2 kW" in told and "operation.recirculation" in told
 
 
