@@ -91,7 +91,7 @@ class EnergyEquations:
     quadrature at the nodes; `straight` tells that the flow runs along x[0], so that the cells lie along it; `opening` is the
     flow's inlet; `interface` is where beads touch the wall; `interior` is what the beads have inside, None where they are
     isothermal; `moving_beads` is None where they rest; `initial_temperature` (K) is what the heat counts from that fluid takes
-    along as it expands; `melts` tells that beads or fluid have a heat capacity with a peak.
+    along as it expands; `melts` tells that beads have a heat capacity with a peak.
     """
 
     flow: FlowEquations

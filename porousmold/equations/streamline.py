@@ -385,8 +385,7 @@ class Streamline:
         or None).
 
         `entrance` is 1 in the cells at the inlet, where conduction across flat cells must not weaken the upwinding. Cells
-        that are not monotone have the part `upwinding` of it. Where beads or fluid have a heat capacity with a peak, something
-        `melts`.
+        that are not monotone have the part `upwinding` of it. Where the beads' heat capacity has a peak, something `melts`.
         """
         mesh, metric_tensor = coordinates.mesh, metric(coordinates.mesh)
         speed = ufl.sqrt(ufl.dot(advection, advection) + 1e-30)

@@ -310,7 +310,7 @@ def _energy_equations(specs: Specs, medium: Medium, flow: Flow) -> EnergyEquatio
         interface=Interface(domain.interface_measure(QUADRATURE_DEGREE), domain.in_bed()),
         interior=_bead_interior(specs, medium),
         moving_beads=_moving_beads(specs, medium, ds, dx(geometry.BED)),
-        melts=melts(specs.laws.fluid.heat_capacity, heat) or melts(specs.laws.beads.heat_capacity, heat),
+        melts=melts(specs.laws.beads.heat_capacity, heat),
     )
 
 
