@@ -49,7 +49,7 @@ class Tracer:
             energy.coordinates, flux, mixing, None, energy.entrance, nothing, energy.straight
         ).without_monotone_cells()
         held = porosity * density
-        stored = weight * cells.stored_downstream(held * self.fraction, held, self.fraction, test) * energy.dx_bed
+        stored = weight * cells.stored_downstream(lambda fraction: held * fraction, self.fraction, test) * energy.dx_bed
         leaving = cells.carried(flux, self.fraction, test) + cells.conducted(mixing, self.fraction, test)
         leaving = weight * leaving * energy.dx_bed
         leaving -= weight * energy.inward_mass_flux * (1.0 - self.fraction) * test * energy.inlet
