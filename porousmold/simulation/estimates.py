@@ -15,6 +15,7 @@ from ..laws.natural_convection import rayleigh_darcy_number
 from ..laws.nusselt import bead_reynolds_number, prandtl_number, specific_surface
 from ..scene.features.geometries import BedSize
 from ..scene.series import TimeSeries
+from .heat_capacity_peaks import melts
 from .specs import Specs
 from .wall_estimates import (
     Store,
@@ -26,6 +27,8 @@ from .wall_estimates import (
 
 FIRST_CELL_IN_WALL_UNITS = 1.0
 FEWEST_AXIAL_CELLS = 18
+FINER_IF_MELTING = 2
+"""Factor on the cells along the flow where beads melt: those of steep fronts are of first order (`solvers.bounded_steps`)."""
 FINER_IF_UNIFORM = 2
 """Factor on the cells along a bed with few across: those as thick as long spread a front more than thin ones do (by 4.5 % of a
 tracer's spread for 1.7 %, on default cells), and as many more make it 0.6 %."""
@@ -85,7 +88,8 @@ class Estimates:
     `inlet_time` (s) that in which the inlet temperature changes, `bead_residence_time` (s) that in which moving beads cross
     the bed; `resistance_ratio` is how many times more the bed resists to the same mass flow where it holds the fluid that is
     displaced than where it holds that which enters; `wall_cells` are those through each layer of the wall, `thick_layers` tells
-    through which no heat comes while the bed is heated. In a bed that is `uniform_across` nothing changes across the flow.
+    through which no heat comes while the bed is heated. In a bed that is `uniform_across` nothing changes across the flow;
+    `beads_melt` where their heat capacity has a peak.
     """
 
     flows: bool
@@ -118,12 +122,13 @@ class Estimates:
     uniform_across: bool
     resistance_ratio: float
     length: float
+    beads_melt: bool = False
 
     @property
     def axial_cells(self) -> int:
         """Default number of cells along the flow: those at the outlet are shorter than the front is wide; more where they are all
         that there is."""
-        more = FINER_IF_UNIFORM if self.uniform_across else 1
+        more = (FINER_IF_UNIFORM if self.uniform_across else 1) * (FINER_IF_MELTING if self.beads_melt else 1)
         shortest = LARGEST_CELL * self.front_width * (STANDING_FRONT if self.beads_against else 1.0)
         return more * max(FEWEST_AXIAL_CELLS, math.ceil(AXIAL_GRADING * self.length / shortest))
 
@@ -240,6 +245,7 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
         length=size.length,
         flow_duration=(bed_heat + wall.heat_capacity) / (carried * size.area),
         conduction_time=math.inf if flows and not is_heated_from_outside(specs) else conduction_time(specs, bed),
+        beads_melt=melts(specs.laws.beads.heat_capacity, heat),
     )
 
 

@@ -2,6 +2,8 @@
 `estimates`."""
 
 import math
+from collections.abc import Sequence
+from itertools import accumulate
 from typing import NamedTuple
 
 from ..laws.materials import PiecewiseLinear, Solid
@@ -28,6 +30,8 @@ CELLS_OF_TABLE = 4
 20 mm of mineral wool: heat stored 0.7 % off on one cell, 0.04 % on four)."""
 SOURCE_ERROR = 0.1
 """K that is cut off the parabola of temperature, q t^2/(4 k) high in a solid core, that a heat source q makes in a layer."""
+ROUNDING = 1e-9
+"""Of a wall's resistance."""
 LEAST_END_LENGTH = 1e-3
 """Of the bed's length: shorter ends of the wall move the heating time by less than 0.05 %."""
 
@@ -59,6 +63,13 @@ def _resistance_outside(heat: HeatSpec, inside: float) -> float | None:
     apart = max(abs(value - first) for value in outer.ambient.range for first in firsts)
     film = outer.film(max(outer.ambient.range))
     return 1.0 / film if film > 0.0 and apart > DRIVEN_FROM_OUTSIDE * (high - low) else None
+
+
+def _sources(layers: Sequence[Layer], resistances: Sequence[float]) -> list[tuple[float, float]]:
+    """Where layers with a heat source begin and end, by the resistance (m2 K/W) between them and the bed."""
+    ends = list(accumulate(resistances))
+    places = zip(layers, resistances, ends, strict=True)
+    return [(end - own, end) for layer, own, end in places if layer.heat_source is not None]
 
 
 def conduction_time(specs: Specs, bed: Store) -> float:
@@ -136,6 +147,9 @@ def _of_one_wall(
     capacity = time = passed = 0.0
     (around, curvature), resistance, cells = wall, 1.0 / wall_coefficient, []
     through = sum(thickness / conductivity for thickness, conductivity, _ in given)
+    sources = _sources(
+        [layer for layer, _ in layers], [thickness / conductivity for thickness, conductivity, _ in given]
+    )
     for (layer, _), (thickness, conductivity, storage), store in zip(layers, given, stores, strict=True):
         behind, own = resistance - 1.0 / wall_coefficient, thickness / conductivity
         fewest = _cells_through(own / (1.0 / film + behind))
@@ -144,6 +158,10 @@ def _of_one_wall(
             fewest = min(fewest, math.ceil(CELLS_A_DEPTH * thickness / math.sqrt(conductivity / storage * duration)))
         if outside is not None:
             fewest = max(fewest, _cells_through(own / (outside + through - behind - own)))
+        for begin, end in sources:
+            apart = max(behind - end, begin - behind - own)
+            if apart >= -ROUNDING * through:
+                fewest = max(fewest, _cells_through(own / (max(apart, 0.0) + 0.5 * (end - begin))))
         fewest = max(fewest, 1 if layer.solid.cure is None else CELLS_OF_CURE)
         if isinstance(layer.solid.conductivity, PiecewiseLinear):
             fewest = max(fewest, CELLS_OF_TABLE)

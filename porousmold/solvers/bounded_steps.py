@@ -15,6 +15,10 @@ from .transport import MonotoneCells
 DAMPING_PART = 0.05
 """Part of a repeated step that the backward Euler method takes first where marking cells alone did not help."""
 MOST_REPETITIONS = 12
+STEEPEST = 0.02
+"""Part of all temperature differences, by which the temperature of a cell that is not monotone may change within it where beads
+melt: fronts are then shocks, before which cells of second order find a wrong state within the bounds (with one temperature the
+time was 13 % too short, and the heat balance closed)."""
 
 Parts = Sequence[tuple[float, Stages]]
 """Successive parts (s) of a step, and the stages that each is taken by."""
@@ -22,15 +26,22 @@ Taken = TypeVar("Taken")
 
 
 class BoundedSteps:
-    """Repeats steps of the temperatures `unknowns` whose `cells` leave their bounds; `repetitions` counts them."""
+    """Repeats steps of the temperatures `unknowns` whose `cells` leave their bounds; `repetitions` counts them. Beads melt
+    between two temperatures (K), `melting`; None where they do not."""
 
-    def __init__(self, cells: MonotoneCells, unknowns: HeatUnknowns) -> None:
+    def __init__(
+        self, cells: MonotoneCells, unknowns: HeatUnknowns, melting: tuple[float, float] | None = None
+    ) -> None:
+        self._steepest = STEEPEST * (melting[1] - melting[0]) if melting else math.inf
+        self._fields = len(unknowns.fields)
         self.cells, self.repetitions = cells, 0
         self._unknown, self._constrained = unknowns.function, unknowns.constrained
 
     def release(self) -> None:
-        """Begin a step: cells that have been monotone for a while are so no longer."""
+        """Begin a step: cells that have been monotone for a while are so no longer; steep ones are where beads melt."""
         self.cells.release()
+        if self._steepest < math.inf:
+            self.cells.mark_steep(self._unknown.x.array, self._fields, self._steepest)
 
     def mark(self, bounds: Bounds) -> tuple[float, bool]:
         """Make cells out of `bounds` (K) monotone: by how much (K) they are at most, and whether there are new ones

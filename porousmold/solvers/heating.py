@@ -120,7 +120,7 @@ class TransientHeat:
         of_error = self._system, self._steps, self._store, self.curing, volumes, temperatures.regions
         self.error = HeatError(*of_error, domain.communicator, melting)
         cells = MonotoneCells(self._transport.monotone, temperatures.of_cells, domain.cells(BED))
-        self.bounded_steps = BoundedSteps(cells, temperatures)
+        self.bounded_steps = BoundedSteps(cells, temperatures, melting if equations.melts else None)
 
     def _store(self, vector: PETSc.Vec) -> None:
         """Assemble what is stored, as the residual has it at present."""

@@ -137,6 +137,15 @@ class MonotoneCells:
         most, any_new = ranks.maximum(self._communicator, [np.max(excess[out], initial=0.0), new.any()])
         return float(most), bool(any_new)
 
+    def mark_steep(self, values: Floats, fields: int, steepest: float) -> None:
+        """Make the bed's cells monotone for a step, within which one of the `fields` in `values` (K) changes by more than
+        `steepest` (K)."""
+        of_fields = values[self._unknowns].reshape(len(self._unknowns), fields, -1)
+        spans = of_fields.max(axis=2) - of_fields.min(axis=2)
+        steep = self._cells[(spans > steepest).any(axis=1) & self._in_bed[:, 0]]
+        self.steps.x.array[steep] = np.maximum(self.steps.x.array[steep], 1.0)
+        self._marks.x.array[steep] = 1.0
+
     def release(self) -> None:
         """Give the cells second order again that have been monotone for a while: by then the front has spread."""
         left, held = self.steps.x.array, self.held.x.array
