@@ -87,8 +87,10 @@ class StepRules:
         return True
 
     def differences(self, time: float, low: float, high: float, inlet: float) -> float:
-        """Largest temperature difference (K) at a time (s) between places, and what is given there."""
-        given = [low, high, inlet, *(float(one(time)) for one in self._specs.heat.given_elsewhere)]
+        """Largest temperature difference (K) at a time (s) between places, and what is given there; at the inlet if it flows."""
+        given = [low, high, *(float(one(time)) for one in self._specs.heat.given_elsewhere)]
+        if self._problem.medium.estimates.flows:
+            given.append(inlet)
         return max(given) - min(given)
 
     def longest_of_cure(self) -> float:
