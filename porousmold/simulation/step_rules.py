@@ -87,10 +87,10 @@ class StepRules:
         return True
 
     def differences(self, time: float, low: float, high: float, inlet: float) -> float:
-        """Largest temperature difference (K) at a time (s) between places, and what is given there; at the inlet if it flows."""
+        """Largest temperature difference (K) at a time (s) between places and what is given there: by the inlet where it flows,
+        else by the start."""
         given = [low, high, *(float(one(time)) for one in self._specs.heat.given_elsewhere)]
-        if self._problem.medium.estimates.flows:
-            given.append(inlet)
+        given += [inlet] if self._problem.medium.estimates.flows else self._specs.heat.first_temperatures
         return max(given) - min(given)
 
     def longest_of_cure(self) -> float:
