@@ -6,9 +6,9 @@ written with
     sum_c N_c h(f_c),
 
 in cells whose storage is lumped at the nodes, sum_c N_c h(f_c) v_c, and in all others, sum_c N_c h(f_c) v: both have the same
-integral. With h(f) at each quadrature point a cell that changes from one to the other gains or loses heat as h bends within it:
-a front of beads that melt over 10 K left its bounds by 17 K, and the time until all had melted was 0.5 to 2 % off. A linear h is
-the same either way.
+integral, so that a cell that changes from one to the other keeps its heat. Lumping by the capacity at quadrature points couples
+the nodes of a cell within which h bends: a front of beads that melt over 10 K left its bounds by 17 K. A linear h is the same
+either way.
 """
 
 from abc import ABC, abstractmethod

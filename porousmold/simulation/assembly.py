@@ -48,12 +48,11 @@ from ..solvers.locally_developed import LocallyDevelopedFlow
 from ..solvers.newton import free_systems
 from ..solvers.plug import PlugFlow
 from ..solvers.protocols import Flow, Heat, Inflow, Observer, silent
-from ..solvers.stages import STAGE_ERROR
 from .air_loop import AirLoop
 from .boundary_values import BoundaryValues
 from .estimates import Estimates
 from .expansion import counts_expansion
-from .heat_capacity_peaks import SMOOTH_CHANGE, melts, sharpest_change_of_stores
+from .heat_capacity_peaks import SMOOTH_CHANGE, melts, sharpest_change_of_stores, stage_error
 from .initial_guess import InitialGuesses
 from .meshing import QUADRATURE_DEGREE, area_of_inlet, build_domain, plane_of_stations
 from .problem import Balances, Medium, Problem, starting_temperatures
@@ -63,9 +62,6 @@ from .wall_estimates import volumetric_capacity
 
 CHOKED = 2.0
 """Pressure that a gas loses, twice that over the outlet's at the inlet's density, beyond which no flow is sought."""
-PART_AT_PEAK = 0.3
-"""Of a stage's error over the factor on a heat capacity with a peak: of 20 to 90, heat balances close within 3e-4, with all of it
-7e-4."""
 LEAST_STORAGE = 1e-3
 """Of the beads' heat capacity per volume, below which a layer counts as storing nothing."""
 
@@ -358,7 +354,7 @@ def _wall_layers(specs: Specs, medium: Medium) -> list[WallLayer]:
 
 def build_heat(specs: Specs, medium: Medium, flow: Flow, equations: EnergyEquations) -> Heat:
     """The temperatures, for a flow that follows them step by step, or as one system with the flow."""
-    domain = medium.domain
+    domain, sharpest = medium.domain, sharpest_change_of_stores(specs)
     heat = TransientHeat(
         domain,
         equations,
@@ -366,9 +362,9 @@ def build_heat(specs: Specs, medium: Medium, flow: Flow, equations: EnergyEquati
         medium.boundary.set_heat,
         medium.property_temperature,
         QUADRATURE_DEGREE,
-        stage_error=_stage_error(specs),
+        stage_error=stage_error(sharpest),
         stores=_stores(specs),
-        melting=specs.heat.reached if sharpest_change_of_stores(specs) > SMOOTH_CHANGE else None,
+        melting=specs.heat.reached if sharpest > SMOOTH_CHANGE else None,
     )
     _start(specs, heat.unknown, domain)
     if specs.flow.model.update != "transient":
@@ -382,13 +378,6 @@ def build_heat(specs: Specs, medium: Medium, flow: Flow, equations: EnergyEquati
         medium.boundary.set,
         medium.estimates.mass_flux * 1e3,
     )
-
-
-def _stage_error(specs: Specs) -> float:
-    """Relative error at which a stage counts as solved: a kelvin within a peak of a heat capacity is more heat than elsewhere,
-    and errors of the stages add up, the more so the more steps there are."""
-    change = sharpest_change_of_stores(specs)
-    return PART_AT_PEAK * STAGE_ERROR / change if change > SMOOTH_CHANGE else STAGE_ERROR
 
 
 def _stores(specs: Specs) -> list[bool]:

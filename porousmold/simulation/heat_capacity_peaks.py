@@ -3,12 +3,16 @@
 import numpy as np
 
 from ..laws.functions import Value
+from ..solvers.stages import STAGE_ERROR
 from .specs import HeatSpec, Specs
 
 NARROW = 0.05
 """Part of all temperature differences within which a heat capacity that changes much has a peak."""
 SMOOTH_CHANGE = 1.5
 """Factor on it within that part, below which it has none."""
+PART_AT_PEAK = 0.3
+"""Of a stage's error over the factor on a heat capacity with a peak: of 20 to 90, heat balances close within 3e-4, with all of it
+7e-4."""
 POINTS = 4001
 """At which it is looked at."""
 
@@ -27,6 +31,12 @@ def sharpest_change(heat_capacity: Value, low: float, high: float) -> float:
 def melts(heat_capacity: Value, heat: HeatSpec) -> bool:
     """Whether a heat capacity has a peak between the temperatures that may be reached."""
     return sharpest_change(heat_capacity, *heat.reached) > SMOOTH_CHANGE
+
+
+def stage_error(sharpest: float) -> float:
+    """Relative error at which a stage counts as solved, by the sharpest change of a heat capacity: a kelvin within a peak is more
+    heat than elsewhere, and errors of the stages add up, the more so the more steps there are."""
+    return PART_AT_PEAK * STAGE_ERROR / sharpest if sharpest > SMOOTH_CHANGE else STAGE_ERROR
 
 
 def sharpest_change_of_stores(specs: Specs) -> float:

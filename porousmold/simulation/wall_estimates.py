@@ -146,10 +146,8 @@ def _of_one_wall(
     stores = [storage * thickness for thickness, _, storage in given]
     capacity = time = passed = 0.0
     (around, curvature), resistance, cells = wall, 1.0 / wall_coefficient, []
-    through = sum(thickness / conductivity for thickness, conductivity, _ in given)
-    sources = _sources(
-        [layer for layer, _ in layers], [thickness / conductivity for thickness, conductivity, _ in given]
-    )
+    resistances = [thickness / conductivity for thickness, conductivity, _ in given]
+    through, sources = sum(resistances), _sources([layer for layer, _ in layers], resistances)
     for (layer, _), (thickness, conductivity, storage), store in zip(layers, given, stores, strict=True):
         behind, own = resistance - 1.0 / wall_coefficient, thickness / conductivity
         fewest = _cells_through(own / (1.0 / film + behind))

@@ -69,7 +69,7 @@ def test_storage_of_a_monotone_cell_is_lumped_along_the_flow():
 
 
 def test_a_cell_that_becomes_monotone_keeps_its_heat():
-    """However its enthalpy bends between its nodes; by values at quadrature points a quarter of it was gained or lost."""
+    """However its enthalpy bends between its nodes."""
     heats = []
     for monotone in (0.0, 1.0):
         domain, dx, streamline = cell(monotone=monotone, melts=True)
