@@ -3,7 +3,8 @@
 Lengths in m, times in s, temperatures in K. None stands for what the scene leaves to the program.
 """
 
-from collections.abc import Mapping
+import math
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 from ..laws.air_supply import Blower
@@ -162,13 +163,15 @@ class HeatSpec:
         """Whether the wall has the temperature that is given for it."""
         return self.wall.kind == "fixed-temperature"
 
+    @property
+    def largest_of_inflow(self) -> float:
+        """Largest difference (K) of what flows in from the start."""
+        return max(abs(value - first) for value in self.inlet_temperature.range for first in self.first_temperatures)
+
     def is_heated_by_inflow(self, place: str, margin: float) -> bool:
         """Whether a place is waited for until it is within a margin (K) of the fluid that flows in: beside a wall whose
         temperature is given only the bed."""
-        differences = [
-            abs(value - first) for value in self.inlet_temperature.range for first in self.first_temperatures
-        ]
-        return (place == "bed" or not self.is_wall_held) and max(differences) > margin
+        return (place == "bed" or not self.is_wall_held) and self.largest_of_inflow > margin
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -215,6 +218,12 @@ class Specs:
         """Whether the wall is waited for until it is as warm as what flows in."""
         is_one = self.course is None or self.course.waits_for_heat
         return is_one and self.heat.is_heated_by_inflow(self.time.heated.place, self.time.heated.margin)
+
+    def smallest_way(self, met: Collection[str] = ()) -> float:
+        """Least change (K) of a place that is waited for, but for the targets that are `met`; infinite where there is none."""
+        if self.time.targets:
+            return min((target.way for target in self.time.targets if target.name not in met), default=math.inf)
+        return self.heat.largest_of_inflow - self.time.heated.margin if self.waits_for_heat else math.inf
 
     @property
     def porosity(self) -> Porosity:

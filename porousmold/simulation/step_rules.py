@@ -19,8 +19,13 @@ COARSEST_ERRORS = 0.6
 """Refinement of the steps below which their errors may grow no more: a front that comes in is lost in one step else."""
 FLOW_ERROR = 3e-3
 """Relative error of the mass flow in a step that is allowed."""
+LARGEST_SCALE = 8.0
+"""Times the way that a place has to come, that the differences count at most: behind a wall that a furnace of 900 °C heats, 60 °C
+came 0.6 % late with an error that is a part of 900 K."""
 LEAST_DIFFERENCE = 0.02
 """Temperature difference (K) below which none counts."""
+LEAST_WAY = 0.02
+"""Of the differences, below which no way counts."""
 STEPS_OF_CHANGE = 4.0
 """Steps like the last one whose change counts as a difference: of what is heated evenly."""
 QUIET_CHANGE = 5e-4
@@ -66,7 +71,10 @@ class StepRules:
             )
         change = max(abs(low - history["lowest_temperature"][-1]), abs(high - history["highest_temperature"][-1]))
         differences = self.differences(time, low, high, problem.inlet_temperature)
-        allowed = STEP_ERROR[error.order] * max(differences, STEPS_OF_CHANGE * change, LEAST_DIFFERENCE)
+        met = [name for name, time in self._recorder.targets.items() if time is not None]
+        way = max(LARGEST_SCALE * self._specs.smallest_way(met), LEAST_WAY * differences)
+        scale = min(max(differences, STEPS_OF_CHANGE * change), way)
+        allowed = STEP_ERROR[error.order] * max(scale, LEAST_DIFFERENCE)
         if specs.steps.tolerance is not None:
             allowed = min(allowed, specs.steps.tolerance)
         finer = max(specs.steps.refinement, COARSEST_ERRORS)

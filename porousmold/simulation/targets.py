@@ -108,6 +108,18 @@ class Target:
         return f"{words} for {self.hold / 60.0:.4g} min" if self.hold else words
 
     @property
+    def way(self) -> float:
+        """By how much (K) its place changes until it is met: from the start, of what is gone through twice from the far end;
+        infinite where no temperature is asked for."""
+        if self.asks == "within":
+            return max(abs(self.final - self.initial) - self.limit, 0.0)
+        if self.asks == "below":
+            return abs((self.hottest if self.initial < self.limit else self.initial) - self.limit)
+        if self.asks == "above":
+            return abs((self.coldest if self.initial > self.limit else self.initial) - self.limit)
+        return math.inf
+
+    @property
     def _hot(self) -> float:
         return max(self.initial, self.final, self.limit + LEAST_MARGIN)
 

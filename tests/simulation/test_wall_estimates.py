@@ -1,6 +1,8 @@
 """Cells through the layers of a wall, by what heats or cools them from either side."""
 
 import pytest
+from scipy.optimize import brentq
+from scipy.special import erfc
 
 from porousmold import Scene, run
 
@@ -42,3 +44,31 @@ def test_surroundings_that_only_take_what_the_wall_loses_ask_for_no_cells():
 
     lost = {"outer_coefficient": 10.0, "ambient_temperature": "15 degC"}
     assert unknowns(**lost) == unknowns() < unknowns(outer_coefficient=10.0, ambient_temperature="90 degC")
+
+
+@pytest.mark.parametrize("rise", [3.0, 10.0, 60.0])
+def test_the_foot_of_a_steep_profile_comes_in_time(rise):
+    """A place behind 40 mm of laminate of 880 K more outside, before a bed that stores and conducts next to nothing: the exact
+    slab whose inside is insulated. By errors that were a part of all differences, and 12 cells, 0.3 to 0.4 % too soon."""
+    thickness, storage, conductivity, hot = 0.04, 1800.0 * 1000.0, 0.35, 880.0
+    light = {"density": 0.01, "heat_capacity": 1000.0, "conductivity": 1e-4}
+    scene = Scene(
+        TOOL
+        | {
+            "materials": {
+                "laminate": {"density": 1800.0, "heat_capacity": 1000.0, "conductivity": 0.35},
+                "light": light,
+            },
+            "wall": {"layer": [{"name": "part", "material": "laminate", "thickness": thickness}]},
+            "bed": {"bead_diameter": 5e-3, "bead_material": "light"},
+            "fluid": {"density": 0.01, "viscosity": 1e-5, "heat_capacity": 1000.0, "conductivity": 1e-4},
+            "target": [{"name": "part", "place": "part", "above": f"{20.0 + rise} degC"}],
+        }
+    ).changed({"operation.outer_coefficient": 1e5, "operation.ambient_temperature": f"{20.0 + hot} degC"})
+
+    def risen(time):
+        depth = thickness / (2.0 * (conductivity / storage * time) ** 0.5)
+        return hot * sum(2.0 * (-1) ** n * erfc((2 * n + 1) * depth) for n in range(8))
+
+    exact = brentq(lambda time: risen(time) - rise, 10.0, 1e5)
+    assert run(scene).summary["targets"]["part"] == pytest.approx(exact, rel=2.5e-3)
