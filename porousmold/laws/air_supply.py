@@ -3,9 +3,11 @@ r"""Air supply of a tool: a blower with its curve, ducts, a heater, and recircul
     blower at the suction's density:  Delta p_bed = (rho/rho_0)[p_0(V) - c V^2],   V = m/rho
     mixing before the heater:         m h_mix = r [m h_out - Q_duct] + (1 - r) m h_fresh + P_blower
     heater:                           m h(T_in) = m h_mix + P_heater,   0 <= P_heater <= P_max,   at most to the set-point
+    blower's power:                   m C T_1 [(1 + p_b/p_1)^kappa - 1]/eta,   kappa = p_1/(rho T_1 C);   of a liquid V p_b/eta
 
 p_0(V) is the pressure rise at the density rho_0 of the curve (fan laws: it scales with the density at the same volume flow), c
-the resistance of ducts and filters, r the part returned. All of the blower's power ends as heat in the air. The return duct loses
+the resistance of ducts and filters, r the part returned. A gas is compressed by p_b from the suction's p_1 and T_1 with the
+isentropic efficiency eta (V p_b where p_b << p_1). All of the blower's power ends as heat in the air. The return duct loses
 Q_duct = r m [h(T_out) - h(T_a + (T_out - T_a) exp(-U A/(r m C)))] to the surroundings at T_a, which is the fresh air's
 temperature.
 """
@@ -44,9 +46,15 @@ class Blower:
         lost = self.duct_resistance * volume_flow * abs(volume_flow) * density / self.density
         return self.pressure_rise(volume_flow, density) - lost
 
-    def power(self, volume_flow: float, density: float) -> float:
-        """Electrical power, W."""
-        return max(self.pressure_rise(volume_flow, density) * volume_flow / self.efficiency, 0.0)
+    def power(self, fluid: Fluid, volume_flow: float, pressure: float, temperature: float) -> float:
+        """Electrical power (W) for a fluid that is drawn at an absolute pressure (Pa) and a temperature (K)."""
+        density = float(fluid.density(pressure, temperature))
+        rise = max(self.pressure_rise(volume_flow, density), 0.0)
+        work = rise
+        if fluid.density.compressible:
+            exponent = pressure / (density * temperature * float(fluid.heat_capacity(temperature)))
+            work = pressure / exponent * math.expm1(exponent * math.log1p(rise / pressure))
+        return work * volume_flow / self.efficiency
 
 
 @dataclass(frozen=True)

@@ -141,12 +141,11 @@ class AirLoop:
             self._boundary.pressure_drop = numbers["pressure_drop"]
         self._boundary.inlet_temperature.value = numbers["inlet_temperature"]
 
-    def _suction_density(self, flow: float, time: float) -> float:
-        """Of the air that the blower draws (kg/m3) beside a mass flow and the temperatures that it was solved with."""
+    def _suction_temperature(self, flow: float, time: float) -> float:
+        """Of the air that the blower draws (K) beside a mass flow and the temperatures that it was solved with."""
         share, leaving = self.spec.share, ranks.integral(self._communicator, self._leaving_with_the_flow.form)
         whole = share * flow, share * leaving, self.spec.returned(time)
-        mixed = self.spec.supply.suction_temperature(self._fluid, *whole)
-        return float(self._fluid.density(self._outlet_pressure, mixed))
+        return self.spec.supply.suction_temperature(self._fluid, *whole)
 
     def find_point(
         self, solve: Callable[[], None], mass_flow: Callable[[], float], time: float, tolerance: float
@@ -163,14 +162,15 @@ class AirLoop:
             self._boundary.pressure_drop = self._rise - self._drawn_density * self._gravity_times_length
             solve()
             flow = mass_flow()
-            density = self._drawn_density = self._suction_density(flow, time)
+            drawn = self._outlet_pressure, self._suction_temperature(flow, time)
+            density = self._drawn_density = float(self._fluid.density(*drawn))
             rise = self._boundary.pressure_drop + density * self._gravity_times_length
             if before is not None and flow != before[1]:
                 slope = (flow - before[1]) / (rise - before[0])
                 self._slope = slope if slope > 0.0 else self._slope
             volume, step = share * flow / density, 1e-4 * share * max(flow, 1e-9) / density
             wanted = blower.left_for_bed(volume, density)
-            self._flow, self.blower_power = flow, blower.power(volume, density) / share
+            self._flow, self.blower_power = flow, blower.power(self._fluid, volume, *drawn) / share
             falls = (blower.left_for_bed(volume + step, density) - wanted) / step * share / density
             rises = self._slope or FLOW_EXPONENT * max(flow, 1e-9) / max(rise, 1e-3)
             before = rise, flow

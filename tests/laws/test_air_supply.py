@@ -18,7 +18,18 @@ def test_blower_between_and_beyond_the_points_of_its_curve():
     assert CURVE.pressure_rise(0.11, 1.2) == pytest.approx(1.8e3)
     assert CURVE.pressure_rise(0.025, 0.6) == pytest.approx(8.75e3)
     assert CURVE.left_for_bed(0.05, 1.2) == pytest.approx(15e3 - 250.0)
-    assert CURVE.power(0.05, 1.2) == pytest.approx(15e3 * 0.05 / 0.6)
+
+
+def test_a_gas_is_compressed_and_a_liquid_is_not():
+    """As if it kept its density, air took 30 and 55 % too much for 1 and 2 times the pressure it is drawn at."""
+    water, air = FLUIDS["water"], FLUIDS["air"]
+    pump = Blower((0.0, 0.1), (1e5, 1e5), float(water.density(1e5, 293.15)), 0.0, 0.6)
+    assert pump.power(water, 0.05, 1e5, 293.15) == pytest.approx(1e5 * 0.05 / 0.6)
+    for rise in (10.0, 1e5, 2e5):
+        blower = Blower((0.0, 0.1), (rise, rise), float(air.density(1e5, 293.15)), 0.0, 0.6)
+        heated = (1.0 + rise / 1e5) ** (0.4 / 1.4) - 1.0
+        compressed = 1e5 * 0.05 / 0.6 * 3.5 * heated
+        assert blower.power(air, 0.05, 1e5, 293.15) == pytest.approx(compressed, rel=3e-3)
 
 
 @given(

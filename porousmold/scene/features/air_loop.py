@@ -52,7 +52,7 @@ class AirLoop(Feature):
     blower_efficiency: float = key(
         "operation.blower_efficiency",
         "",
-        "of motor and fan; all power dissipated in the air",
+        "of motor and fan, over isentropic compression; all power dissipated in the air",
         0.6,
         low=0.01,
         high=1.0,
