@@ -1,10 +1,16 @@
 """Peaks of heat capacities, as of what melts."""
 
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from ..laws.functions import Value
+from ..laws.materials import Solid
 from ..solvers.stages import STAGE_ERROR
-from .specs import HeatSpec, Specs
+
+if TYPE_CHECKING:
+    from .specs import HeatSpec, Specs
 
 NARROW = 0.05
 """Part of all temperature differences within which a heat capacity that changes much has a peak."""
@@ -28,7 +34,7 @@ def sharpest_change(heat_capacity: Value, low: float, high: float) -> float:
     return largest
 
 
-def melts(heat_capacity: Value, heat: HeatSpec) -> bool:
+def melts(heat_capacity: Value, heat: "HeatSpec") -> bool:
     """Whether a heat capacity has a peak between the temperatures that may be reached."""
     return sharpest_change(heat_capacity, *heat.reached) > SMOOTH_CHANGE
 
@@ -39,7 +45,16 @@ def stage_error(sharpest: float) -> float:
     return PART_AT_PEAK * STAGE_ERROR / sharpest if sharpest > SMOOTH_CHANGE else STAGE_ERROR
 
 
-def sharpest_change_of_stores(specs: Specs) -> float:
+def heats_where_it_melts(heat: "HeatSpec", beads: Solid) -> dict[str, Callable[[float], float]]:
+    """Enthalpy (J/kg) against temperature (K) of every place that melts as a whole: bed, layers, a wall of one layer."""
+    layers = {layer.name: layer.solid for layer in heat.all_layers if not layer.is_contact}
+    solids = layers | {"bed": beads}
+    if len(layers) == 1:
+        solids["wall"] = next(iter(layers.values()))
+    return {name: solid.heat_capacity.integral for name, solid in solids.items() if melts(solid.heat_capacity, heat)}
+
+
+def sharpest_change_of_stores(specs: "Specs") -> float:
     """The same of fluid, beads and every layer of the wall, over all temperatures that they may have."""
     of_walls = [layer.solid.heat_capacity for layer in specs.heat.all_layers]
     capacities = [specs.laws.fluid.heat_capacity, specs.laws.beads.heat_capacity, *of_walls]

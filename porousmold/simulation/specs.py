@@ -35,6 +35,7 @@ from ..scene.start import Start
 from ..scene.thinning import scale_of, with_thinned_series
 from .air_loop_spec import AirLoopSpec, air_loop_of, first_point
 from .course import Course, followed
+from .heat_capacity_peaks import heats_where_it_melts
 from .targets import Target
 
 BEYOND_GIVEN = 100.0
@@ -237,11 +238,12 @@ def specs_of(scene: Scene) -> Specs:
     laws = Laws.of(scene)
     require_phase(scene, laws)
     air_loop, course = air_loop_of(scene, laws.fluid), Course.of(scene)
+    heat = _heat(scene, laws, air_loop, course)
     return Specs(
         mesh=_mesh(scene, laws),
         flow=_flow(scene, laws, None if air_loop is None else air_loop.blower, course),
-        heat=_heat(scene, laws, air_loop, course),
-        time=_time(scene, course),
+        heat=heat,
+        time=_time(scene, course, Target.of(scene, heats_where_it_melts(heat, laws.beads))),
         course=course,
         output=Output.of(scene).with_times(scene),
         laws=laws,
@@ -321,7 +323,7 @@ def _heat(scene: Scene, laws: Laws, air_loop: AirLoopSpec | None, course: Course
     )
 
 
-def _time(scene: Scene, course: Course | None) -> TimeSpec:
+def _time(scene: Scene, course: Course | None, targets: tuple[Target, ...]) -> TimeSpec:
     kinks: dict[float, float] = {}
     for name, each in series_of(scene).items():
         for instant, change in each.kinks(scale_of(each, key_of(KEYS, name), scene)).items():
@@ -332,7 +334,7 @@ def _time(scene: Scene, course: Course | None) -> TimeSpec:
         heated=Heated.of(scene),
         end_time=_end_time(scene, course),
         until_steady=not scene.is_given("operation.end_time") and not (course is not None and course.repeats),
-        targets=Target.of(scene),
+        targets=targets,
         kinks=kinks,
     )
 

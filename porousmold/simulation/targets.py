@@ -5,9 +5,8 @@ the run serve as the reference, from which the quantities fall off nearly expone
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
@@ -33,16 +32,6 @@ class Rows(Protocol):
         """A column."""
 
 
-@dataclass(frozen=True)
-class Turn:
-    """What was `left` (K) to a target's margin where its course turned, positive where it holds, at a `time` (s); whether the
-    course came from the side where it holds."""
-
-    left: float
-    time: float
-    held_before: bool
-
-
 @dataclass(frozen=True, kw_only=True)
 class Target:
     """`place` is to be, by `asks`, "within" `limit` (K) of the inlet's set-point, "above" or "below" it (K), in a "spread" of at
@@ -51,7 +40,8 @@ class Target:
     `initial` (K) is the temperature that the run starts from, `final` (K) the set-point that is farthest from it: of a programme
     that cools down again the hottest; `hottest` and `coldest` (K) are its ends. What lies between the initial temperature and
     those counts as "below", or "above", only after it was passed. One to `keep` is met only as long as it holds, one with `hold`
-    (s) once it has held for so long.
+    (s) once it has held for so long. Between steps the `heat` of a place that melts is interpolated, not its temperature, which
+    halts: a thin wall of wax came to 63 °C 37 % too soon within a step that began below the 60 °C at which it melts.
     """
 
     name: str
@@ -65,10 +55,11 @@ class Target:
     is_sensor: bool = False
     keep: bool = False
     hold: float = 0.0
+    heat: Callable[[float], float] | None = None
 
     @classmethod
-    def of(cls, scene: Scene) -> "tuple[Target, ...]":
-        """Those of a scene."""
+    def of(cls, scene: Scene, heats: Mapping[str, Callable[[float], float]]) -> "tuple[Target, ...]":
+        """Those of a scene, with the `heats` (J/kg, of a temperature) of places that melt."""
         initial, sensors = scene.operation.initial_temperature, sensor_names(scene.geometry.sensors)
         final = max(scene.operation.inlet_temperature.values, key=lambda value: abs(value - initial))
         others = (*RESERVED_PLACES, *map(name_of, scene.layers.values()))
@@ -85,6 +76,7 @@ class Target:
                 coldest=min(scene.operation.inlet_temperature.values),
                 keep=target.keep,
                 hold=target.hold or 0.0,
+                heat=heats.get(target.place),
             )
             for target in scene.target.list or ()
         )
@@ -135,12 +127,12 @@ class Target:
 
     def quantity(self, history: Rows, row: int) -> float:
         """What is to fall below the margin, in a row of the history."""
-        value = self._course(history, row)
+        value = self.course(history, row)
         if self.asks != "spread" or self.is_under_way(history, row):
             return value
         return max(value, 2.0 * self.limit)
 
-    def _course(self, history: Rows, row: int) -> float:
+    def course(self, history: Rows, row: int) -> float:
         """The same without the jump of a spread that begins to count, to be interpolated."""
         if self.asks == "cured":
             return 1.0 - history[f"cure_{self.place}"][row]
@@ -153,12 +145,25 @@ class Target:
             return max(self.final - low, high - self.final)
         return high - low
 
+    def _curve(self, history: Rows, row: int) -> float:
+        """What is interpolated of it."""
+        return self._on_curve(self.course(history, row))
+
+    def _on_curve(self, course: float) -> float:
+        """The heat (J/kg) that a value of the course, or the margin, means where the place melts."""
+        if self.heat is None or self.asks in ("spread", "cured"):
+            return course
+        rises = self.asks == "above" or (self.asks == "within" and self.final >= self.initial)
+        reference = {"above": self._hot, "below": self._cold}.get(self.asks, self.final)
+        sign = -1.0 if rises else 1.0
+        return float(sign * (self.heat(reference + sign * course) - self.heat(reference)))
+
     def is_under_way(self, history: Rows, row: int) -> bool:
         """Whether the place has been half-way to the set-point by a row of the history; where that is the temperature at the
         start, whether it has been farther from it than the limit."""
-        return any(self._way(history, one) > 1.0 for one in range(row + 1))
+        return any(self.way_gone(history, one) > 1.0 for one in range(row + 1))
 
-    def _way(self, history: Rows, row: int) -> float:
+    def way_gone(self, history: Rows, row: int) -> float:
         """What the place has come of that way in a row of the history."""
         low, high = (history[column][row] for column in self._columns)
         if self.final == self.initial:
@@ -168,20 +173,20 @@ class Target:
     def time(self, history: Rows) -> float | None:
         """When it was first met (s) in the last step of the history, None where that was not then."""
         rows, times = len(history["time"]), history["time"][-3:]
-        courses = [self._course(history, row) for row in range(max(0, rows - 3), rows)]
+        courses = [self._curve(history, row) for row in range(max(0, rows - 3), rows)]
         if not self.was_passed(history):
             return None
         if len(courses) == 1:
             return 0.0 if self.quantity(history, 0) < self.margin else None
-        crossing = crossing_time(times, courses, self.margin)
+        crossing = crossing_time(times, courses, self._on_curve(self.margin))
         if self.asks != "spread" or self.is_under_way(history, rows - 2):
             return crossing
         if not self.is_under_way(history, rows - 1):
             return None
-        begins = root_in_last_step(times, [self._way(history, row) - 1.0 for row in range(rows - len(times), rows)])
+        begins = root_in_last_step(times, [self.way_gone(history, row) - 1.0 for row in range(rows - len(times), rows)])
         if crossing is not None:
             return max(begins, crossing)
-        return begins if courses[-1] < self.margin else None
+        return begins if courses[-1] < self._on_curve(self.margin) else None
 
     def time_with_next(self, history: Rows, met: float) -> float:
         """The same of one that was `met` (s) in the step before the last, with what has come since."""
@@ -190,7 +195,8 @@ class Target:
             return met
         if self.asks == "spread" and not self.is_under_way(history, rows - 3):
             return met
-        better = with_the_next(times, [self._course(history, row) for row in range(rows - 4, rows)], self.margin)
+        curve = [self._curve(history, row) for row in range(rows - 4, rows)]
+        better = with_the_next(times, curve, self._on_curve(self.margin))
         return met if better is None else better
 
     def holds(self, history: Rows, row: int) -> bool:
@@ -200,74 +206,24 @@ class Target:
     def held_until(self, history: Rows) -> float:
         """Until when it held (s), after it did in the row before the last one."""
         last = len(history["time"]) - 1
-        return history["time"][last] if self.holds(history, last) else self._crossing(history, last, falls=False)
+        return history["time"][last] if self.holds(history, last) else self.crossing(history, last, falls=False)
 
-    def lost_and_kept(self, history: Rows, met: float) -> tuple[float | None, float | None]:
-        """When it was lost first (s) after it was `met`, and from when it holds up to the end; None where that is not so."""
-        rows = [row for row, time in enumerate(history["time"]) if time >= met]
-        lost, kept = None, met - self.hold
-        for before, row in pairwise(rows):
-            was, now = self.holds(history, before), self.holds(history, row)
-            if was == now:
-                continue
-            crossing = self._crossing(history, row, falls=now)
-            if was and lost is None:
-                lost = crossing
-            kept = crossing
-        return lost, kept if rows and self.holds(history, rows[-1]) else None
-
-    def longest_hold(self, history: Rows) -> tuple[float, float] | None:
-        """When it began to hold and ceased to (s), the longest time that it did; None where it never held."""
-        periods, began = [], None
-        for row in self._counting_rows(history):
-            if self.holds(history, row) == (began is not None):
-                continue
-            if began is None:
-                began = self._crossing(history, row, falls=True) if row else history["time"][row]
-            else:
-                periods.append((began, self._crossing(history, row, falls=False)))
-                began = None
-        if began is not None:
-            periods.append((began, history["time"][-1]))
-        return max(periods, key=lambda period: period[1] - period[0]) if periods else None
-
-    def narrowest(self, history: Rows) -> Turn | None:
-        """Where it turned back nearest to its margin, or was coming nearer at the end; None where it never did."""
-        rows = self._counting_rows(history)
-        left = [self.margin - self._course(history, row) for row in rows]
-        turns = []
-        for number in range(1, len(rows)):
-            before, now, after = left[number - 1], left[number], left[min(number + 1, len(rows) - 1)]
-            if now < before and now <= after:
-                turns.append(Turn(now, history["time"][rows[number]], held_before=True))
-            elif before < now < 0.0 and after < now:
-                turns.append(Turn(now, history["time"][rows[number]], held_before=False))
-        return min(turns, key=lambda turn: abs(turn.left)) if turns else None
-
-    def _counting_rows(self, history: Rows) -> Sequence[int]:
-        """From when on it counts: a limit that is gone through twice has been passed, and a spread is under way."""
-        rows = range(len(history["time"]))
-        first = next((row for row in rows if self._is_beyond(history, row)), len(rows))
-        if self.asks == "spread":
-            first = next((row for row in rows if self._way(history, row) > 1.0), len(rows))
-        return rows[first:]
-
-    def _crossing(self, history: Rows, row: int, *, falls: bool) -> float:
+    def crossing(self, history: Rows, row: int, *, falls: bool) -> float:
         """When the course passed the margin before a row (s), with the row that follows where there is one."""
         sign, first = 1.0 if falls else -1.0, max(0, row - 2)
-        times = history["time"][first : row + 2]
-        courses = [sign * self._course(history, one) for one in range(first, first + len(times))]
-        better = with_the_next(times, courses, sign * self.margin) if len(times) == 4 else None
+        times, margin = history["time"][first : row + 2], sign * self._on_curve(self.margin)
+        courses = [sign * self._curve(history, one) for one in range(first, first + len(times))]
+        better = with_the_next(times, courses, margin) if len(times) == 4 else None
         if better is not None:
             return better
         last = row + 1 - first
-        return root_in_last_step(times[:last], [one - sign * self.margin for one in courses[:last]])
+        return root_in_last_step(times[:last], [one - margin for one in courses[:last]])
 
     def was_passed(self, history: Rows) -> bool:
         """Whether the place has been on the other side of a limit that the run goes through twice."""
-        return any(self._is_beyond(history, row) for row in range(len(history["time"])))
+        return any(self.is_beyond(history, row) for row in range(len(history["time"])))
 
-    def _is_beyond(self, history: Rows, row: int) -> bool:
+    def is_beyond(self, history: Rows, row: int) -> bool:
         """Whether the place is on the other side of such a limit in a row, or there is none."""
         if self.asks == "below" and self.initial < self.limit < max(self.final, self.hottest):
             return history[self._columns[1]][row] > self.limit

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..output.quantities import ENERGY_GIVEN, JOULES_A_KWH, Columns
 from .march import Simulation
+from .target_history import longest_hold, lost_and_kept, narrowest
 from .targets import Target
 
 AT_LIMIT = 0.999
@@ -34,7 +35,7 @@ def why_not_met(simulation: Simulation, target: Target, energy: Mapping[str, flo
     since = simulation.recorder.held_since[target.name]
     if since is not None:
         return f"it has held from {since:.4g} s on, not yet for {target.hold:g} s"
-    longest = target.longest_hold(history)
+    longest = longest_hold(target, history)
     if target.hold and longest is not None:
         begin, end = longest
         held = f"it held for {end - begin:.4g} s at the longest, {begin:.4g} to {end:.4g} s"
@@ -117,7 +118,7 @@ def kept_targets(simulation: Simulation) -> dict[str, dict[str, Any]]:
     for target in simulation.specs.time.targets:
         met = simulation.recorder.first_met[target.name]
         if met is not None:
-            lost, kept = target.lost_and_kept(history, met)
+            lost, kept = lost_and_kept(target, history, met)
             found[target.name] = {"met": met, "lost": lost, "kept_from": kept}
     return found
 
@@ -129,7 +130,7 @@ def of_narrow_targets(simulation: Simulation) -> list[str]:
         return []
     span = max(history["highest_temperature"]) - min(history["lowest_temperature"])
     for target in simulation.specs.time.targets:
-        turn = None if target.asks == "cured" else target.narrowest(history)
+        turn = None if target.asks == "cured" else narrowest(target, history)
         if turn is not None and abs(turn.left) < NARROW * span:
             outcome, other = (
                 ("kept", "lost") if turn.left >= 0.0 else ("lost", "kept") if turn.held_before else ("missed", "met")

@@ -158,3 +158,32 @@ def test_a_layer_that_melts_from_outside_does_so_in_stefans_time(tmp_path):
     front = brentq(lambda x: x * math.exp(x * x) * erf(x) - stefan / math.sqrt(math.pi), 1e-6, 5.0)
     expected = 8e-3**2 / (4.0 * front**2 * 0.3 / (DENSITY * CAPACITY))
     assert run(scene).summary["targets"]["molten"] == pytest.approx(1.01 * expected, rel=0.01)
+
+
+@pytest.mark.parametrize("melting", [(58.0, 4.0), (40.0, 1.0)])
+@pytest.mark.parametrize("above", [41.0, 61.0, 63.0])
+def test_a_thin_wall_melts_within_a_step(tmp_path, melting, above):
+    """Before a furnace of 900 degC and a bed that stores next to nothing: its enthalpy over what it radiates. By the straight
+    line between two steps, whose ends were right, up to 6 % off."""
+    thickness, emissivity, furnace = 3e-3, 0.03, 900.0
+    scene = Scene(
+        {
+            "geometry": {"kind": "mold", "length": 0.2, "cavity_height": 0.05},
+            "bed": {"bead_diameter": 5e-3, "bead_material": "light", "porosity_model": "constant", "bulk_porosity": 0.4},
+            "fluid": FLUID | {"density": 0.01, "conductivity": 1e-4},
+            "materials": {"wax": wax(tmp_path, *melting),
+                          "light": {"density": 0.01, "heat_capacity": 1000.0, "conductivity": 1e-4}},
+            "wall": {"material": "wax", "thickness": thickness},
+            "model": {"flow": "plug", "wall": "thin"},
+            "operation": {"initial_temperature": "20 degC", "inlet_temperature": "20 degC", "pressure_drop": 0.0,
+                          "outer_emissivity": emissivity, "ambient_temperature": f"{furnace} degC", "end_time": "20 min"},
+            "target": [{"name": "wall", "place": "wall", "above": f"{above} degC"},
+                       {"name": "hot", "place": "wall", "above": "90 degC"}],
+            "solver": {"refine_in_doubt": False},
+        }
+    )  # fmt: skip
+    temperatures = np.linspace(20.0, above, 20001)
+    middles = 0.5 * (temperatures[1:] + temperatures[:-1]) + 273.15
+    radiated = emissivity * 5.670374419e-8 * ((furnace + 273.15) ** 4 - middles**4)
+    exact = DENSITY * thickness * np.sum(np.diff(enthalpy(temperatures, *melting)) / radiated)
+    assert run(scene).summary["targets"]["wall"] == pytest.approx(float(exact), rel=5e-4)

@@ -9,7 +9,8 @@ from scipy.optimize import brentq
 
 from porousmold import InputError, Scene, run
 from porousmold.simulation.running import RunInterrupted
-from porousmold.simulation.targets import Target, Turn
+from porousmold.simulation.target_history import Turn, longest_hold, lost_and_kept, narrowest
+from porousmold.simulation.targets import Target
 from studies.exact_solutions import schumann
 
 from ..support import COARSE, FIELD_CASES, RESIN, STUDIES, coarse_scene, cured_mold
@@ -115,11 +116,11 @@ def test_a_target_that_is_lost_and_kept_again():
     """A place that is 5 K within its limit from 100 to 200 s, and again from 300 s on."""
     low = 390.0 + 5.0 * np.where((TIMES >= 100.0) & (TIMES <= 200.0) | (TIMES >= 300.0), 1.0, -1.0)
     history = {"time": list(TIMES), "lowest_wall": list(low), "highest_wall": list(low)}
-    found = target("above", 390.0).lost_and_kept(history, 100.0)
+    found = lost_and_kept(target("above", 390.0), history, 100.0)
     assert found == (pytest.approx(202.5, abs=2.6), pytest.approx(297.5, abs=2.6))
     ended = {name: values[:55] for name, values in history.items()}  # at 270 s
-    assert target("above", 390.0).lost_and_kept(ended, 100.0) == (pytest.approx(202.5, abs=2.6), None)
-    assert target("above", 380.0).lost_and_kept(history, 50.0) == (None, 50.0)
+    assert lost_and_kept(target("above", 390.0), ended, 100.0) == (pytest.approx(202.5, abs=2.6), None)
+    assert lost_and_kept(target("above", 380.0), history, 50.0) == (None, 50.0)
 
 
 def test_a_target_that_is_lost_between_two_rows():
@@ -129,39 +130,39 @@ def test_a_target_that_is_lost_between_two_rows():
     history = {"time": list(times), "lowest_wall": list(low), "highest_wall": list(low)}
     above = target("above", 392.0)
     met = 60.0 * np.arccos(-0.2) / (2.0 * np.pi)
-    assert above.lost_and_kept(history, met)[0] == pytest.approx(60.0 - met, abs=0.02)
+    assert lost_and_kept(above, history, met)[0] == pytest.approx(60.0 - met, abs=0.02)
 
 
 def test_how_narrowly_a_target_is_kept_or_lost():
     """A place that comes back to 0.2 K from its limit, and one that falls 0.1 K short of it."""
     low = 390.2 + 5.0 * (1.0 - np.exp(-(((TIMES - 200.0) / 40.0) ** 2)))
     history = {"time": list(TIMES), "lowest_wall": list(low), "highest_wall": list(low)}
-    assert target("above", 390.0).narrowest(history) == Turn(pytest.approx(0.2), 200.0, held_before=True)
-    assert target("above", 390.3).narrowest(history) == Turn(pytest.approx(-0.1), 200.0, held_before=True)
+    assert narrowest(target("above", 390.0), history) == Turn(pytest.approx(0.2), 200.0, held_before=True)
+    assert narrowest(target("above", 390.3), history) == Turn(pytest.approx(-0.1), 200.0, held_before=True)
     until = {name: values[: list(TIMES).index(150.0)] for name, values in history.items()}
-    assert target("above", 390.0).narrowest(until).left > 1.0  # it was coming nearer
+    assert narrowest(target("above", 390.0), until).left > 1.0  # it was coming nearer
     rising = {name: sorted(values) for name, values in history.items()}
-    assert target("above", 390.0).narrowest(rising) is None
+    assert narrowest(target("above", 390.0), rising) is None
 
 
 def test_how_narrowly_a_target_is_missed():
     """A place that comes to 0.1 K from its limit and cools again; one that is coming there is not there yet."""
     low = 300.0 + 89.9 * np.exp(-(((TIMES - 200.0) / 40.0) ** 2))
     history = {"time": list(TIMES), "lowest_wall": list(low), "highest_wall": list(low)}
-    assert target("above", 390.0).narrowest(history) == Turn(pytest.approx(-0.1), 200.0, held_before=False)
+    assert narrowest(target("above", 390.0), history) == Turn(pytest.approx(-0.1), 200.0, held_before=False)
     until = {name: values[: list(TIMES).index(150.0)] for name, values in history.items()}
-    assert target("above", 390.0).narrowest(until) is None
+    assert narrowest(target("above", 390.0), until) is None
 
 
 def test_the_longest_time_that_a_target_held():
     """Twice above 390 K, for 40 s and for 60 s; or half of the second, at the end of the history."""
     low = np.maximum(400.0 - 0.5 * np.abs(TIMES - 60.0), 400.0 - np.abs(TIMES - 270.0) / 3.0)
     history = {"time": list(TIMES), "lowest_wall": list(low), "highest_wall": list(low)}
-    begin, end = target("above", 390.0, hold=100.0).longest_hold(history)
+    begin, end = longest_hold(target("above", 390.0, hold=100.0), history)
     assert begin == pytest.approx(240.0) and end == pytest.approx(300.0)
     until = {name: values[: list(TIMES).index(270.0) + 1] for name, values in history.items()}
-    assert target("above", 390.0, hold=100.0).longest_hold(until) == (pytest.approx(40.0), pytest.approx(80.0))
-    assert target("above", 401.0, hold=100.0).longest_hold(history) is None
+    assert longest_hold(target("above", 390.0, hold=100.0), until) == (pytest.approx(40.0), pytest.approx(80.0))
+    assert longest_hold(target("above", 401.0, hold=100.0), history) is None
 
 
 def test_a_run_goes_on_until_the_targets_to_keep_hold_at_once():
