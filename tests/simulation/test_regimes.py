@@ -9,7 +9,7 @@ from porousmold.simulation.regimes import turbulence_begins_at
 from porousmold.simulation.specs import specs_of
 
 from ..support import ALUMINIUM
-from .test_accuracy import TRANSITION
+from .test_answers_in_doubt import TRANSITION
 
 
 def begins_at(scene):
