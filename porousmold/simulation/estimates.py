@@ -204,16 +204,17 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
         width = min(width, SHARP_FRONT * size.length) if jump > LEAST_JUMP else width
     else:
         width = math.sqrt(2.0 * size.length * max(spreading, LEAST_SPREADING * diameter))
+    depth = 0.5 * size.half_height if size.is_disk else size.half_height  # volume over the area of the wall
+    decay = SLOWEST_MODE[size.is_disk] * (across + phi * fluid.conductivity) / size.half_height**2
+    bed = Store(bed_heat / (size.area * size.length) * depth, 1.0 / (depth * decay))
     wall = wall_estimate(
         specs,
         size,
+        bed,
         coefficient,
         wall_nusselt_number(reynolds) * fluid.conductivity / diameter,
         bed_heat / (advection * size.area),
     )
-    depth = 0.5 * size.half_height if size.is_disk else size.half_height  # volume over the area of the wall
-    decay = SLOWEST_MODE[size.is_disk] * (across + phi * fluid.conductivity) / size.half_height**2
-    bed = Store(bed_heat / (size.area * size.length) * depth, 1.0 / (depth * decay))
     return Estimates(
         flows=flows,
         speed=speed,

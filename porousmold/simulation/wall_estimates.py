@@ -89,6 +89,16 @@ def _sources(layers: Sequence[Layer], resistances: Sequence[float]) -> list[tupl
     return [(end - own, end) for layer, own, end in places if layer.heat_source is not None]
 
 
+def _waited_for(specs: Specs, layers: Sequence[Layer]) -> int:
+    """Number of the layer of a wall, from the bed on, that is the last one waited for; a sensor may be in any."""
+    time = specs.time
+    places = {target.place for target in time.targets} or {time.heated.place}
+    names = [layer.name for layer in layers]
+    if not places <= {"bed", "bed_side", *(layer.name for layer in specs.heat.all_layers)}:
+        return len(names)
+    return max((number for number, name in enumerate(names, start=1) if name in places), default=0)
+
+
 def conduction_time(specs: Specs, bed: Store) -> float:
     """Time constant (s) of wall and bed in series behind the film outside: every store through what lies before it; of the faster
     one of two walls."""
@@ -124,11 +134,13 @@ class WallEstimate(NamedTuple):
     biot_number: float
 
 
-def wall_estimate(specs: Specs, size: BedSize, film: float, wall_coefficient: float, duration: float) -> WallEstimate:
+def wall_estimate(
+    specs: Specs, size: BedSize, bed: Store, film: float, wall_coefficient: float, duration: float
+) -> WallEstimate:
     """Of one wall, or of both: their capacities together, the slower of their times."""
     walls = _walls(specs)
     found = [
-        _of_one_wall(specs, size.length, wall, layers, film, wall_coefficient, duration)
+        _of_one_wall(specs, size.length, wall, layers, bed, film, wall_coefficient, duration)
         for wall, layers in zip(size.walls, walls, strict=True)
     ]
     return WallEstimate(
@@ -146,13 +158,15 @@ def _of_one_wall(
     length: float,
     wall: tuple[float, float],
     layers: list[tuple[Layer, float]],
+    bed: Store,
     film: float,
     wall_coefficient: float,
     duration: float,
 ) -> WallEstimate:
     """Of the layers of a wall (`BedSize.walls`) of a bed of a `length` (m): each follows the bed through what lies
     before it and half of itself; the wall's time ends with the layer by which half of its heat is stored, as insulation behind
-    it follows later. The bed is heated in `duration` (s)."""
+    it follows later, or of a wall that stores less than the `bed` with the last one that is waited for. The bed is heated in
+    `duration` (s)."""
     temperature = specs.heat.inlet_temperature.values[-1]
     given = [
         (thickness, layer.solid.conductivity(temperature), volumetric_capacity(layer.solid, temperature))
@@ -164,6 +178,7 @@ def _of_one_wall(
     capacity = time = passed = 0.0
     (around, curvature), resistance, cells = wall, 1.0 / wall_coefficient, []
     resistances = [thickness / conductivity for thickness, conductivity, _ in given]
+    waited_for = _waited_for(specs, [layer for layer, _ in layers])
     through, sources = sum(resistances), _sources([layer for layer, _ in layers], resistances)
     outside = _outside(specs.heat, through)
     more = 1.0 if outside is None else _times_for_way(specs.smallest_way(), outside.difference)
@@ -189,7 +204,7 @@ def _of_one_wall(
         times = CELLS_OF_MELTING if melts(layer.solid.heat_capacity, specs.heat) else 1
         fewest = min(fewest, MOST_CELLS)
         cells.append(max(times * fewest, 1 + math.ceil(more * (fewest - 1))))
-        if 2.0 * passed < sum(stores):
+        if 2.0 * passed < sum(stores) and (len(cells) <= waited_for or sum(stores) > bed.capacity):
             time += store * (resistance + 0.5 * thickness / conductivity)
         resistance += thickness / conductivity
         passed += store
