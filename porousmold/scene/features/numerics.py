@@ -115,8 +115,8 @@ class TimeSteps(Feature):
     tolerance: float | None = key(
         "solver.step_tolerance",
         "delta_degC",
-        "largest estimated error of a time step (root mean square over bed or layer), besides 0.8 % of the temperature "
-        "differences there are",
+        "largest estimated error of a time step (root mean square over bed or layer), besides 0.2 % of the temperature "
+        "differences there are, or of 8 times the change that is waited for where that is less",
         low=0.0,
         high=1e3,
     )
