@@ -63,6 +63,9 @@ def _course_of(target: Target, history: Columns, short: float) -> str:
     if abs(gained) < NO_CHANGE * short:
         return " and stays there"
     if gained < 0.0:
+        turn = None if target.asks == "cured" else narrowest(target, history)
+        if turn is not None and 0.0 < -turn.left < short:
+            return f"; nearest at {turn.time:.4g} s, {-turn.left:.2g} K short"
         return f", more than at {times[before]:.4g} s"
     rate, unit = 60.0 * gained / (times[-1] - times[before]), "" if target.asks == "cured" else " K"
     return f", which lessens by {rate:.2g}{unit}/min"

@@ -295,6 +295,18 @@ def test_what_keeps_a_target_from_being_met_is_told():
     assert "the heater is at its limit of 1.2 kW" in told and "operation.recirculation" in told
 
 
+def test_a_target_that_a_programme_left_again_is_told_by_how_much_it_was_missed():
+    """Not only how far it is when all has cooled down."""
+    settings = {"model.flow": "plug", "model.turbulence": "none", "operation.end_time": 3000.0}
+    settings["operation.inlet_temperature"] = ([0.0, 1300.0, 1310.0, 3000.0], [363.15, 363.15, 298.15, 298.15])
+    scene = coarse_scene(settings).changed({"target.list": [{"name": "hot", "place": "wall", "above": "88 degC"}]})
+    result = run(scene)
+    told = next(text for text in result.summary["warnings"] if text.startswith("target 'hot' not met"))
+    row = int(np.argmax(result["lowest_wall"]))
+    missed = 88.0 + 273.15 - result["lowest_wall"][row]
+    assert 0.0 < missed < 40.0 and f"nearest at {result['time'][row]:.4g} s, {missed:.2g} K short" in told
+
+
 def test_within_is_the_largest_difference_on_either_side():
     """A place that a source carries through the set-point and beyond is within it between the two, and not later."""
     low, high = 300.0 + TIMES, 300.0 + 1.02 * TIMES
