@@ -102,14 +102,15 @@ class Target:
     @property
     def way(self) -> float:
         """By how much (K) its place changes until it is met: from the start, of what is gone through twice from the far end;
-        infinite where no temperature is asked for."""
+        infinite where no temperature is asked for, or one that is there from the start."""
+        way = 0.0
         if self.asks == "within":
-            return max(abs(self.final - self.initial) - self.limit, 0.0)
-        if self.asks == "below":
-            return abs((self.hottest if self.initial < self.limit else self.initial) - self.limit)
-        if self.asks == "above":
-            return abs((self.coldest if self.initial > self.limit else self.initial) - self.limit)
-        return math.inf
+            way = abs(self.final - self.initial) - self.limit
+        elif self.asks == "below":
+            way = (max(self.hottest, self.limit) if self.initial < self.limit else self.initial) - self.limit
+        elif self.asks == "above":
+            way = self.limit - (min(self.coldest, self.limit) if self.initial > self.limit else self.initial)
+        return way if way > 0.0 else math.inf
 
     @property
     def _hot(self) -> float:
