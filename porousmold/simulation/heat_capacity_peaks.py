@@ -46,11 +46,14 @@ def stage_error(sharpest: float) -> float:
 
 
 def heats_where_it_melts(heat: "HeatSpec", beads: Solid) -> dict[str, Callable[[float], float]]:
-    """Enthalpy (J/kg) against temperature (K) of every place that melts as a whole: bed, layers, a wall of one layer."""
+    """Enthalpy (J/kg) against temperature (K) of every place that melts as a whole: bed, layers, a wall of one layer, and of a
+    thin one the bed's side, which is the wall."""
     layers = {layer.name: layer.solid for layer in heat.all_layers if not layer.is_contact}
     solids = layers | {"bed": beads}
     if len(layers) == 1:
         solids["wall"] = next(iter(layers.values()))
+        if heat.wall.kind == "thin":
+            solids["bed_side"] = solids["wall"]
     return {name: solid.heat_capacity.integral for name, solid in solids.items() if melts(solid.heat_capacity, heat)}
 
 

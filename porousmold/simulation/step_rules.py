@@ -25,7 +25,7 @@ came 0.6 % late with an error that is a part of 900 K."""
 LEAST_DIFFERENCE = 0.02
 """Temperature difference (K) below which none counts."""
 LEAST_WAY = 0.04
-"""Of the differences, below which no way counts."""
+"""Of the differences, that counts at least, however short the way is."""
 STEPS_OF_CHANGE = 4.0
 """Steps like the last one whose change counts as a difference: of what is heated evenly."""
 QUIET_CHANGE = 5e-4

@@ -178,6 +178,7 @@ def test_a_thin_wall_melts_within_a_step(tmp_path, melting, above):
             "operation": {"initial_temperature": "20 degC", "inlet_temperature": "20 degC", "pressure_drop": 0.0,
                           "outer_emissivity": emissivity, "ambient_temperature": f"{furnace} degC", "end_time": "20 min"},
             "target": [{"name": "wall", "place": "wall", "above": f"{above} degC"},
+                       {"name": "side", "place": "bed_side", "above": f"{above} degC"},
                        {"name": "hot", "place": "wall", "above": "90 degC"}],
             "solver": {"refine_in_doubt": False},
         }
@@ -186,4 +187,5 @@ def test_a_thin_wall_melts_within_a_step(tmp_path, melting, above):
     middles = 0.5 * (temperatures[1:] + temperatures[:-1]) + 273.15
     radiated = emissivity * 5.670374419e-8 * ((furnace + 273.15) ** 4 - middles**4)
     exact = DENSITY * thickness * np.sum(np.diff(enthalpy(temperatures, *melting)) / radiated)
-    assert run(scene).summary["targets"]["wall"] == pytest.approx(float(exact), rel=5e-4)
+    found = run(scene).summary["targets"]
+    assert found["wall"] == found["side"] == pytest.approx(float(exact), rel=5e-4)
