@@ -220,10 +220,12 @@ class Specs:
         is_one = self.course is None or self.course.waits_for_heat
         return is_one and self.heat.is_heated_by_inflow(self.time.heated.place, self.time.heated.margin)
 
-    def smallest_way(self, met: Collection[str] = ()) -> float:
+    def least_change_needed(self, met: Collection[str] = ()) -> float:
         """Least change (K) of a place that is waited for, but for the targets that are `met`; infinite where there is none."""
         if self.time.targets:
-            return min((target.way for target in self.time.targets if target.name not in met), default=math.inf)
+            return min(
+                (target.change_needed for target in self.time.targets if target.name not in met), default=math.inf
+            )
         return self.heat.largest_of_inflow - self.time.heated.margin if self.waits_for_heat else math.inf
 
     @property

@@ -20,12 +20,12 @@ COARSEST_ERRORS = 0.6
 FLOW_ERROR = 3e-3
 """Relative error of the mass flow in a step that is allowed."""
 LARGEST_SCALE = 8.0
-"""Times the way that a place has to come, that the differences count at most: behind a wall that a furnace of 900 °C heats, 60 °C
-came 0.6 % late with an error that is a part of 900 K."""
+"""Times the change of a place that is waited for, that the differences count at most: behind a wall that a furnace
+of 900 °C heats, 60 °C came 0.6 % late with an error that is a part of 900 K."""
 LEAST_DIFFERENCE = 0.02
 """Temperature difference (K) below which none counts."""
-LEAST_WAY = 0.04
-"""Of the differences, that counts at least, however short the way is."""
+LEAST_SCALE = 0.04
+"""Of the differences, that counts at least, however small that change is."""
 STEPS_OF_CHANGE = 4.0
 """Steps like the last one whose change counts as a difference: of what is heated evenly."""
 QUIET_CHANGE = 5e-4
@@ -71,9 +71,9 @@ class StepRules:
             )
         change = max(abs(low - history["lowest_temperature"][-1]), abs(high - history["highest_temperature"][-1]))
         differences = self.differences(time, low, high, problem.inlet_temperature)
-        met = [name for name, time in self._recorder.targets.items() if time is not None]
-        way = max(LARGEST_SCALE * self._specs.smallest_way(met), LEAST_WAY * differences)
-        scale = min(max(differences, STEPS_OF_CHANGE * change), way)
+        met = [name for name, since in self._recorder.targets.items() if since is not None]
+        largest = max(LARGEST_SCALE * self._specs.least_change_needed(met), LEAST_SCALE * differences)
+        scale = min(max(differences, STEPS_OF_CHANGE * change), largest)
         allowed = STEP_ERROR[error.order] * max(scale, LEAST_DIFFERENCE)
         if specs.steps.tolerance is not None:
             allowed = min(allowed, specs.steps.tolerance)

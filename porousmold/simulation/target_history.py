@@ -49,7 +49,9 @@ def longest_hold(target: Target, history: Rows) -> tuple[float, float] | None:
 
 
 def narrowest(target: Target, history: Rows) -> Turn | None:
-    """Where it turned back nearest to its margin, or was coming nearer at the end; None where it never did."""
+    """Where it turned back nearest to its margin, or was coming nearer at the end; None where it never did, and of a cure."""
+    if target.asks == "cured":
+        return None
     rows = _counting_rows(target, history)
     left = [target.margin - target.course(history, row) for row in rows]
     turns = []

@@ -100,7 +100,7 @@ class Target:
         return f"{words} for {self.hold / 60.0:.4g} min" if self.hold else words
 
     @property
-    def way(self) -> float:
+    def change_needed(self) -> float:
         """By how much (K) its place changes until it is met: from the start, of what is gone through twice from the far end;
         infinite where no temperature is asked for, or one that is there from the start."""
         way = 0.0
@@ -187,7 +187,7 @@ class Target:
         begins = root_in_last_step(times, [self.way_gone(history, row) - 1.0 for row in range(rows - len(times), rows)])
         if crossing is not None:
             return max(begins, crossing)
-        return begins if courses[-1] < self._on_curve(self.margin) else None
+        return begins if courses[-1] < self.margin else None
 
     def time_with_next(self, history: Rows, met: float) -> float:
         """The same of one that was `met` (s) in the step before the last, with what has come since."""

@@ -63,7 +63,7 @@ def _course_of(target: Target, history: Columns, short: float) -> str:
     if abs(gained) < NO_CHANGE * short:
         return " and stays there"
     if gained < 0.0:
-        turn = None if target.asks == "cured" else narrowest(target, history)
+        turn = narrowest(target, history)
         if turn is not None and 0.0 < -turn.left < short:
             return f"; nearest at {turn.time:.4g} s, {-turn.left:.2g} K short"
         return f", more than at {times[before]:.4g} s"
@@ -133,7 +133,7 @@ def of_narrow_targets(simulation: Simulation) -> list[str]:
         return []
     span = max(history["highest_temperature"]) - min(history["lowest_temperature"])
     for target in simulation.specs.time.targets:
-        turn = None if target.asks == "cured" else narrowest(target, history)
+        turn = narrowest(target, history)
         if turn is not None and abs(turn.left) < NARROW * span:
             outcome, other = (
                 ("kept", "lost") if turn.left >= 0.0 else ("lost", "kept") if turn.held_before else ("missed", "met")

@@ -25,10 +25,10 @@ MOST_CELLS, CELLS_OF_MELTING = 12, 3
 DRIVEN_FROM_OUTSIDE = 0.1
 """Of all temperature differences that are given, by which the surroundings differ from the start where they heat or cool the
 wall, and not only take up what it loses: then its layers have the cells for that, too."""
-SMALL_WAY, MOST_FOR_WAY = 0.25, 3.0
-"""Part of what heats the wall from outside, below which a place that is waited for has more cells before it, as what comes first
-is the foot of a steep profile: by the logarithm of that part over this one's, at most so many times (40 mm of a laminate before a
-furnace of 900 °C, 30 °C at its inside: 1.0 % late on 12 cells)."""
+SMALL_CHANGE, MOST_FOR_SMALL = 0.25, 3.0
+"""Part of what heats the wall from outside, below which a place that is to change by that has more cells before it, as what comes
+first is the foot of a steep profile: by the logarithm of that part over this one's, at most so many times (40 mm of a laminate
+before a furnace of 900 °C, 30 °C at its inside: 1.0 % late on 12 cells)."""
 CELLS_OF_TABLE = 4
 """Through a layer whose conductivity is a table, at least: a cell's quadrature points miss its kinks (a skin at 500 °C behind
 20 mm of mineral wool: heat stored 0.7 % off on one cell, 0.04 % on four)."""
@@ -76,10 +76,10 @@ def _outside(heat: HeatSpec, through: float) -> Outside | None:
     return Outside(1.0 / film, apart) if film > 0.0 and apart > DRIVEN_FROM_OUTSIDE * (high - low) else None
 
 
-def _times_for_way(way: float, difference: float) -> float:
-    """Times the cells that layers have before a place whose temperature changes by a `way` (K) of a difference outside (K)."""
-    part = max(way, 1e-300) / difference if difference > 0.0 else 1.0
-    return min(max(math.log(part) / math.log(SMALL_WAY), 1.0), MOST_FOR_WAY)
+def _times_for_small_change(change: float, difference: float) -> float:
+    """Times the cells that layers have before a place that is to change by so much (K) of a difference outside (K)."""
+    part = max(change, 1e-300) / difference if difference > 0.0 else 1.0
+    return min(max(math.log(part) / math.log(SMALL_CHANGE), 1.0), MOST_FOR_SMALL)
 
 
 def _sources(layers: Sequence[Layer], resistances: Sequence[float]) -> list[tuple[float, float]]:
@@ -181,8 +181,10 @@ def _of_one_wall(
     waited_for = _waited_for(specs, [layer for layer, _ in layers])
     through, sources = sum(resistances), _sources([layer for layer, _ in layers], resistances)
     outside = _outside(specs.heat, through)
-    more = 1.0 if outside is None else _times_for_way(specs.smallest_way(), outside.difference)
-    for (layer, _), (thickness, conductivity, storage), store in zip(layers, given, stores, strict=True):
+    more = 1.0 if outside is None else _times_for_small_change(specs.least_change_needed(), outside.difference)
+    for number, ((layer, _), (thickness, conductivity, storage), store) in enumerate(
+        zip(layers, given, stores, strict=True), start=1
+    ):
         behind, own = resistance - 1.0 / wall_coefficient, thickness / conductivity
         fewest = _cells_through(own / (1.0 / film + behind))
         if behind:  # what comes through another layer is no sharp front
@@ -204,7 +206,7 @@ def _of_one_wall(
         times = CELLS_OF_MELTING if melts(layer.solid.heat_capacity, specs.heat) else 1
         fewest = min(fewest, MOST_CELLS)
         cells.append(max(times * fewest, 1 + math.ceil(more * (fewest - 1))))
-        if 2.0 * passed < sum(stores) and (len(cells) <= waited_for or sum(stores) > bed.capacity):
+        if 2.0 * passed < sum(stores) and (number <= waited_for or sum(stores) > bed.capacity):
             time += store * (resistance + 0.5 * thickness / conductivity)
         resistance += thickness / conductivity
         passed += store

@@ -443,10 +443,13 @@ def test_a_front_passes_a_sensor_when_schumann_says(tmp_path):
         assert time == pytest.approx(exact, rel=3e-3)
 
 
-def test_the_way_to_a_target_is_from_the_start_or_from_the_far_end_of_a_programme():
+def test_the_change_that_a_target_needs_is_from_the_start_or_from_the_far_end_of_a_programme():
     """What is asked for from the start on, as of a place that a source alone heats, has none."""
-    assert target("above", 330.0).way == 30.0 and target("within", 10.0).way == 90.0
-    assert target("below", 330.0, hottest=450.0).way == 120.0
-    assert target("above", 280.0, coldest=250.0).way == 30.0
-    assert target("below", 330.0, hottest=310.0).way == math.inf and target("within", 100.0).way == math.inf
-    assert target("spread", 5.0).way == math.inf
+    assert target("above", 330.0).change_needed == 30.0 and target("within", 10.0).change_needed == 90.0
+    assert target("below", 330.0, hottest=450.0).change_needed == 120.0
+    assert target("above", 280.0, coldest=250.0).change_needed == 30.0
+    assert (
+        target("below", 330.0, hottest=310.0).change_needed == math.inf
+        and target("within", 100.0).change_needed == math.inf
+    )
+    assert target("spread", 5.0).change_needed == math.inf

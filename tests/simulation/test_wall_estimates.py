@@ -1,4 +1,4 @@
-"""Cells through the layers of a wall, by what heats or cools them from either side."""
+"""Cells through the layers of a wall and steps in time, by what heats or cools them from either side."""
 
 import pytest
 from scipy.optimize import brentq
@@ -52,16 +52,14 @@ def test_the_foot_of_a_steep_profile_comes_in_time(rise):
     slab whose inside is insulated. By errors that were a part of all differences, and 12 cells, 0.3 to 0.4 % too soon."""
     thickness, storage, conductivity, hot = 0.04, 1800.0 * 1000.0, 0.35, 880.0
     light = {"density": 0.01, "heat_capacity": 1000.0, "conductivity": 1e-4}
+    laminate = {"density": storage / 1000.0, "heat_capacity": 1000.0, "conductivity": conductivity}
     scene = Scene(
         TOOL
         | {
-            "materials": {
-                "laminate": {"density": 1800.0, "heat_capacity": 1000.0, "conductivity": 0.35},
-                "light": light,
-            },
+            "materials": {"laminate": laminate, "light": light},
             "wall": {"layer": [{"name": "part", "material": "laminate", "thickness": thickness}]},
             "bed": {"bead_diameter": 5e-3, "bead_material": "light"},
-            "fluid": {"density": 0.01, "viscosity": 1e-5, "heat_capacity": 1000.0, "conductivity": 1e-4},
+            "fluid": light | {"viscosity": 1e-5},
             "target": [{"name": "part", "place": "part", "above": f"{20.0 + rise} degC"}],
         }
     ).changed({"operation.outer_coefficient": 1e5, "operation.ambient_temperature": f"{20.0 + hot} degC"})
