@@ -214,6 +214,9 @@ def write_page(
     found = {n: errors(own[n], results[n, "finer"]) for n in both}
     worst = {n: max(found[n].values()) for n in both if found[n]}
     both = list(worst)
+    if not both:
+        print("No scene beside a finer run: no page.")
+        return
     seconds = np.array([result.seconds for result in own.values() if not result.reason])
     values = np.array(list(worst.values()))
     far_off = [n for n in both if worst[n] > FAR_OFF]

@@ -3,13 +3,13 @@ r"""Air supply of a tool: a blower with its curve, ducts, a heater, and recircul
     blower at the suction's density:  Delta p_bed = (rho/rho_0)[p_0(V) - c V^2],   V = m/rho
     mixing before the heater:         m h_mix = r [m h_out - Q_duct] + (1 - r) m h_fresh + P_blower
     heater:                           m h(T_in) = m h_mix + P_heater,   0 <= P_heater <= P_max,   at most to the set-point
-    blower's power:                   m C T_1 [(1 + p_b/p_1)^kappa - 1]/eta,   kappa = p_1/(rho T_1 C);   of a liquid V p_b/eta
+    blower's power:                   m w(p_1, T_1, p_b)/eta
 
 p_0(V) is the pressure rise at the density rho_0 of the curve (fan laws: it scales with the density at the same volume flow), c
 the resistance of ducts and filters, r the part returned. A gas is compressed by p_b from the suction's p_1 and T_1 with the
-isentropic efficiency eta (V p_b where p_b << p_1). All of the blower's power ends as heat in the air. The return duct loses
-Q_duct = r m [h(T_out) - h(T_a + (T_out - T_a) exp(-U A/(r m C)))] to the surroundings at T_a, which is the fresh air's
-temperature.
+isentropic work w of `compression` (V p_b where p_b << p_1) and the efficiency eta. All of the blower's power ends as heat in the
+air. The return duct loses Q_duct = r m [h(T_out) - h(T_a + (T_out - T_a) exp(-U A/(r m C)))] to the surroundings at T_a, which is
+the fresh air's temperature.
 """
 
 import math
@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from .compression import isentropic_work
 from .materials import Fluid
 
 
@@ -50,11 +51,7 @@ class Blower:
         """Electrical power (W) for a fluid that is drawn at an absolute pressure (Pa) and a temperature (K)."""
         density = float(fluid.density(pressure, temperature))
         rise = max(self.pressure_rise(volume_flow, density), 0.0)
-        work = rise
-        if fluid.density.compressible:
-            exponent = pressure / (density * temperature * float(fluid.heat_capacity(temperature)))
-            work = pressure / exponent * math.expm1(exponent * math.log1p(rise / pressure))
-        return work * volume_flow / self.efficiency
+        return float(isentropic_work(fluid, pressure, temperature, rise) * density * volume_flow / self.efficiency)
 
 
 @dataclass(frozen=True)

@@ -88,8 +88,8 @@ RESULT_KEYS: Mapping[str, ResultKey] = {
     ),
     "pumping_work": _number(
         "J",
-        "ideal work of the flow through the bed, by its static pressure drop (with operation.gravity the weight of the fluid's "
-        "column is in it); with a blower what that took, its efficiency included",
+        "ideal work (of a gas isentropic) from the outlet's pressure to the inlet's state, by the static pressure drop (with "
+        "operation.gravity the weight of the fluid's column is in it); with a blower what that took, its efficiency included",
         optional=True,
     ),
     "energy_spent": _number("J", "fluid_heat plus pumping_work", optional=True),

@@ -16,6 +16,7 @@ from ..arrays import Floats
 from ..laws.materials import Fluid
 from ..output.quantities import Columns
 from .course import Course
+from .energy_use import pumping_power
 
 SURROUNDINGS = 298.15
 """Temperature (K) of the surroundings of a scene that gives none."""
@@ -84,7 +85,7 @@ def _flow(
 ) -> dict[str, float | None]:
     """Exergy, work and outlet temperatures of a phase, from its rows of the history."""
     time = np.append(begun, part["time"])
-    mass_flow, drop = np.abs(part["mass_flow"]), np.abs(part["pressure_drop"])
+    mass_flow = np.abs(part["mass_flow"])
     entering, leaving = part["inlet_temperature"], part["outlet_temperature"]
 
     def over_time(rate: Floats) -> float:
@@ -93,10 +94,11 @@ def _flow(
         return float(trapezoid(np.append(rate[:1], rate), time))
 
     mass = over_time(mass_flow)
-    density = fluid.density(given["outlet_pressure"] + drop, entering)
     return {
         "exergy": over_time(mass_flow * _exergy(fluid, leaving, entering, given["surroundings"])),
-        "pumping_work": over_time(mass_flow * drop / density),
+        "pumping_work": over_time(
+            pumping_power(fluid, given["outlet_pressure"], part["mass_flow"], part["pressure_drop"], entering)
+        ),
         "mean_outlet_temperature": over_time(mass_flow * leaving) / mass if mass > 0.0 else None,
         "outlet_temperature": float(leaving[-1]),
     }
