@@ -33,6 +33,8 @@ from .specs import Specs
 from .unmet_targets import kept_targets, of_narrow_targets, why_not_met
 
 HIGHEST_MACH_NUMBER = 0.3
+CHOKED = 0.85
+"""Mach number at which a flow with friction and the temperature of its bed chokes: 1/sqrt(gamma), of air (Shapiro, ch. 6)."""
 LARGEST_PRESSURE_ERROR = 5e-3
 """Of a given pressure drop, up to which that of the flow may differ without a word."""
 LARGEST_EXPANSION = 5.0
@@ -344,7 +346,12 @@ def _of_the_expansion(scene: Scene, simulation: Simulation) -> list[str]:
 def _of_what_was_reached(simulation: Simulation, bounds: list[float]) -> list[str]:
     problem, found = simulation.problem, _of_the_beads_weight(simulation) + _of_rest(simulation, bounds)
     mach = problem.highest_mach_number()
-    if mach > HIGHEST_MACH_NUMBER:
+    if mach > CHOKED:
+        found.append(
+            f"Mach number {mach:.2g} between the beads: a real flow is choked at about {CHOKED}, with less mass flow and a higher "
+            "pressure at the outlet: mass flow and times may be off"
+        )
+    elif mach > HIGHEST_MACH_NUMBER:
         found.append(f"Mach number {mach:.2g} > {HIGHEST_MACH_NUMBER}: the energy balance is that of low Mach numbers")
     found += _of_the_openings(simulation)
     drop = max(abs(one) for one in simulation.recorder.history["pressure_drop"])

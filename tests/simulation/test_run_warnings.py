@@ -382,6 +382,14 @@ def test_a_gas_that_expands_in_the_last_cells_is_told(flow, outlet, is_told):
     assert any("-fold, most of that within the last cells" in text for text in warnings) == is_told
 
 
+@pytest.mark.parametrize(("drop", "words"), [(2e4, ""), (8e4, "of low Mach numbers"), (9e4, "a real flow is choked")])
+def test_a_flow_faster_than_sound_is_choked(drop, words):
+    """It was told as one whose energy balance is not exact."""
+    given = {"geometry.length": 0.06, "operation.pressure_drop": drop, "operation.outlet_pressure": 1e5 - drop}
+    told = [text for text in warnings_of(given | {"operation.end_time": 1.0}) if "Mach" in text]
+    assert [words in text for text in told] == [True] * bool(words)
+
+
 @pytest.mark.parametrize(("found", "count"), [(5924.0, 1), (5979.0, 0), (-5924.0, 1)])
 def test_a_pressure_drop_that_is_not_the_one_given_is_told(found, count):
     """Full flow through half of a side: 1.3 % on the mesh as drawn, 0.35 % on halved cells, of either sign."""
