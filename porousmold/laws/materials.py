@@ -6,7 +6,7 @@ viscosity. Laws accept floats, numpy arrays and UFL. The materials themselves ar
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from math import isfinite
+from math import isfinite, log
 
 from .cure import Cure
 from .functions import Value, exp, maximum, minimum
@@ -41,6 +41,10 @@ class Polynomial:
         return _horner(coefficients, inside) + sum(
             (_horner(self.coefficients, end) + 0.5 * self._slope(end) * away) * away for end, away in beyond
         )
+
+    def times(self, factor: float) -> "Polynomial":
+        """The law times a factor."""
+        return self.with_coefficients(factor * one for one in self.coefficients)
 
     @property
     def _is_straight(self) -> bool:
@@ -89,6 +93,10 @@ class LogPolynomial:
         """Value at the temperature (K)."""
         return exp(Polynomial(self.coefficients, "", "", self.temperature_range)(temperature))
 
+    def times(self, factor: float) -> "LogPolynomial":
+        """The law times a factor."""
+        return self.with_coefficients((self.coefficients[0] + log(factor), *self.coefficients[1:]))
+
     def with_coefficients(self, coefficients: Iterable[Value]) -> "LogPolynomial":
         """The same law with other numbers, for example UFL constants in place of floats."""
         return replace(self, coefficients=tuple(coefficients))
@@ -123,6 +131,10 @@ class PiecewiseLinear:
         rises = (slope * inside * (0.5 * inside + beyond) for slope, inside, beyond in self._pieces(temperature))
         return self.coefficients[1] * temperature + sum(rises)
 
+    def times(self, factor: float) -> "PiecewiseLinear":
+        """The law times a factor."""
+        return self.with_coefficients(factor * one if n % 2 else one for n, one in enumerate(self.coefficients))
+
     def with_coefficients(self, coefficients: Iterable[Value]) -> "PiecewiseLinear":
         """The same law with other numbers, for example UFL constants in place of floats."""
         return replace(self, coefficients=tuple(coefficients))
@@ -142,6 +154,10 @@ class SutherlandViscosity:
     def __call__(self, temperature: Value) -> Value:
         t0, s = self.reference_temperature, self.sutherland_temperature
         return self.reference_viscosity * (temperature / t0) ** 1.5 * (t0 + s) / (temperature + s)
+
+    def times(self, factor: float) -> "SutherlandViscosity":
+        """The law times a factor."""
+        return replace(self, reference_viscosity=factor * self.reference_viscosity)
 
 
 @dataclass(frozen=True)

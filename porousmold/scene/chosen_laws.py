@@ -18,7 +18,7 @@ from ..laws.registry import Registry
 from ..laws.turbulence_models import TURBULENCE_MODELS, TurbulenceModel
 from .features.geometries import GEOMETRIES
 from .features.wall import name_of
-from .keys import Table
+from .keys import Part, Table
 from .scene import Scene
 from .series import TimeSeries
 
@@ -59,7 +59,9 @@ class Laws:
         bed, model = scene.bed, scene.model
         return cls(
             _fluid(scene),
-            _with_constants(
+            _with_given(
+                scene,
+                "bed.bead_",
                 _solid(scene, bed.bead_material),
                 density=bed.bead_density,
                 heat_capacity=bed.bead_heat_capacity,
@@ -127,8 +129,13 @@ def _fluid(scene: Scene) -> Fluid:
     assert isinstance(fluid, Fluid), "checked with the scene"
     if given.real_gas:
         fluid = real_gas(fluid, scene.operation.outlet_pressure, scene.source)
-    changed = _with_constants(
-        fluid, viscosity=given.viscosity, heat_capacity=given.heat_capacity, conductivity=given.conductivity
+    changed = _with_given(
+        scene,
+        "fluid.",
+        fluid,
+        viscosity=given.viscosity,
+        heat_capacity=given.heat_capacity,
+        conductivity=given.conductivity,
     )
     if given.density is None:
         return changed
@@ -140,7 +147,9 @@ def _walls(scene: Scene) -> dict[str, Solid]:
     layers = {name_of(layer): _solid(scene, layer.material) for layer in scene.layers.values()}
     if wall.layer is not None:
         return layers
-    plain = _with_constants(
+    plain = _with_given(
+        scene,
+        "wall.",
         _solid(scene, wall.material),
         density=wall.density,
         heat_capacity=wall.heat_capacity,
@@ -155,15 +164,24 @@ def _solid(scene: Scene, name: str) -> Solid:
     return solid
 
 
-def _with_constants(material: Material, **given: float | None) -> Material:
-    """The material with constant properties in place of those given; its name tells which."""
+def _with_given(scene: Scene, prefix: str, material: Material, **given: float | Part | None) -> Material:
+    """The material with constant properties in place of those given, or with parts of its laws; its name tells which."""
     changes: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     if not changes:
         return material
     laws: dict[str, Any] = {
         name: constant(value, UNITS[name], "scene") for name, value in changes.items() if name in UNITS
     }
-    whole = material.laws().keys() <= changes.keys()
+    for name, part in changes.items():
+        if isinstance(part, Part):
+            law = getattr(material, name)
+            if not hasattr(law, "times"):
+                scene.refuse(
+                    f"{prefix}{name}", f"must be a value: the {name} of {material.name} is a law of its own code"
+                )
+            laws[name] = law.times(part.factor)
+    is_constant = not any(isinstance(value, Part) for value in changes.values())
+    whole = is_constant and material.laws().keys() <= changes.keys()
     described = "constants of the scene" if whole else f"{material.name}{CHANGED}{' and '.join(changes)} of the scene"
     return replace(material, **(changes | laws | {"name": described}))
 

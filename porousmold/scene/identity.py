@@ -15,7 +15,7 @@ from ..laws.material_library import SOLIDS
 from ..laws.registry import source_text
 from .chosen_laws import CHOICES
 from .features import KEYS
-from .keys import Table
+from .keys import Part, Table
 from .scene import Scene
 from .series import TimeSeries
 
@@ -78,4 +78,4 @@ def _content(value: Any) -> Any:
         return [_content(entry) for entry in value]
     if isinstance(value, Table):
         return {name: _content(part) for name, part in value}
-    return value
+    return str(value) if isinstance(value, Part) else value

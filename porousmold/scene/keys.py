@@ -39,7 +39,7 @@ class Key:
     'tolerance' (of a key whose unit is `tolerated`; such a value stays as it is written).
 
     Numbers lie strictly between `low` and `high` (or at them, if `closed`). `choices` are looked up when a value is checked.
-    `else_allowed` says what else a choice may be made to take.
+    `else_allowed` says what else a choice may be made to take. A key `of_law` also takes a `Part` of a material's.
     `series` keys also take a CSV file or a channel of one (`series.CHANNEL`), with `along` one of columns along the flow, a
     function of the time (s), or a pair (times in s, values). A `profile` key also takes a CSV file of values along the flow.
     """
@@ -55,6 +55,7 @@ class Key:
     along: bool = False
     profile: bool = False
     tolerated: str = ""
+    of_law: bool = False
     else_allowed: str = ""
     entries: Mapping[str, "Key"] = field(default_factory=dict)
 
@@ -75,6 +76,17 @@ class Key:
 
 
 Schema: TypeAlias = Mapping[str, Mapping[str, Key]]
+LARGEST_PART = 10.0
+
+
+@dataclass(frozen=True)
+class Part:
+    """A property as a `factor` on the law of its material, given as "105 %"."""
+
+    factor: float
+
+    def __str__(self) -> str:
+        return f"{100.0 * self.factor:.12g} %"
 
 
 class Table:
@@ -262,6 +274,12 @@ def _checked_value(name: str, key: Key, value: Any, base: Path, where: str | Non
         return Profile.read(existing_file(name, value, base, where))
     if key.series:
         return _checked_series(name, key, value, base, where)
+    if key.of_law and isinstance(value, str) and value.strip().endswith("%"):
+        factor = to_si(name, value, "", where)
+        if not 0.0 < factor <= LARGEST_PART:
+            allowed = f"must be > 0 % and <= {100.0 * LARGEST_PART:g} % of the material's"
+            raise InputError(name, value, allowed, where)
+        return Part(factor)
     number = given_in_si(name, value, key.kind, where)
     _check_bounds(name, number, key, where, value)
     return number

@@ -18,8 +18,9 @@ def reference(only: str | None = None) -> str:
         "# Keys of a scene",
         "",
         'Written by `porousmold keys`. Numbers are SI, or texts with a unit (`"5 mm"`, `"90 degC"`, `"8 kPa"`). Keys marked',
-        "with * also take a CSV file `time [s], name [unit]`. Paths are relative to the scene's file. Materials of your own:",
-        "[materials.md](materials.md).",
+        "with * also take a CSV file `time [s], name [unit]`. A property in a unit or % is a constant in place of the",
+        'material\'s (`"2 W/(m K)"`), or a part of its law (`"105 %"`). Paths are relative to the scene\'s file. Materials of',
+        "your own: [materials.md](materials.md).",
     ]
     for table, keys in KEYS.items():
         if only not in (None, table):
@@ -37,8 +38,9 @@ def _section(title: str, keys: Mapping[str, Key], meaning: str = "") -> list[str
     lines = ["", f"## {title}", *(["", f"{meaning[0].upper()}{meaning[1:]}."] if meaning else [])]
     lines += ["", "| key | kind | default | allowed | meaning |", "|---|---|---|---|---|"]
     for name, key in keys.items():
+        unit_of_key = f"{key.kind} or %" if key.of_law else key.kind
         kind = {"delta_degC": "K", "": "number", "tolerance": f"% or {key.tolerated or 'number'}"}.get(
-            key.kind, key.kind
+            key.kind, unit_of_key
         )
         allowed = ", ".join(f"`{choice}`" for choice in key.choices)
         if not allowed and (key.kind == "integer" or key.kind not in WITHOUT_UNIT):

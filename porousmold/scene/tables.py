@@ -7,7 +7,7 @@ from typing import Any
 
 from ..errors import InputError
 from .features import KEYS
-from .keys import LISTED, Settings, Table, Tables, full_names, unknown
+from .keys import LISTED, Part, Settings, Table, Tables, full_names, unknown
 from .series import TimeSeries
 from .start import LastState, Profile
 
@@ -23,7 +23,7 @@ def as_toml(value: Any) -> Any:
         return [as_toml(entry) for entry in value]
     if isinstance(value, Table):
         return {name: as_toml(part) for name, part in value if part is not None}
-    return str(value) if isinstance(value, Path) else value
+    return str(value) if isinstance(value, Path | Part) else value
 
 
 def with_absolute_files(given: Tables, base: Path) -> Settings:

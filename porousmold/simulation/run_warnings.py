@@ -348,8 +348,8 @@ def _of_what_was_reached(simulation: Simulation, bounds: list[float]) -> list[st
     mach = problem.highest_mach_number()
     if mach > CHOKED:
         found.append(
-            f"Mach number {mach:.2g} between the beads: a real flow is choked at about {CHOKED}, with less mass flow and a higher "
-            "pressure at the outlet: mass flow and times may be off"
+            f"Mach number {mach:.2g} between the beads: a real flow is choked at about {CHOKED}, with less mass flow and a "
+            "higher pressure at the outlet: mass flow and times may be off"
         )
     elif mach > HIGHEST_MACH_NUMBER:
         found.append(f"Mach number {mach:.2g} > {HIGHEST_MACH_NUMBER}: the energy balance is that of low Mach numbers")

@@ -5,7 +5,9 @@ from typing import Any
 
 from ..errors import InputError
 from ..scene.chosen_laws import Laws
+from ..scene.features import KEYS
 from ..scene.features.phases import drive_name
+from ..scene.keys import Part, key_of
 from ..scene.scene import Scene
 from .definition import OF_EVERY_CASE, Case, with_units
 
@@ -13,7 +15,8 @@ from .definition import OF_EVERY_CASE, Case, with_units
 def value_of(scene: Scene, laws: Laws, name: str) -> float | None:
     """Value (SI) of the key "table.key", None where the scene has none or one that changes in time or from place to place.
 
-    A property of the beads or the wall that is not given is its material's, in the middle of initial and inlet temperature.
+    A property of the beads or the wall that is not given as a number is its material's, in the middle of initial and inlet
+    temperature; `scaled` changes the law.
     """
     if name == "operation.initial_temperature" and scene.start is not None:  # its mean is not the scene
         return None
@@ -21,10 +24,20 @@ def value_of(scene: Scene, laws: Laws, name: str) -> float | None:
     if hasattr(value, "values"):
         return float(value.values[0]) if len(value.values) == 1 else None
     middle = 0.5 * (scene.operation.initial_temperature + scene.operation.inlet_temperature.values[-1])
-    for prefix, solid in (("bed.bead_", laws.beads), ("wall.", laws.walls.get("wall"))):
-        if value is None and name.startswith(prefix) and hasattr(solid, name.removeprefix(prefix)):
-            value = getattr(solid, name.removeprefix(prefix))(middle)
+    for prefix, material in (("bed.bead_", laws.beads), ("wall.", laws.walls.get("wall")), ("fluid.", laws.fluid)):
+        of_law = isinstance(value, Part) or (value is None and prefix != "fluid.")
+        if of_law and name.startswith(prefix) and hasattr(material, name.removeprefix(prefix)):
+            value = getattr(material, name.removeprefix(prefix))(middle)
     return None if value is None else float(value)
+
+
+def scaled(scene: Scene, name: str, value: float, factor: float) -> float | str:
+    """The setting of a key that multiplies its `value` (as of `value_of`) by a factor: of a property that is a law of its
+    material that part of the law. A table that peaks where beads melt became its value at the middle, throughout."""
+    given = scene.value(name)
+    if not key_of(KEYS, name).of_law or isinstance(given, float):
+        return factor * value
+    return str(Part(factor if given is None else factor * given.factor))
 
 
 def case_around(scene: Scene, name: str, settings: Mapping[str, Any]) -> Case:

@@ -31,7 +31,6 @@ from ..scene.features.geometries import dimension_of
 from ..scene.identity import identity_of
 from ..scene.keys import WITHOUT_UNIT, key_of
 from ..scene.scene import Scene
-from ..scene.series import TimeSeries
 from ..scene.tables import as_toml
 from ..simulation.running import RunInterrupted, run
 from .definition import Case, Study, unit_of_record
@@ -325,11 +324,7 @@ def setting(case: Case, name: str) -> Any:
         except InputError:
             return given
     value = case.scene.value(name)
-    if isinstance(value, TimeSeries):
-        value = value.as_value()
-    if isinstance(value, tuple):  # tables of a list
-        return json.dumps(as_toml(value))
-    return str(value) if isinstance(value, Path) else value
+    return json.dumps(as_toml(value)) if isinstance(value, tuple) else as_toml(value)  # a tuple: tables of a list
 
 
 def write_tables(study: Study, out: Path) -> list[Row]:

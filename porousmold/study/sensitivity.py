@@ -22,7 +22,7 @@ from ..scene.features import KEYS
 from ..scene.keys import WITHOUT_UNIT, key_of
 from ..scene.scene import Scene
 from .definition import Case, Study
-from .parameters import case_around, phase_values, value_of
+from .parameters import case_around, phase_values, scaled, value_of
 from .quantity import Quantity, quantity_of
 from .running import IN_DOUBT, run_study
 
@@ -85,8 +85,8 @@ def not_varied(scene: Scene) -> list[str]:
 
 
 def parameters_of(scene: Scene) -> dict[str, float]:
-    """{name: value (SI)} of the parameters that the scene has, temperatures as differences from the initial one; properties of
-    materials as constants."""
+    """{name: value (SI)} of the parameters that the scene has, temperatures as differences from the initial one; of
+    properties of materials, whose laws are scaled, the value in the middle."""
     laws, found = Laws.of(scene), dict[str, float]()
     layers = [f"{place}.{key}" for place in scene.layers for key in OF_LAYERS]
     phases = [f"operation.phase[{number}].duration" for number, _ in enumerate(scene.operation.phase or (), start=1)]
@@ -119,7 +119,12 @@ def cases_around(scene: Scene, step: float = STEP) -> list[Case]:
         for side, factor in (("up", 1.0 + step), ("down", 1.0 / (1.0 + step))):
             values = phase_values(scene, name) or {name: value}
             origin = _origin(scene, name)
-            changed = {key: float(origin + (one - origin) * factor) for key, one in values.items()}
+            changed: dict[str, Any] = {
+                key: scaled(scene, key, float(one), factor)
+                if origin == 0.0
+                else float(origin + (one - origin) * factor)
+                for key, one in values.items()
+            }
             cases.append(case_around(scene, f"{name},{side}", changed))
     return cases
 

@@ -38,7 +38,7 @@ from ..scene.scene import Scene
 from ..scene.series import TimeSeries
 from ..simulation.accuracy import ORDER
 from .definition import Case, Study
-from .parameters import case_around, phase_values, value_of
+from .parameters import case_around, phase_values, scaled, value_of
 from .quantity import Quantity, quantity_of
 from .running import IN_DOUBT, run_study
 
@@ -135,7 +135,8 @@ class Sample:
 
 
 def inputs_of(scene: Scene) -> dict[str, tuple[float, float]]:
-    """{name: (value, standard deviation)} in SI of what the scene has of [tolerance]; properties of materials as constants.
+    """{name: (value, standard deviation)} in SI of what the scene has of [tolerance]; of properties of materials, whose laws are
+    scaled, the value in the middle.
 
     Raises `InputError` for a tolerance that is given of what has no single value, such as a time series or phases, or is no
     input of the scene, and for one that is not below half of the value.
@@ -229,11 +230,11 @@ def unvaried(scene: Scene) -> list[str]:
     ]
 
 
-def moved(scene: Scene, name: str, value: float, deviation: float, steps: float) -> dict[str, float]:
+def moved(scene: Scene, name: str, value: float, deviation: float, steps: float) -> dict[str, float | str]:
     """Settings of an input moved by so many standard deviations; of phases all of them, each by its own, drives in magnitude."""
     phases = phase_values(scene, name)
     if not phases:
-        return {name: value + steps * deviation}
+        return {name: scaled(scene, name, value, 1.0 + steps * deviation / value)}
     tolerance = _tolerance(scene, name)
     return {key: one + steps * math.copysign(0.5 * tolerance.of(abs(one)), one) for key, one in phases.items()}
 
@@ -369,9 +370,9 @@ def sample_cases(scene: Scene, count: int, seed: int) -> list[Case]:
     return cases
 
 
-def _kept(scene: Scene, name: str, value: float) -> float:
+def _kept(scene: Scene, name: str, value: float | str) -> float | str:
     """The value, or the largest that the porosity's laws take."""
-    if name != "bed.bulk_porosity":
+    if name != "bed.bulk_porosity" or isinstance(value, str):
         return value
     laws = {scene.bed.porosity_model, alternatives_of(scene).get("bed.porosity_model", scene.bed.porosity_model)}
     return min(value, LARGEST_POROSITY, *(POROSITY_MODELS[law].largest_bulk_porosity for law in laws))

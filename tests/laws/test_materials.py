@@ -57,6 +57,17 @@ def test_arrays_and_coefficients_of_any_kind():
     assert law.with_coefficients(c for c in law.coefficients)(310.0) == law(310.0)
 
 
+def test_every_law_of_a_temperature_times_a_factor_is_that_everywhere():
+    temperatures = np.linspace(250.0, 900.0, 30)
+    for material in (*SOLIDS.values(), *FLUIDS.values()):
+        for name, law in material.laws().items():
+            if material in FLUIDS.values() and name == "density":
+                continue
+            assert law.times(1.07)(temperatures) == pytest.approx(1.07 * law(temperatures), rel=1e-12), material.name
+            if name == "heat_capacity":
+                assert law.times(1.07).integral(500.0) == pytest.approx(1.07 * law.integral(500.0), rel=1e-12)
+
+
 def test_the_fluids_of_the_library_are_near_textbook_values():
     """Incropera, DeWitt, tables A.4 and A.6: fitted elsewhere, from CoolProp."""
     nitrogen, helium, water = (FLUIDS[name] for name in ("nitrogen", "helium", "water"))

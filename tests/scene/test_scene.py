@@ -11,6 +11,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from porousmold.errors import InputError
+from porousmold.scene.chosen_laws import Laws
 from porousmold.scene.features import KEYS
 from porousmold.scene.scene import Scene
 
@@ -33,6 +34,19 @@ def test_units_become_si():
     assert scene.wall.thickness == pytest.approx(2e-3)
     assert scene.operation.pressure_drop(5.0) == 8000.0
     assert scene.bed.bead_diameter == pytest.approx(5e-3)
+
+
+def test_a_property_in_per_cent_is_that_part_of_the_law():
+    given = {"wall.conductivity": "90 %", "bed.bead_heat_capacity": "105 %", "fluid.viscosity": "120 %"}
+    own, plain = (Laws.of(Scene.load(PIPE, changes)) for changes in (given, {}))
+    for temperature in (300.0, 340.0):
+        for law, plain_law, factor in (
+            (own.walls["wall"].conductivity, plain.walls["wall"].conductivity, 0.9),
+            (own.beads.heat_capacity, plain.beads.heat_capacity, 1.05),
+            (own.fluid.viscosity, plain.fluid.viscosity, 1.2),
+        ):
+            assert law(temperature) == pytest.approx(factor * plain_law(temperature), rel=1e-14)
+    assert own.walls["wall"].name == "acrylic, but conductivity of the scene"
 
 
 def test_thesis_scenes_hold_the_printed_numbers():
@@ -59,6 +73,15 @@ REFUSED = [
     ({"wall.material": "tin"}, "'aluminium'"),
     ({"wall.density": float("nan")}, "finite"),
     ({"wall.density": float("inf")}, "finite"),
+    ({"wall.density": "-5 %"}, "= '-5 %': must be > 0 % and <= 1000 % of the material's"),
+    ({"bed.bead_heat_capacity": "nan %"}, "bed.bead_heat_capacity"),
+    ({"bed.bead_diameter": "105 %"}, "bed.bead_diameter"),
+    ({"fluid.density": "105 %"}, "fluid.density"),
+    (
+        {f"fluid.{name}": value for name, value in [("density", 1e3), ("viscosity", 1e-3), ("heat_capacity", 4e3)]}
+        | {"fluid.conductivity": "90 %"},
+        "has no material",
+    ),
     ({"bed.bulk_porosity": 0}, "bed.bulk_porosity"),
     ({"bed.bulk_porosity": 1.0}, "bed.bulk_porosity"),
     ({"bed.bulk_porosity": 0.6, "bed.porosity_model": "cheng-hsu"}, "<= 0.5"),

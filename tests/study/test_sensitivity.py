@@ -28,6 +28,32 @@ def test_heat_stored_in_beads_and_wall_sets_the_time_scale(tmp_path):
     assert (tmp_path / "elasticities.json").is_file()
 
 
+def test_properties_of_beads_that_melt_are_scaled_and_not_replaced(tmp_path, monkeypatch):
+    """A table with a peak at the middle became that value throughout: 10 times the heat, and the target was out of reach."""
+    table = tmp_path / "wax.csv"
+    table.write_text("temperature [degC],heat_capacity [J/(kg*K)]\n0,2000\n45,2000\n50,40000\n55,2000\n200,2000\n")
+    monkeypatch.setattr(sensitivity, "PARAMETERS", ("bed.bead_density", "bed.bead_heat_capacity"))
+    monkeypatch.setattr(sensitivity, "_given_quantities", lambda scene: [])
+    wax = {"density": 900.0, "conductivity": 0.3, "heat_capacity": {"table": str(table), "source": "drawn"}}
+    scene = Scene(
+        {
+            "geometry": {"kind": "mold", "length": 0.2, "cavity_height": 0.05},
+            "bed": {"bead_diameter": 5e-3, "bead_material": "wax"},
+            "materials": {"wax": wax},
+            "model": {"flow": "plug", "wall": "insulated"},
+            "operation": {"initial_temperature": "20 degC", "inlet_temperature": "80 degC", "inlet_velocity": 0.5,
+                          "end_time": "8 h"},
+            "target": [{"name": "molten", "place": "bed", "above": "70 degC"}],
+        }
+    )  # fmt: skip
+    quantity = Quantity("targets.molten", "s")
+    density, heat_capacity = (entry.value for entry in elasticities(scene, tmp_path / "cases", quantity))
+    assert density == pytest.approx(heat_capacity, abs=2e-3)
+    assert density == pytest.approx(1.0, abs=0.02)
+    settings = [case.settings["bed.bead_heat_capacity"] for case in cases_around(scene)[2:]]
+    assert settings == ["105 %", "95.2380952381 %"]
+
+
 def test_parameters_are_those_that_the_scene_has():
     mold, pipe = (parameters_of(Scene.load(path)) for path in (ALUMINIUM, PIPE))
     assert mold["wall.conductivity"] == 237.0 and "geometry.diameter" not in mold

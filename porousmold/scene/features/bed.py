@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from ...laws import stirring
 from ...laws.porosity import POROSITY_MODELS
 from ..closures import CLOSURES, THESIS
+from ..keys import Part
 from .feature import Feature, choice, key, measure, own_property, solid
 from .geometries import GEOMETRIES
 
@@ -24,11 +25,13 @@ class Beads(Feature):
 
     diameter: float | None = measure("bed.bead_diameter", "diameter of the beads")
     material: str = solid("bed.bead_material", "material of the beads", "ceramic")
-    density: float | None = own_property("bed.bead_density", "kg/m^3", "density of the beads; overrides the material's")
-    heat_capacity: float | None = own_property(
+    density: float | Part | None = own_property(
+        "bed.bead_density", "kg/m^3", "density of the beads; overrides the material's"
+    )
+    heat_capacity: float | Part | None = own_property(
         "bed.bead_heat_capacity", "J/(kg*K)", "specific heat capacity of the beads; overrides the material's"
     )
-    conductivity: float | None = own_property(
+    conductivity: float | Part | None = own_property(
         "bed.bead_conductivity", "W/(m*K)", "thermal conductivity of the beads; overrides the material's"
     )
     contact_flattening: float | None = key(

@@ -42,8 +42,8 @@ def solid(full_name: str, meaning: str, default: str | None = None) -> Any:
 
 
 def own_property(full_name: str, kind: str, meaning: str) -> Any:
-    """The field of a key that is a property in place of the material's."""
-    return key(full_name, kind, meaning, low=0.0, high=1e7)
+    """The field of a key that is a property in place of the material's, or a part of that."""
+    return key(full_name, kind, meaning, low=0.0, high=1e7, of_law=True)
 
 
 class Feature:

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 from ...laws.material_library import FLUIDS
 from ..closures import CLOSURES, THESIS
+from ..keys import Part
 from .feature import OWN_MATERIAL, Feature, choice, key, own_property
 
 if TYPE_CHECKING:
@@ -29,12 +30,16 @@ class BedFluid(Feature):
         "1 bar",
         False,
     )
-    density: float | None = own_property("fluid.density", "kg/m^3", "constant density: makes the fluid a liquid")
-    viscosity: float | None = own_property("fluid.viscosity", "Pa*s", "constant viscosity; overrides the material's")
-    heat_capacity: float | None = own_property(
+    density: float | None = key(
+        "fluid.density", "kg/m^3", "constant density: makes the fluid a liquid", low=0.0, high=1e7
+    )
+    viscosity: float | Part | None = own_property(
+        "fluid.viscosity", "Pa*s", "constant viscosity; overrides the material's"
+    )
+    heat_capacity: float | Part | None = own_property(
         "fluid.heat_capacity", "J/(kg*K)", "constant heat capacity; overrides the material's"
     )
-    conductivity: float | None = own_property(
+    conductivity: float | Part | None = own_property(
         "fluid.conductivity", "W/(m*K)", "constant thermal conductivity; overrides the material's"
     )
     outlet_pressure: float = key(
@@ -48,3 +53,5 @@ class BedFluid(Feature):
         for name in ("viscosity", "heat_capacity", "conductivity"):
             if not scene.is_given(f"fluid.{name}"):
                 scene.refuse(f"fluid.{name}", "is missing: a liquid needs all four properties", value=None)
+            if isinstance(scene.value(f"fluid.{name}"), Part):
+                scene.refuse(f"fluid.{name}", "must be a value: a liquid with fluid.density has no material")

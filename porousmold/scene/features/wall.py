@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Literal
 
 from ...laws.material_library import SOLIDS
 from ...laws.materials import Solid
-from ..keys import Key, Table
+from ..keys import Key, Part, Table
 from ..series import TimeSeries
 from .feature import OWN_MATERIAL, Feature, choice, key, measure, own_property, solid
 from .geometries import geometry_of
@@ -59,11 +59,13 @@ class BedWall(Feature):
     )
     material: str = solid("wall.material", "material of the wall", "aluminium")
     thickness: float | None = measure("wall.thickness", "thickness of the wall")
-    density: float | None = own_property("wall.density", "kg/m^3", "density of the wall; overrides the material's")
-    heat_capacity: float | None = own_property(
+    density: float | Part | None = own_property(
+        "wall.density", "kg/m^3", "density of the wall; overrides the material's"
+    )
+    heat_capacity: float | Part | None = own_property(
         "wall.heat_capacity", "J/(kg*K)", "specific heat capacity of the wall; overrides the material's"
     )
-    conductivity: float | None = own_property(
+    conductivity: float | Part | None = own_property(
         "wall.conductivity", "W/(m*K)", "thermal conductivity of the wall; overrides the material's"
     )
     layer: Sequence[Table] | None = key(
