@@ -21,7 +21,8 @@ CELLS_OF_THICK = 32
 CELLS_OF_CURE = 6
 """Through a layer that cures, at least: it is hottest in its middle."""
 MOST_CELLS, CELLS_OF_MELTING = 12, 3
-"""Through a layer that is not thick; and times as many through one that melts: temperatures halt as each of its cells does."""
+"""Through a layer that is not thick; and times as many through one that melts, or whose conductivity jumps: temperatures halt as
+each of its cells does."""
 DRIVEN_FROM_OUTSIDE = 0.1
 """Of all temperature differences that are given, by which the surroundings differ from the start where they heat or cool the
 wall, and not only take up what it loses: then its layers have the cells for that, too."""
@@ -203,7 +204,8 @@ def _of_one_wall(
             strongest = max(abs(value) for value in layer.heat_source.range)
             rise = strongest * thickness**2 / (4.0 * conductivity)
             fewest = max(fewest, math.ceil(math.sqrt(rise / SOURCE_ERROR)))
-        times = CELLS_OF_MELTING if melts(layer.solid.heat_capacity, specs.heat) else 1
+        laws = layer.solid.heat_capacity, layer.solid.conductivity
+        times = CELLS_OF_MELTING if any(melts(law, specs.heat) for law in laws) else 1
         fewest = min(fewest, MOST_CELLS)
         cells.append(max(times * fewest, 1 + math.ceil(more * (fewest - 1))))
         if 2.0 * passed < sum(stores) and (number <= waited_for or sum(stores) > bed.capacity):

@@ -46,6 +46,21 @@ def test_surroundings_that_only_take_what_the_wall_loses_ask_for_no_cells():
     assert unknowns(**lost) == unknowns() < unknowns(outer_coefficient=10.0, ambient_temperature="90 degC")
 
 
+def test_a_conductivity_that_jumps_asks_for_cells_as_a_material_that_melts_does(tmp_path):
+    """20 mm whose conductivity rises from 0.1 to 2 W/m/K within 20 K, in an oven of 300 degC: 100 degC came 4.7 % too late, by
+    an error of 0.9 % as it was told; now 1.9 % too late by 2.2 %."""
+
+    def unknowns(last):
+        table = tmp_path / "conductivity.csv"
+        table.write_text(f"temperature [degC],conductivity [W/(m*K)]\n0,0.1\n50,0.1\n70,{last}\n400,{last}\n")
+        sheet = {"density": 1000.0, "heat_capacity": 1000.0, "conductivity": {"table": str(table), "source": "drawn"}}
+        part = {"name": "part", "material": "sheet", "thickness": 0.02}
+        scene = TOOL | {"materials": {"sheet": sheet}, "wall": {"layer": [part]}}
+        return problem_of(Scene(scene).changed(OVEN | {"operation.ambient_temperature": "300 degC"})).unknowns["energy"]
+
+    assert unknowns(2.0) > unknowns(0.102)
+
+
 @pytest.mark.parametrize("rise", [3.0, 10.0, 60.0])
 def test_the_foot_of_a_steep_profile_comes_in_time(rise):
     """A place behind 40 mm of laminate of 880 K more outside, before a bed that stores and conducts next to nothing: the exact
