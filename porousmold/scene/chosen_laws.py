@@ -169,19 +169,19 @@ def _with_given(scene: Scene, prefix: str, material: Material, **given: float | 
     changes: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     if not changes:
         return material
+    parts = {name: value for name, value in changes.items() if isinstance(value, Part)}
     laws: dict[str, Any] = {
-        name: constant(value, UNITS[name], "scene") for name, value in changes.items() if name in UNITS
+        name: constant(value, UNITS[name], "scene")
+        for name, value in changes.items()
+        if name in UNITS and name not in parts
     }
-    for name, part in changes.items():
-        if isinstance(part, Part):
-            law = getattr(material, name)
-            if not hasattr(law, "times"):
-                scene.refuse(
-                    f"{prefix}{name}", f"must be a value: the {name} of {material.name} is a law of its own code"
-                )
-            laws[name] = law.times(part.factor)
-    is_constant = not any(isinstance(value, Part) for value in changes.values())
-    whole = is_constant and material.laws().keys() <= changes.keys()
+    for name, part in parts.items():
+        law = getattr(material, name)
+        if not hasattr(law, "times"):
+            allowed = f"must be a value: the {name} of {material.name} is a law of its own code"
+            scene.refuse(f"{prefix}{name}", allowed)
+        laws[name] = law.times(part.factor)
+    whole = not parts and material.laws().keys() <= changes.keys()
     described = "constants of the scene" if whole else f"{material.name}{CHANGED}{' and '.join(changes)} of the scene"
     return replace(material, **(changes | laws | {"name": described}))
 

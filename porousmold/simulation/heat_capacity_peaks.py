@@ -23,20 +23,25 @@ POINTS = 4001
 """At which it is looked at."""
 
 
-def sharpest_change(heat_capacity: Value, low: float, high: float) -> float:
-    """Largest factor by which a heat capacity changes within `NARROW` of the range from `low` to `high` (K)."""
+def sharpest_change(law: Value, low: float, high: float) -> float:
+    """Largest factor by which a property changes within `NARROW` of the range from `low` to `high` (K)."""
     temperatures = np.linspace(low, high, POINTS)
-    capacities = np.asarray(heat_capacity(temperatures)) + 0.0 * temperatures
+    values = np.asarray(law(temperatures)) + 0.0 * temperatures
     largest = 1.0
     for beside in np.unique(np.geomspace(1, NARROW * (POINTS - 1), 8).astype(int)):
-        ratios = capacities[beside:] / capacities[:-beside]
+        ratios = values[beside:] / values[:-beside]
         largest = max(largest, float(np.max(ratios)), float(1.0 / np.min(ratios)))
     return largest
 
 
+def changes_sharply(law: Value, heat: "HeatSpec") -> bool:
+    """Whether a property does within a small part of the temperatures that may be reached."""
+    return sharpest_change(law, *heat.reached) > SMOOTH_CHANGE
+
+
 def melts(heat_capacity: Value, heat: "HeatSpec") -> bool:
     """Whether a heat capacity has a peak between the temperatures that may be reached."""
-    return sharpest_change(heat_capacity, *heat.reached) > SMOOTH_CHANGE
+    return changes_sharply(heat_capacity, heat)
 
 
 def stage_error(sharpest: float) -> float:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from ..laws.materials import PiecewiseLinear, Solid
 from ..scene.features.geometries import BedSize
 from ..scene.features.wall import Layer
-from .heat_capacity_peaks import melts
+from .heat_capacity_peaks import changes_sharply
 from .specs import HeatSpec, Specs
 
 CELLS_A_DEPTH = 10.0
@@ -205,7 +205,7 @@ def _of_one_wall(
             rise = strongest * thickness**2 / (4.0 * conductivity)
             fewest = max(fewest, math.ceil(math.sqrt(rise / SOURCE_ERROR)))
         laws = layer.solid.heat_capacity, layer.solid.conductivity
-        times = CELLS_OF_MELTING if any(melts(law, specs.heat) for law in laws) else 1
+        times = CELLS_OF_MELTING if any(changes_sharply(law, specs.heat) for law in laws) else 1
         fewest = min(fewest, MOST_CELLS)
         cells.append(max(times * fewest, 1 + math.ceil(more * (fewest - 1))))
         if 2.0 * passed < sum(stores) and (number <= waited_for or sum(stores) > bed.capacity):

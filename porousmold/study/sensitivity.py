@@ -119,7 +119,7 @@ def cases_around(scene: Scene, step: float = STEP) -> list[Case]:
         for side, factor in (("up", 1.0 + step), ("down", 1.0 / (1.0 + step))):
             values = phase_values(scene, name) or {name: value}
             origin = _origin(scene, name)
-            changed: dict[str, Any] = {
+            changed: dict[str, float | str] = {
                 key: scaled(scene, key, float(one), factor)
                 if origin == 0.0
                 else float(origin + (one - origin) * factor)
