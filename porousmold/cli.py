@@ -240,6 +240,8 @@ class _Parser(argparse.ArgumentParser):
         """End the program with one line and the status of bad input."""
         if message.startswith("unrecognized arguments") and "=" in " ".join(sys.argv):
             message += "; a value with a blank needs quotes: --set wall.thickness='2 mm'"
+        if message.startswith("argument -") and message.endswith("expected one argument"):
+            message += "; a value that begins with '-' is written with '=': --velocity='-1 m/s'"
         sys.exit(_end(BAD_INPUT, f"{message} (see {self.prog} --help)"))
 
 

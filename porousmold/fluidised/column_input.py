@@ -10,6 +10,7 @@ from ..arrays import Floats
 from ..errors import InputError
 from ..laws.fluidisation import GRAVITY, SUSPENSION_DRAGS, archimedes_number
 from ..laws.nusselt import NUSSELT_CORRELATIONS, prandtl_number
+from ..packing.generator import SMALLEST_PERIOD
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,6 +109,11 @@ class ColumnInput(BedInput):
         for key, least in (("width", 8.0 * d), ("height", 1.2 * self.bed_height), ("bed_height", 4.0 * d)):
             if getattr(self, key) < least:
                 raise InputError(f"--{key.replace('_', '-')}", getattr(self, key), f"must be >= {least:g} m")
+        if d < self.depth < SMALLEST_PERIOD * d:
+            allowed = (
+                f"must be <= {d:g} m (one layer of beads) or >= {SMALLEST_PERIOD * d:g} m ({SMALLEST_PERIOD:g} beads)"
+            )
+            raise InputError("--depth", self.depth, allowed)
         if not 2.0 <= self.cell_size <= 10.0:
             raise InputError("--cell-size", self.cell_size, "must be >= 2 and <= 10 bead diameters")
         if not 0.0 <= self.blocked_width < 0.9 * self.width:

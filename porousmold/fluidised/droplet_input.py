@@ -12,6 +12,8 @@ LEAST_TEMPERATURE = 423.15
 """Of the bed, K: below, water wets the beads and boils between them, which is not modelled."""
 LEAST_CELLS = 5.0
 """Across the droplet."""
+LONGEST_STEP = 0.5
+"""In sqrt(parcel diameter/g): in a longer one a bead falls past its neighbour before the gas knows."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,4 +69,6 @@ class DropletInput(BedInput):
             raise InputError("--solid-fraction", self.solid_fraction, "must be >= 0.2 and <= 0.6")
         if not self.bond >= 0.0:
             raise InputError("--bond", self.bond, "must be >= 0 weights of a grain")
+        if not self.relative_step <= LONGEST_STEP:
+            raise InputError("--relative-step", self.relative_step, f"must be <= {LONGEST_STEP:g}")
         self.require_names(conduction=CONDUCTIONS, contact=CONTACTS)

@@ -322,8 +322,13 @@ def _checked_series(name: str, key: Key, value: Any, base: Path, where: str | No
         series = TimeSeries.of_pair(name, value, key.kind, where)
     else:
         series = TimeSeries.constant(given_in_si(name, value, key.kind, where))
-    for number in series.range:
-        _check_bounds(name, number, key, series.source or where)
+    values = np.reshape(series.values, (len(series.times), -1))
+    for row, number in ((values.min(axis=1).argmin(), values.min()), (values.max(axis=1).argmax(), values.max())):
+        if series.source is None:
+            _check_bounds(name, float(number), key, where)
+        else:
+            shown = f"{number:g} {key.unit}".rstrip()
+            _check_bounds(name, float(number), key, f"{series.source}, at {series.times[row]:g} s", shown)
     return series
 
 

@@ -40,8 +40,11 @@ class Profile:
         positions, values = columns.in_si(0, "m"), columns.in_si(1, "K")
         if np.any(np.diff(positions) <= 0.0):
             raise InputError(PROFILE, str(path), "must have distances from the inlet that increase")
-        if not (values > 0.0).all() or not (values < 5000.0).all():
-            raise InputError(PROFILE, str(path), "must have temperatures > 0 and < 5000 K")
+        if not (inside := (values > 0.0) & (values < 5000.0)).all():
+            row = int(np.argmin(inside))
+            raise InputError(
+                PROFILE, f"{values[row]:g} K", "must be > 0 and < 5000 K", f"{path}, at {positions[row]:g} m"
+            )
         return cls(tuple(positions.tolist()), tuple(values.tolist()), str(path))
 
     def as_value(self) -> str:

@@ -205,6 +205,7 @@ def test_a_bed_at_rest_takes_the_drag_and_the_film_that_are_chosen(monkeypatch):
         ({"depth_coefficient": -1.0}, "--depth-coefficient = -1.0: must be >= 0"),
         ({"smallest_diameter": 2e-3}, "--smallest-diameter = 0.002: must be >= 0.0004 and <= 0.001"),
         ({"depth": 5e-4}, "--depth = 0.0005: must be >= 0.001"),
+        ({"depth": 1.1e-3}, r"--depth = 0.0011: must be <= 0.001 m \(one layer of beads\) or >= 0.007 m"),
         ({"bead_density": 1.0}, "float"),
     ],
 )

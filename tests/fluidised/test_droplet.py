@@ -284,6 +284,7 @@ def test_a_bed_that_water_would_wet_is_refused():
         ({"contact": "none"}, "--contact"),
         ({"drag": "none"}, "--drag"),
         ({"bond": -1.0}, "--bond"),
+        ({"relative_step": 5.0}, "--relative-step = 5.0: must be <= 0.5"),
     ],
 )
 def test_input_that_does_not_fit_is_refused(settings, message):

@@ -126,6 +126,29 @@ def test_bad_values_are_refused_by_one_line(changes, word):
 
 
 @pytest.mark.parametrize(
+    ("key", "head", "place"),
+    [
+        ("operation.inlet_temperature", "time [s], temperature [degC]", "at 10 s"),
+        ("operation.inlet_temperature", "time [s], temperature [K], gauge [K]", None),
+        ("operation.initial_temperature", "x [m], temperature [degC]", "at 10 m"),
+    ],
+)
+def test_a_row_out_of_bounds_is_named_with_its_unit(tmp_path, key, head, place):
+    path = tmp_path / "logged.csv"
+    path.write_text(f"{head}\n0, 20\n10, -300\n20, 30\n")
+    value: object = str(path)
+    if place is None:  # a channel of a logger's file
+        path.write_text(f"{head}\n0, 20, 20\n10, -5, 20\n20, 30, 20\n")
+        value = {"file": str(path), "column": "temperature"}
+    with pytest.raises(InputError) as caught:
+        Scene.load(ALUMINIUM, {key: value})
+    shown = (
+        f"{key} = '{'-5' if place is None else '-26.85'} K': must be > 0 and < 5000 K (in {path}, {place or 'at 10 s'})"
+    )
+    assert str(caught.value) == shown
+
+
+@pytest.mark.parametrize(
     "content", [b"", b"\x00\xff\xfe", b"[geometry", b"kind = 3", b"[geometry]\nkind = 'mold'\n", b"geometry = 1"]
 )
 def test_broken_files_are_refused_by_one_line(tmp_path, content):
