@@ -370,12 +370,9 @@ def _resistance_ratio(specs: Specs, flux: float) -> float:
     return max(gradient(specs.heat.initial_temperature), *entering) / min(entering)
 
 
-def flow_change(specs: Specs, size: BedSize, before: float, after: float) -> float:
-    """Relative change of the mass flow that a pressure drop drives, between two temperatures (K) of the whole bed."""
-    fluxes = []
-    for temperature in (before, after):
-        fluid = fluid_at(specs, temperature)
-        fluxes.append(fluid.density * _speed(specs, size, fluid))
+def flow_change(specs: Specs, size: BedSize, before: FluidProperties, after: FluidProperties) -> float:
+    """Relative change of the mass flow that a pressure drop drives, between two states of the fluid in the whole bed."""
+    fluxes = [fluid.density * _speed(specs, size, fluid) for fluid in (before, after)]
     return abs(math.log(fluxes[1] / fluxes[0])) if min(fluxes) > 0.0 else 0.0
 
 

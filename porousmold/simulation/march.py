@@ -155,7 +155,7 @@ class Simulation:
         try:
             error = self._advance(step, before, is_smooth=not control.after_jump(self.time - sum(steps)))
             self._check_direction()
-            ratio = self._rules.error_ratio(self.time + step, error, self._stepper.flow_error())
+            ratio = self._rules.error_ratio(self.time + step, error, self._stepper.flow_error)
         except KeyboardInterrupt:
             self._put_back(before)
             problem.flow.factored_at = factored_at  # this step begins with those factors when it is taken again

@@ -260,7 +260,7 @@ class Problem:
 
     def mean_in_bed(self, function: fem.Function) -> float:
         """Mean over the bed's volume of a function on the mesh (collective)."""
-        return self.total_in_bed(function.x.array) / self._bed_volume
+        return self.total_in_bed(function.x.array) / self.bed_volume
 
     def total_in_bed(self, values: Floats) -> float:
         """Integral (times m3) over the bed of values at the mesh's nodes (collective)."""
@@ -268,7 +268,8 @@ class Problem:
         return float(ranks.total(self.communicator, np.array([weights @ values[: len(weights)]]))[0])
 
     @functools.cached_property
-    def _bed_volume(self) -> float:
+    def bed_volume(self) -> float:
+        """Of the bed (m3, collective)."""
         return float(ranks.total(self.communicator, np.array([self._bed_weights.sum()]))[0])
 
     @functools.cached_property

@@ -30,7 +30,7 @@ from .scene_warnings import (
 )
 from .snapshots import SAME_TIME
 from .specs import Specs
-from .unmet_targets import kept_targets, of_narrow_targets, why_not_met
+from .unmet_targets import kept_targets, of_narrow_margins, why_not_met
 
 HIGHEST_MACH_NUMBER = 0.3
 CHOKED = 0.85
@@ -173,7 +173,7 @@ def _of_the_outcome(simulation: Simulation) -> list[str]:
     found += of_no_heating_time(simulation.specs)
     found += of_heat_from_elsewhere(simulation) + of_the_corner(simulation)
     found += of_an_earlier_set_point(simulation)
-    found += of_narrow_targets(simulation)
+    found += of_narrow_margins(simulation)
     kept = kept_targets(simulation)
     is_through = course is not None and course.repeats and (course.is_over or course.has_waited(simulation.time))
     has_ended = at_end or steady or is_through

@@ -19,7 +19,7 @@ from ..scene.plausibility import implausible_values
 from ..scene.scene import Scene
 from ..scene.series import ProfileSeries
 from ..scene.start import Profile
-from .estimates import LEAST_JUMP, Estimates, flow_change
+from .estimates import LEAST_JUMP, Estimates, flow_change, fluid_at
 from .expansion import heat_of_expansion
 from .heat_capacity_peaks import NARROW, sharpest_change
 from .specs import Specs
@@ -142,7 +142,8 @@ def warnings_of_the_scene(scene: Scene, specs: Specs, estimates: Estimates, size
         if not specs.laws.bead_conduction.whole_bed and getattr(scene.bed, name):
             law = scene.model.bead_conduction
             found.append(f"bed.{name} has no effect with model.bead_conduction {law!r}")
-    change = math.exp(flow_change(specs, size, specs.heat.initial_temperature, specs.heat.inlet_temperature.values[-1]))
+    ends = specs.heat.initial_temperature, specs.heat.inlet_temperature.values[-1]
+    change = math.exp(flow_change(specs, size, *(fluid_at(specs, one) for one in ends)))
     if specs.flow.model.kind == "developed" and change > LARGEST_FLOW_CHANGE:
         found.append(
             f"the flow changes by a factor of {change:.2g} between the initial and the inlet temperature: developed flow leaves "

@@ -1,6 +1,7 @@
 """What a time step may do: its error, its length, and the bounds of its temperatures."""
 
 import math
+from collections.abc import Callable
 
 from ..errors import SolveError
 from ..mesh import ranks
@@ -17,7 +18,7 @@ CURE_ERROR = {2: 3e-5, 3: 1.5e-4}
 """The same of a degree of cure."""
 COARSEST_ERRORS = 0.6
 """Refinement of the steps below which their errors may grow no more: a front that comes in is lost in one step else."""
-FLOW_ERROR = 3e-3
+FLOW_ERROR = 2e-3
 """Relative error of the mass flow in a step that is allowed."""
 LARGEST_SCALE = 8.0
 """Times the change of a place that is waited for, that the differences count at most: behind a wall that a furnace
@@ -56,7 +57,7 @@ class StepRules:
         history = self._recorder.history
         return history["lowest_temperature"][-1], history["highest_temperature"][-1]
 
-    def error_ratio(self, time: float, error: StepError, flow_error: float) -> float:
+    def error_ratio(self, time: float, error: StepError, flow_error: Callable[[], float]) -> float:
         """Estimated error of a step to a time (s), and of its flow, over what is allowed (collective). Raises `SolveError`
         where more heat is taken out than there is."""
         problem, specs, history = self._problem, self._specs.time, self._recorder.history
@@ -79,9 +80,10 @@ class StepRules:
             allowed = min(allowed, specs.steps.tolerance)
         finer = max(specs.steps.refinement, COARSEST_ERRORS)
         ratio = max(error.temperature / allowed, error.cure / CURE_ERROR[error.order]) * finer**error.order
-        # an error of the flow moves times by as much of the time that it lasts
-        weight = min(1.0, time / self._problem.medium.estimates.heating_duration)
-        return float(max(ratio, weight * flow_error / FLOW_ERROR * finer**2))
+        # an error of the flow moves times by as much of the time that it lasts; the root, as a flow that a front makes ever slower
+        # is off at every scale of time
+        weight = math.sqrt(min(1.0, time / self._problem.medium.estimates.heating_duration))
+        return float(max(ratio, weight * flow_error() / FLOW_ERROR * finer**2))
 
     def is_quiet(self, before: Arrays) -> bool:
         """Whether the step that was just taken from a state (arrays of `Problem.state`) has changed no temperature and no degree

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..arrays import Floats
 from ..solvers.state import Arrays
-from .estimates import flow_change
+from .estimates import FluidProperties, flow_change, fluid_at
 from .problem import Problem
 
 CORRECTED = 0.02
@@ -86,7 +86,7 @@ class QuasiSteady(Frozen):
         problem, medium = self.problem, self.problem.medium
         step, past, middle_time = ahead.step, ahead.past, ahead.time + 0.5 * ahead.step
         if self._follows_temperature:
-            self._mean_before = problem.mean_in_bed(problem.temperature)
+            self._temperature_before = problem.temperature.x.array.copy()
         self._extrapolate_temperature(ahead)
         medium.flow_temperature.x.array[:] = medium.property_temperature.x.array
         medium.boundary.set(middle_time)
@@ -124,9 +124,18 @@ class QuasiSteady(Frozen):
         if not self._follows_temperature:
             return 0.0
         problem = self.problem
-        end = problem.mean_in_bed(problem.temperature)
-        extrapolated = problem.mean_in_bed(problem.medium.property_temperature)
-        return flow_change(problem.specs, problem.medium.size, extrapolated, 0.5 * (self._mean_before + end))
+        middle = 0.5 * (self._temperature_before + problem.temperature.x.array)
+        found = (self._fluid_at(values) for values in (problem.medium.property_temperature.x.array, middle))
+        return flow_change(problem.specs, problem.medium.size, *found)
+
+    def _fluid_at(self, temperature: Floats) -> FluidProperties:
+        """What resists the flow along a bed as the fluid at the nodes' temperatures (K) does: of one flux all along, drag is that
+        of the mean specific volume, and friction that of the mean kinematic viscosity (collective)."""
+        problem = self.problem
+        fluid, volume = fluid_at(problem.specs, temperature), problem.bed_volume
+        density = volume / problem.total_in_bed(1.0 / fluid.density)
+        viscosity = density * problem.total_in_bed(fluid.viscosity / fluid.density) / volume
+        return fluid._replace(density=density, viscosity=viscosity)
 
 
 class Coupled(Frozen):

@@ -54,13 +54,19 @@ def narrowest(target: Target, history: Rows) -> Turn | None:
         return None
     rows = _counting_rows(target, history)
     left = [target.margin - target.course(history, row) for row in rows]
+    return narrowest_turn([history["time"][row] for row in rows], left)
+
+
+def narrowest_turn(times: Sequence[float], left: Sequence[float]) -> Turn | None:
+    """Where a course turned back nearest to a margin to which it has `left` (K) so much at some times (s), positive within, or was
+    coming nearer from within at the end; None where it never did."""
     turns = []
-    for number in range(1, len(rows)):
-        before, now, after = left[number - 1], left[number], left[min(number + 1, len(rows) - 1)]
+    for row in range(1, len(left)):
+        before, now, after = left[row - 1], left[row], left[min(row + 1, len(left) - 1)]
         if now < before and now <= after:
-            turns.append(Turn(now, history["time"][rows[number]], held_before=True))
-        elif before < now < 0.0 and after < now:
-            turns.append(Turn(now, history["time"][rows[number]], held_before=False))
+            turns.append(Turn(now, times[row], held_before=True))
+        elif before < now and after < now:
+            turns.append(Turn(now, times[row], held_before=False))
     return min(turns, key=lambda turn: abs(turn.left)) if turns else None
 
 

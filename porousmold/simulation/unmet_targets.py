@@ -1,6 +1,7 @@
 """Why a target was not met: what was at its limit, where the heat went, and the largest lever; which ones were nearly lost."""
 
 import bisect
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -8,7 +9,7 @@ import numpy as np
 
 from ..output.quantities import ENERGY_GIVEN, JOULES_A_KWH, Columns
 from .march import Simulation
-from .target_history import longest_hold, lost_and_kept, narrowest
+from .target_history import Turn, longest_hold, lost_and_kept, narrowest, narrowest_turn
 from .targets import Target
 
 AT_LIMIT = 0.999
@@ -126,22 +127,56 @@ def kept_targets(simulation: Simulation) -> dict[str, dict[str, Any]]:
     return found
 
 
-def of_narrow_targets(simulation: Simulation) -> list[str]:
-    """Of targets that were kept, lost or missed by less than steps and cells may be off by."""
+def of_narrow_margins(simulation: Simulation) -> list[str]:
+    """Of targets, and of the heated place's margin, that were kept, lost or missed by less than steps and cells may be off by."""
     history, found = simulation.recorder.history, []
     if not len(history):  # stopped before its first row
         return []
-    span = max(history["highest_temperature"]) - min(history["lowest_temperature"])
-    for target in simulation.specs.time.targets:
-        turn = narrowest(target, history)
-        if turn is not None and abs(turn.left) < NARROW * span:
-            outcome, other = (
-                ("kept", "lost") if turn.left >= 0.0 else ("lost", "kept") if turn.held_before else ("missed", "met")
-            )
-            begins = ", and the time that it has to hold begin again" if target.hold else ""
+    allowed = NARROW * (max(history["highest_temperature"]) - min(history["lowest_temperature"]))
+    turns = [(f"target {one.name!r}", one.hold, narrowest(one, history)) for one in simulation.specs.time.targets]
+    if simulation.specs.waits_for_heat:
+        turns.append(("the heated place's margin", 0.0, _narrowest_of_the_heated_place(simulation, allowed)))
+    for name, hold, turn in turns:
+        if turn is not None and abs(turn.left) < allowed:
+            outcomes = ("kept", "lost") if turn.held_before else ("met", "missed")
+            outcome, other = outcomes if turn.left >= 0.0 else reversed(outcomes)
+            begins = ", and the time that it has to hold begin again" if hold else ""
             found.append(
-                f"target {target.name!r} was {outcome} by only {abs(turn.left):.2g} K at {turn.time:.4g} s, less than steps and "
-                f"cells may be off by ({NARROW:.1%} of all differences, {NARROW * span:.2g} K): it may as well be {other} there"
+                f"{name} was {outcome} by only {abs(turn.left):.2g} K at {turn.time:.4g} s, less than steps and "
+                f"cells may be off by ({NARROW:.1%} of all differences, {allowed:.2g} K): it may as well be {other} there"
                 f"{begins if turn.held_before else ''}"
             )
     return found
+
+
+def _narrowest_of_the_heated_place(simulation: Simulation, allowed: float) -> Turn | None:
+    """Where the distance of the heated place from the inlet's temperature turned back nearest to its margin, from when on it was
+    more than that by what is `allowed` (K) up to the breakpoint of the inlet's temperature at which the heating time is final."""
+    recorder, heated = simulation.recorder, simulation.specs.time.heated
+    times, deficits = recorder.history["time"], recorder.history[f"deficit_{heated.place}"]
+    first = next((row for row, deficit in enumerate(deficits) if deficit > heated.margin + allowed), len(times))
+    final = math.inf
+    if recorder.heating_time is not None:
+        ahead = (one for one in simulation.specs.heat.inlet_temperature.breakpoints if one >= recorder.heating_time)
+        final = min(ahead, default=recorder.heating_time)
+    rows = [row for row in range(first, len(times)) if times[row] <= final * (1.0 + 1e-12)]
+    if len(rows) < 2:
+        return None
+    instants, left = [times[row] for row in rows], [heated.margin - deficits[row] for row in rows]
+    return narrowest_turn([*instants, math.inf], [*left, left[-1] + _gain_to_come(simulation, rows[-1])])
+
+
+def _gain_to_come(simulation: Simulation, row: int) -> float:
+    """By how much (K) the distance of the heated place from the inlet's temperature would lessen in a step like that to a row of
+    the history, if the place went on as it did and the inlet's temperature as it is given."""
+    history, inlet, place = (
+        simulation.recorder.history,
+        simulation.specs.heat.inlet_temperature,
+        simulation.specs.time.heated.place,
+    )
+    end, step = history["time"][row], history["time"][row] - history["time"][row - 1]
+    now = float(inlet(end))
+    bend = float(inlet(end + 1e-3 * step) - now) / 1e-3 - (now - float(inlet(end - 1e-3 * step))) / 1e-3
+    is_below = now - history[f"lowest_{place}"][row] >= history[f"highest_{place}"][row] - now
+    deficits = history[f"deficit_{place}"]
+    return deficits[row - 1] - deficits[row] - (bend if is_below else -bend)

@@ -151,6 +151,7 @@ def test_how_narrowly_a_target_is_missed():
     low = 300.0 + 89.9 * np.exp(-(((TIMES - 200.0) / 40.0) ** 2))
     history = {"time": list(TIMES), "lowest_wall": list(low), "highest_wall": list(low)}
     assert narrowest(target("above", 390.0), history) == Turn(pytest.approx(-0.1), 200.0, held_before=False)
+    assert narrowest(target("above", 389.8), history) == Turn(pytest.approx(0.1), 200.0, held_before=False)
     until = {name: values[: list(TIMES).index(150.0)] for name, values in history.items()}
     assert narrowest(target("above", 390.0), until) is None
 
@@ -229,6 +230,26 @@ def test_a_hold_that_hangs_on_less_than_the_error_is_told():
         is_told = any("may as well be" in text and "begin again" in text for text in summary["warnings"])
         assert is_told == (limit > lowest - 1.0)
     assert answers[1] > answers[0] + 500.0
+
+
+def test_a_heating_time_that_hangs_on_less_than_the_error_is_told():
+    """The inlet rises just before the wall is within the margin of it: missed there, the wall is heated so much later."""
+    tables = held(1.0).as_tables()
+    del tables["target"]
+    programme = [{"to": 363.15, "over": 100.0, "hold": 2500.0}, {"to": 383.15, "over": 10.0, "hold": 3000.0}]
+    tables["operation"] |= {"programme": programme, "heating_margin": 0.5}
+    probe = run(Scene(tables), communicator=MPI.COMM_SELF)
+    before = (probe["time"] > 1000.0) & (probe["time"] < 2650.0)
+    nearest = float(np.min(probe["deficit_wall"][before]))
+    times = []
+    for margin in (nearest - 0.02, nearest + 0.02, nearest + 2.0):
+        tables["operation"]["heating_margin"] = margin
+        summary = run(Scene(tables), communicator=MPI.COMM_SELF).summary
+        times.append(summary["heating_time"])
+        outcome = {nearest - 0.02: "missed by only 0.02 K", nearest + 0.02: "met by only"}.get(margin, "")
+        is_told = any(f"heated place's margin was {outcome}" in text for text in summary["warnings"])
+        assert is_told == (margin < nearest + 1.0), summary["warnings"]
+    assert times[0] > times[1] + 100.0
 
 
 def test_a_place_that_only_cools_through_its_limit_never_meets_it():
