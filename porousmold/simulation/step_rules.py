@@ -80,8 +80,8 @@ class StepRules:
             allowed = min(allowed, specs.steps.tolerance)
         finer = max(specs.steps.refinement, COARSEST_ERRORS)
         ratio = max(error.temperature / allowed, error.cure / CURE_ERROR[error.order]) * finer**error.order
-        # an error of the flow moves times by as much of the time that it lasts; the root, as a flow that a front makes ever slower
-        # is off at every scale of time
+        # an error of the flow moves times by as much of the time that it lasts; the root, as a flow that a front makes ever
+        # slower is off at every scale of time
         weight = math.sqrt(min(1.0, time / self._problem.medium.estimates.heating_duration))
         return float(max(ratio, weight * flow_error() / FLOW_ERROR * finer**2))
 

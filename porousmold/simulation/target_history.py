@@ -58,8 +58,8 @@ def narrowest(target: Target, history: Rows) -> Turn | None:
 
 
 def narrowest_turn(times: Sequence[float], left: Sequence[float]) -> Turn | None:
-    """Where a course turned back nearest to a margin to which it has `left` (K) so much at some times (s), positive within, or was
-    coming nearer from within at the end; None where it never did."""
+    """Where a course turned back nearest to a margin to which it has `left` (K) so much at some times (s), positive within,
+    or was coming nearer from within at the end; None where it never did."""
     turns = []
     for row in range(1, len(left)):
         before, now, after = left[row - 1], left[row], left[min(row + 1, len(left) - 1)]

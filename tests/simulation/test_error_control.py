@@ -393,7 +393,7 @@ def test_cells_and_steps_follow_beads_that_move_with_the_fluid():
 
 
 def test_a_liquid_that_gets_viscous_as_it_cools_is_followed():
-    """Oil that a pressure drop drives slows down twentyfold while it cools a bed: the mean temperature of the bed hardly tells."""
+    """Oil that a pressure drop drives slows down tenfold while it cools a bed: the bed's mean temperature hardly tells."""
     scene = Scene(
         {
             "geometry": {"kind": "pipe", "length": 0.45, "diameter": 0.0167},
