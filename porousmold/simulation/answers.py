@@ -3,8 +3,10 @@
 import numpy as np
 
 from .accuracy import ALL_IN_DOUBT, AT_END, IN_DOUBT, PEAKS, Answer, Answers, Refinements
+from .heat_capacity_peaks import melts
 from .recorder import Recorder
 from .regimes import turbulence_begins_at
+from .specs import Specs
 from .targets import highest_until_met
 
 HEATING_TIME = "heating_time"
@@ -89,9 +91,13 @@ def doubt_of(recorder: Recorder, answers: Answers) -> str:
     return "a layer's cure makes it hotter than all that is given" if is_exotherm else ""
 
 
-def hidden_directions(doubt: str) -> Refinements:
-    """Factors above 1 in the directions in which coarser cells do not show the error of answers in doubt, but finer ones do."""
-    return AT_ONCE[BEGINS_LATE] if doubt == BEGINS_LATE else Refinements()
+def hidden_directions(doubt: str, specs: Specs) -> Refinements:
+    """Factors above 1 in the directions in which coarser cells do not show the error of answers, but finer ones do: where they are
+    in such a doubt, or beads melt in a flow, at a front with steep cells, which are of first order behind it."""
+    if doubt == BEGINS_LATE:
+        return AT_ONCE[BEGINS_LATE]
+    melts_in_a_flow = any(specs.flow.driven_by.range) and melts(specs.laws.beads.heat_capacity, specs.heat)
+    return Refinements(along=IN_DOUBT) if melts_in_a_flow else Refinements()
 
 
 def beyond_the_inlet(recorder: Recorder, time: float) -> tuple[float, str] | None:

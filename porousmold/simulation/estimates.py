@@ -6,7 +6,7 @@ cell, cells through the wall, largest step) and scale the unknowns; no result de
 
 import math
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -343,8 +343,8 @@ class FluidProperties(NamedTuple):
     conductivity: float
 
 
-def fluid_at(specs: Specs, temperature: float) -> FluidProperties:
-    """Of the scene's fluid at a temperature (K)."""
+def fluid_at(specs: Specs, temperature: Any) -> FluidProperties:
+    """Of the scene's fluid at a temperature (K), arrays of an array."""
     fluid, flow = specs.laws.fluid, specs.flow
     half = 0.5 * flow.driven_by.range[1] if flow.drive == "pressure_drop" else 0.0
     return FluidProperties(

@@ -133,8 +133,9 @@ class QuasiSteady(Frozen):
         of the mean specific volume, and friction that of the mean kinematic viscosity (collective)."""
         problem = self.problem
         fluid, volume = fluid_at(problem.specs, temperature), problem.bed_volume
-        density = volume / problem.total_in_bed(1.0 / fluid.density)
-        viscosity = density * problem.total_in_bed(fluid.viscosity / fluid.density) / volume
+        specific_volume = 1.0 / np.broadcast_to(fluid.density, temperature.shape)
+        density = volume / problem.total_in_bed(specific_volume)
+        viscosity = density * problem.total_in_bed(fluid.viscosity * specific_volume) / volume
         return fluid._replace(density=density, viscosity=viscosity)
 
 
