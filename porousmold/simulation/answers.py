@@ -92,8 +92,8 @@ def doubt_of(recorder: Recorder, answers: Answers) -> str:
 
 
 def hidden_directions(doubt: str, specs: Specs) -> Refinements:
-    """Factors above 1 in the directions in which coarser cells do not show the error of answers, but finer ones do: where they are
-    in such a doubt, or beads melt in a flow, at a front with steep cells, which are of first order behind it."""
+    """Factors above 1 in the directions in which coarser cells do not show the error of answers, but finer ones do: where they
+    are in such a doubt, or beads melt in a flow, whose sharp front has cells of first order."""
     if doubt == BEGINS_LATE:
         return AT_ONCE[BEGINS_LATE]
     melts_in_a_flow = any(specs.flow.driven_by.range) and melts(specs.laws.beads.heat_capacity, specs.heat)

@@ -103,7 +103,7 @@ def test_beads_that_melt_at_a_sharp_front_are_molten_in_time(tmp_path):
 
 def test_an_accuracy_tells_what_a_sharp_front_s_cells_are_off_by(tmp_path):
     """Coarser runs do not show it, a finer one along the flow does: 0.25 % was told where it was 0.9 %."""
-    places = {f"above_{above}": above for above in (70.0, 89.0)}
+    places = {f"above_{above}": above for above in (70, 89)}
     targets = [{"name": name, "place": "bed", "above": f"{above} degC"} for name, above in places.items()]
     changes = {"target.list": targets, "solver.accuracy": 0.01}
     summary = run(bed(tmp_path, 55.0, 10.0, exchange_factor=20.0).changed(changes)).summary
