@@ -27,11 +27,13 @@ LONGEST_ENTRANCE = 0.05
 """Part of the bed's length behind the inlet in which turbulence may begin without a word."""
 BEGINS_LATE = "turbulence grows from the inlet's and begins within the bed, where depends on the cells along the flow"
 """Another one: k grows exponentially there, on cells that are too coarse sooner."""
-AT_ONCE = {FINGERS: ALL_IN_DOUBT, BEGINS_LATE: Refinements(along=IN_DOUBT)}
+MELTS = "beads melt at a sharp front, which the cells along the flow spread"
+"""A third one: those are of first order at the front, and coarser ones hide it."""
+AT_ONCE = {FINGERS: ALL_IN_DOUBT, BEGINS_LATE: Refinements(along=IN_DOUBT), MELTS: Refinements(along=IN_DOUBT)}
 """Doubts that are settled by finer cells alone, with their refinements."""
 BEYOND_THE_INLET = "heat from elsewhere brings the heated place beyond the inlet's temperature"
 """One that is about the corner of the inlet and a wall that is heated."""
-SLOW_TO_CONVERGE = {BEYOND_THE_INLET: 1.0 / 3.0}
+SLOW_TO_CONVERGE = {BEYOND_THE_INLET: 1.0 / 3.0, MELTS: 1.0 / 3.0}
 """Doubts in which errors fall slowly with the cells, and the part of the difference from a run on coarser cells that they allow:
 0.6 % off where that differs by 0.26 %, and 0.3 % on twice the cells. With fewer steps, too, it may agree by accident."""
 EXOTHERM = 0.02
@@ -81,6 +83,8 @@ def doubt_of(recorder: Recorder, answers: Answers) -> str:
         return FINGERS
     if answers and turbulence_begins_at(problem) > LONGEST_ENTRANCE:
         return BEGINS_LATE
+    if answers and _melts_in_a_flow(problem.specs):
+        return MELTS
     times = [answer.value for name, answer in answers.items() if name == HEATING_TIME or name.startswith(TARGETS)]
     if times and beyond_the_inlet(recorder, min(times)):
         return BEYOND_THE_INLET
@@ -96,8 +100,11 @@ def hidden_directions(doubt: str, specs: Specs) -> Refinements:
     are in such a doubt, or beads melt in a flow, whose sharp front has cells of first order."""
     if doubt == BEGINS_LATE:
         return AT_ONCE[BEGINS_LATE]
-    melts_in_a_flow = any(specs.flow.driven_by.range) and melts(specs.laws.beads.heat_capacity, specs.heat)
-    return Refinements(along=IN_DOUBT) if melts_in_a_flow else Refinements()
+    return AT_ONCE[MELTS] if _melts_in_a_flow(specs) else Refinements()
+
+
+def _melts_in_a_flow(specs: Specs) -> bool:
+    return any(specs.flow.driven_by.range) and melts(specs.laws.beads.heat_capacity, specs.heat)
 
 
 def beyond_the_inlet(recorder: Recorder, time: float) -> tuple[float, str] | None:

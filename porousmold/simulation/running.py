@@ -32,7 +32,7 @@ from .accuracy import (
     refinements_in_doubt,
     run_to_accuracy,
 )
-from .answers import AT_ONCE, FINGERS, SLOW_TO_CONVERGE, answers_of, doubt_of, hidden_directions
+from .answers import AT_ONCE, FINGERS, MELTS, SLOW_TO_CONVERGE, answers_of, doubt_of, hidden_directions
 from .march import Simulation
 from .mesh_quality import few_cells
 from .observation import field_snapshots, profile_near_wall
@@ -343,6 +343,8 @@ def _of_comparison(errors: Mapping[str, float] | None, doubt: str, refined: Refi
     """What is to be said of answers in doubt: that they are of finer cells, that a coarser run does not confirm them, or that
     there is none."""
     worst = max(errors, key=errors.__getitem__) if errors else ""
+    if doubt == MELTS and errors and errors[worst] <= _confirmed_below(doubt):
+        return []
     if refined != Refinements() and errors:
         more = {"cells along the flow": refined.along, "cells across it": refined.across, "steps": refined.steps}
         finer = ", ".join(f"{factor:.2g} times the {name}" for name, factor in more.items() if factor > 1.0)

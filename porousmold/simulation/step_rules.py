@@ -18,7 +18,7 @@ CURE_ERROR = {2: 3e-5, 3: 1.5e-4}
 """The same of a degree of cure."""
 COARSEST_ERRORS = 0.6
 """Refinement of the steps below which their errors may grow no more: a front that comes in is lost in one step else."""
-FLOW_ERROR = 2e-3
+FLOW_ERROR = 1e-3
 """Relative error of the mass flow in a step that is allowed."""
 LARGEST_SCALE = 8.0
 """Times the change of a place that is waited for, that the differences count at most: behind a wall that a furnace
@@ -80,10 +80,14 @@ class StepRules:
             allowed = min(allowed, specs.steps.tolerance)
         finer = max(specs.steps.refinement, COARSEST_ERRORS)
         ratio = max(error.temperature / allowed, error.cure / CURE_ERROR[error.order]) * finer**error.order
-        # an error of the flow moves times by as much of the time that it lasts; the root, as a flow that a front makes ever
-        # slower is off at every scale of time
-        weight = math.sqrt(min(1.0, time / self._problem.medium.estimates.heating_duration))
-        return float(max(ratio, weight * flow_error() / FLOW_ERROR * finer**2))
+        return float(max(ratio, self._weight_of_flow(time) * flow_error() / FLOW_ERROR * finer**2))
+
+    def _weight_of_flow(self, time: float) -> float:
+        """Of an error of the flow that lasts up to a time (s): its part of all that is to flow through the bed, or of the time
+        that takes; the root, as a flow that a front makes ever slower is off at every scale of time."""
+        estimates, flow = self._problem.medium.estimates, abs(self._problem.balances.mass_flow)
+        times = max(1.0, flow / estimates.mass_flow) if estimates.mass_flow > 0.0 else 1.0
+        return math.sqrt(min(1.0, times * time / estimates.heating_duration))
 
     def is_quiet(self, before: Arrays) -> bool:
         """Whether the step that was just taken from a state (arrays of `Problem.state`) has changed no temperature and no degree

@@ -126,6 +126,11 @@ class CoupledTransient:
         """Number of unknowns solved for, those of the flow included."""
         return self._system.active_unknowns
 
+    @property
+    def estimated_error(self) -> Floats:
+        """Of the owned temperatures (K), in the part of a step that the heat took last by itself."""
+        return self.heat.estimated_error
+
     def step(self, time: float, step: float, bounds: Callable[[], Bounds] = unbounded) -> StepError:
         """One step of `step` seconds from `time`; gives its estimated error, keeps `bounds` like `TransientHeat.step`."""
         bounded = self.heat.bounded_steps

@@ -35,6 +35,8 @@ class HeatError:
         self._system, self._steps, self._store, self._curing = system, steps, store, curing
         self._volumes, self._regions, self._communicator = volumes, regions, communicator
         self._melting, self._error = melting, system.new_vector()
+        self.of_temperatures: Floats = np.zeros(0)
+        """Of the owned unknowns (K), in the part of a step that was taken last."""
 
     @functools.cached_property
     def norm(self) -> RegionNorm:
@@ -58,7 +60,7 @@ class HeatError:
             for part, error in zip(self._curing, errors, strict=True):
                 part.add(error)
         self._system.apply_inverse(difference, self._error)
-        error = self._error.array.copy()
+        error = self.of_temperatures = self._error.array.copy()
         if self._melting is not None:
             error = np.maximum(np.abs(error), np.abs(self._of_heat(error)))
         return StepError(self.norm(error), cure, weights.order)

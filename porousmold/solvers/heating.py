@@ -204,6 +204,11 @@ class TransientHeat:
         """The `Transport` of the present step."""
         return self._transport.frozen
 
+    @property
+    def estimated_error(self) -> Floats:
+        """Of the owned temperatures (K), in the part of a step that was taken last."""
+        return self.error.of_temperatures
+
     def begin(self) -> None:
         """Note the start of a step that another solver takes."""
         self._renew_coefficients()

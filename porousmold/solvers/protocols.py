@@ -7,6 +7,7 @@ from typing import Any, NamedTuple, Protocol, TypeAlias
 import numpy as np
 from dolfinx import fem
 
+from ..arrays import Floats
 from ..equations.flow import FlowState
 from ..equations.openings import Opening
 from ..laws.materials import Fluid
@@ -252,6 +253,10 @@ class Heat(Stateful, Protocol):
     def step(self, time: float, step: float, bounds: Callable[[], Bounds] = unbounded) -> StepError:
         """One step of `step` seconds from `time`; gives its estimated error. `bounds()` gives those of its temperatures, once
         they are found. Raises `SolveError`."""
+
+    @property
+    def estimated_error(self) -> Floats:
+        """Of the owned temperatures (K), in the part of a step that was taken last."""
 
     def largest_bead_difference(self) -> float | None:
         """Largest distance (K) of a bead's surface from its mean; None where beads are isothermal (collective)."""
