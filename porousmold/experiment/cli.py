@@ -13,6 +13,9 @@ from ..files.tables import time_offset
 from ..files.units import given_in_si, to_si
 from ..output.console import Commands
 
+REFERENCE = (200.0, 500.0)
+"""Temperatures (K) between which the scale of a rotameter may be given."""
+
 
 def add_commands(commands: Commands) -> None:
     """Add both to the subparsers of the command line."""
@@ -60,7 +63,14 @@ def _rotameter(options: argparse.Namespace) -> str:
     for name, value in (("diameter", diameter), ("reference-temperature", reference), ("interval", interval)):
         if value <= 0.0:
             raise InputError(f"--{name}", getattr(options, name.replace("-", "_")), "must be > 0")
+    if not REFERENCE[0] <= reference <= REFERENCE[1]:
+        allowed = f"must be >= {REFERENCE[0]:g} and <= {REFERENCE[1]:g} K, of a rotameter's scale"
+        raise InputError("--reference-temperature", options.reference_temperature, allowed)
     time, log, gaps = read_log(Path(options.log))
+    if interval > time[-1] - time[0]:
+        print(
+            f"warning: --interval is longer than {options.log}: readings between its ends are one mean", file=sys.stderr
+        )
     if gaps:
         print(f"warning: {gaps} missing value(s) of {options.log}, interpolated", file=sys.stderr)
     velocity = inlet_velocity(**log, area=0.25 * np.pi * diameter**2, reference_temperature=reference)

@@ -8,6 +8,7 @@ after the first signal, unless the command has acknowledged it by then. That is 
 printed and forgotten.
 """
 
+import contextlib
 import ctypes
 import os
 import select
@@ -78,8 +79,9 @@ def _watch(reading: int, parent: int) -> None:
         seen, _, _ = select.select([reading], [], [], PATIENCE)
         if not seen or os.read(reading, 1) not in (b"", b"\0"):
             print("porousmold: stopped within a long call; --resume goes on from what was saved", file=sys.stderr)
-            for _ in range(2):  # the first one may still be noted
-                os.kill(parent, signal.SIGINT)
-                time.sleep(0.05)
-            os.kill(parent, signal.SIGKILL)
+            with contextlib.suppress(ProcessLookupError):  # it has ended by itself meanwhile
+                for _ in range(2):  # the first one may still be noted
+                    os.kill(parent, signal.SIGINT)
+                    time.sleep(0.05)
+                os.kill(parent, signal.SIGKILL)
     os._exit(0)

@@ -61,6 +61,24 @@ def test_the_command_writes_series_for_a_scene(tmp_path, capsys):
     assert "written to" in capsys.readouterr().out
 
 
+def test_a_reference_in_another_unit_is_refused_and_a_long_interval_is_told(tmp_path, capsys):
+    log = tmp_path / "log.csv"
+    log.write_text(HEAD + "".join(f"{t}, 9, 101.325, 21, 101.325, 21\n" for t in range(61)))
+    command = [
+        "rotameter",
+        str(log),
+        "--diameter",
+        "101.6 mm",
+        "--out",
+        str(tmp_path / "out"),
+        "--reference-temperature",
+    ]
+    assert main([*command, "21 K"]) == 2
+    assert "--reference-temperature = '21 K': must be >= 200" in capsys.readouterr().err
+    assert main([*command, "21 degC", "--interval", "1 h"]) == 0
+    assert "longer than" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("old", "new", "word"),
     [
