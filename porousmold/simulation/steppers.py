@@ -86,7 +86,7 @@ class QuasiSteady(Frozen):
         problem, medium = self.problem, self.problem.medium
         step, past, middle_time = ahead.step, ahead.past, ahead.time + 0.5 * ahead.step
         if self._follows_temperature:
-            self._temperature_before = problem.temperature.x.array.copy()
+            self._temperature_before, self._limits = problem.temperature.x.array.copy(), ahead.limits
         self._extrapolate_temperature(ahead)
         medium.flow_temperature.x.array[:] = medium.property_temperature.x.array
         medium.boundary.set(middle_time)
@@ -132,12 +132,12 @@ class QuasiSteady(Frozen):
         )
 
     def _with_error(self, end: Floats) -> Floats:
-        """The fluid's temperatures (K) at the end of a step with their estimated errors, within the range that they have
+        """The fluid's temperatures (K) at the end of a step with their estimated errors, within the limits of extrapolated ones
         (collective): where a liquid is a hundred times as viscous by them, small ones move the flow."""
         beside, error = self.problem.heat.unknown.copy(), self.problem.heat.estimated_error
         beside.x.array[: len(error)] += error
         beside.x.scatter_forward()
-        return np.clip(self.problem.part_of_heat(beside, 0).x.array, end.min(), end.max())
+        return np.clip(self.problem.part_of_heat(beside, 0).x.array, *self._limits)
 
     def _fluid_at(self, temperature: Floats) -> FluidProperties:
         """What resists the flow along a bed as the fluid at the nodes' temperatures (K) does: of one flux all along, drag is that
