@@ -298,7 +298,9 @@ def test_an_exotherm_is_in_doubt_whether_or_not_the_run_also_has_temperatures_at
         "inlet_temperature": [400.0, 400.0],
     }
     specs = SimpleNamespace(
-        heat=SimpleNamespace(given_elsewhere=[]), mesh=SimpleNamespace(own=SimpleNamespace(mesh=None))
+        heat=SimpleNamespace(given_elsewhere=[]),
+        mesh=SimpleNamespace(own=SimpleNamespace(mesh=None)),
+        flow=SimpleNamespace(driven_by=SimpleNamespace(range=(0.0, 0.0))),
     )
     span = peak - 340.0
     medium = SimpleNamespace(estimates=SimpleNamespace(resistance_ratio=1.0))
