@@ -86,7 +86,18 @@ Range 106 K, points from 0.3 to 5.9 m at 0.5, 1, 1.5 and 2 h. No loss, no wall, 
 ENDING = """
 The measured front is a metre wide at the start against a few bead diameters of the closures: this set tests the heat balance
 and nothing about closures. Its front moves 1.76, 2.03, 2.31 and 1.95 m/h in the four half hours, so that the flow was not
-steady, or reading it off is worth 10 %."""
+steady, or reading it off is worth 10 %.
+
+## What was looked for
+
+Other measured heatings with flow, as numbers, in public repositories (November 2026). No numbers were found of Haenchen et al.,
+Meier et al., Zanganeh et al., Cascetta et al., Allen et al. and Gurnon, whose curves are cited often, nor a radial profile or a
+wall's heat flux with flow. Found, and not used:
+
+- Anderson et al. (2014), alumina of 6 mm heated by air, one profile (SolarTherm, commit ac89885ae11b): the flow that is given could
+  heat 9 % of the bed only, and the front is four times as broad as Schumann's.
+- Grabo et al. (2021), water through elements filled with what melts, temperatures at the outlet over 10 h (OpenTerrace, commit
+  af9a48992e5c, read off a picture): the elements are no spheres, and their film and enthalpy are not given beside the curve."""
 
 
 def measured(name: str, inlet_at: float | None = None) -> Profiles:
