@@ -91,8 +91,8 @@ steady, or reading it off is worth 10 %.
 ## What was looked for
 
 Other measured heatings with flow, as numbers, in an index of public repositories (November 2026). No numbers were found of
-Haenchen et al., Meier et al., Zanganeh et al., Cascetta et al., Allen et al. and Gurnon, whose curves are cited often, nor a radial
-profile or a wall's heat flux with flow. Found, and not used:
+Haenchen et al., Meier et al., Zanganeh et al., Cascetta et al., Allen et al. and Gurnon, whose curves are cited often, nor a
+radial profile or a wall's heat flux with flow. Found, and not used:
 
 - Anderson et al. (2014), alumina of 6 mm heated by air, one profile (SolarTherm, commit ac89885ae11b): the flow that is given
   could heat 9 % of the bed only, and the front is four times as broad as Schumann's.
