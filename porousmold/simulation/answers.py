@@ -6,7 +6,6 @@ from .accuracy import ALL_IN_DOUBT, AT_END, IN_DOUBT, PEAKS, Answer, Answers, Re
 from .heat_capacity_peaks import melts
 from .recorder import Recorder
 from .regimes import turbulence_begins_at
-from .specs import Specs
 from .targets import highest_until_met
 
 HEATING_TIME = "heating_time"
@@ -67,14 +66,17 @@ def answers_of(recorder: Recorder) -> dict[str, Answer]:
 
 
 def doubt_of(recorder: Recorder, answers: Answers) -> str:
-    """Why answers may be off by more than the default cells and steps are made for, '' where they should not (collective): a
-    front that stands in the bed at the end, a displacement that forms fingers, turbulence that begins late, heat from elsewhere
+    """Why answers may be off by more than the default cells and steps are made for, '' where they should not (collective): beads
+    that melt in a flow, a front that stands in the bed at the end, a displacement that forms fingers, turbulence that begins late, heat from elsewhere
     that brings the heated place beyond the inlet, so that what comes last comes slowly, or heat of cure that makes a layer hotter
     than all that is given."""
     history, problem = recorder.history, recorder.problem
     span = max(history["highest_temperature"]) - min(history["lowest_temperature"])
     if span < LEAST_SPAN:
         return ""
+    specs = problem.specs
+    if answers and any(specs.flow.driven_by.range) and melts(specs.laws.beads.heat_capacity, specs.heat):
+        return MELTS
     if any(name.startswith(AT_END) for name in answers):
         part = problem.largest_difference_in_a_cell() / span
         if part > SHARP_FRONT:
@@ -83,8 +85,6 @@ def doubt_of(recorder: Recorder, answers: Answers) -> str:
         return FINGERS
     if answers and turbulence_begins_at(problem) > LONGEST_ENTRANCE:
         return BEGINS_LATE
-    if answers and _melts_in_a_flow(problem.specs):
-        return MELTS
     times = [answer.value for name, answer in answers.items() if name == HEATING_TIME or name.startswith(TARGETS)]
     if times and beyond_the_inlet(recorder, min(times)):
         return BEYOND_THE_INLET
@@ -95,16 +95,9 @@ def doubt_of(recorder: Recorder, answers: Answers) -> str:
     return "a layer's cure makes it hotter than all that is given" if is_exotherm else ""
 
 
-def hidden_directions(doubt: str, specs: Specs) -> Refinements:
-    """Factors above 1 in the directions in which coarser cells do not show the error of answers, but finer ones do: where they
-    are in such a doubt, or beads melt in a flow, whose sharp front has cells of first order."""
-    if doubt == BEGINS_LATE:
-        return AT_ONCE[BEGINS_LATE]
-    return AT_ONCE[MELTS] if _melts_in_a_flow(specs) else Refinements()
-
-
-def _melts_in_a_flow(specs: Specs) -> bool:
-    return any(specs.flow.driven_by.range) and melts(specs.laws.beads.heat_capacity, specs.heat)
+def hidden_directions(doubt: str) -> Refinements:
+    """Factors above 1 in the directions in which coarser cells do not show the error of answers in doubt, but finer ones do."""
+    return AT_ONCE[doubt] if doubt in (BEGINS_LATE, MELTS) else Refinements()
 
 
 def beyond_the_inlet(recorder: Recorder, time: float) -> tuple[float, str] | None:

@@ -207,7 +207,7 @@ class _Run:
 
     def _hidden(self) -> Refinements:
         """Of the last march."""
-        return hidden_directions(self._last[0][DOUBT], specs_of(self._scene))
+        return hidden_directions(self._last[0][DOUBT])
 
     def _work(self) -> float:
         """Unknowns times steps of the present simulation; 0 where the checkpoint is that of a later march."""
