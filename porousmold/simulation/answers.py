@@ -67,9 +67,9 @@ def answers_of(recorder: Recorder) -> dict[str, Answer]:
 
 def doubt_of(recorder: Recorder, answers: Answers) -> str:
     """Why answers may be off by more than the default cells and steps are made for, '' where they should not (collective): beads
-    that melt in a flow, a front that stands in the bed at the end, a displacement that forms fingers, turbulence that begins late, heat from elsewhere
-    that brings the heated place beyond the inlet, so that what comes last comes slowly, or heat of cure that makes a layer hotter
-    than all that is given."""
+    that melt in a flow, a front that stands in the bed at the end, a displacement that forms fingers, turbulence that begins
+    late, heat from elsewhere that brings the heated place beyond the inlet, so that what comes last comes slowly, or heat of cure
+    that makes a layer hotter than all that is given."""
     history, problem = recorder.history, recorder.problem
     span = max(history["highest_temperature"]) - min(history["lowest_temperature"])
     if span < LEAST_SPAN:
