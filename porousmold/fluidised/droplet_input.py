@@ -13,7 +13,7 @@ LEAST_TEMPERATURE = 423.15
 LEAST_CELLS = 5.0
 """Across the droplet."""
 LONGEST_STEP = 0.5
-"""In sqrt(parcel diameter/g): in a longer one a bead falls past its neighbour before the gas knows."""
+"""In sqrt(parcel diameter/g): in it a parcel falls an eighth of its diameter, while the gas stays as it was."""
 
 
 @dataclass(frozen=True, kw_only=True)
