@@ -1,5 +1,7 @@
 """What a run answers, and why answers may be off."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from .accuracy import ALL_IN_DOUBT, AT_END, IN_DOUBT, PEAKS, Answer, Answers, Refinements
@@ -35,6 +37,14 @@ BEYOND_THE_INLET = "heat from elsewhere brings the heated place beyond the inlet
 SLOW_TO_CONVERGE = {BEYOND_THE_INLET: 1.0 / 3.0, MELTS: 1.0 / 3.0}
 """Doubts in which errors fall slowly with the cells, and the part of the difference from a run on coarser cells that they allow:
 0.6 % off where that differs by 0.26 %, and 0.3 % on twice the cells. With fewer steps, too, it may agree by accident."""
+EARLY_PART, EARLY_STEPS = 0.25, 3
+"""Part of the estimated heating duration in which a front that has just come in is as sharp as a few cells are long, and number
+of the first steps of a run, within which an answer is in doubt: sensors there were passed up to 3 % too soon or too late, in the
+first step at half the time."""
+TOO_EARLY = "a time that is asked for is within the first steps"
+"""The first of the doubts that come of that."""
+JUST_COME_IN = "a front passes a sensor where it has just come in"
+"""The second one."""
 EXOTHERM = 0.02
 """Part of all temperature differences by which a layer that cures is hotter than all that is given, that counts."""
 
@@ -68,8 +78,8 @@ def answers_of(recorder: Recorder) -> dict[str, Answer]:
 def doubt_of(recorder: Recorder, answers: Answers) -> str:
     """Why answers may be off by more than the default cells and steps are made for, '' where they should not (collective): beads
     that melt in a flow, a front that stands in the bed at the end, a displacement that forms fingers, turbulence that begins
-    late, heat from elsewhere that brings the heated place beyond the inlet, so that what comes last comes slowly, or heat of cure
-    that makes a layer hotter than all that is given."""
+    late, a time within the first steps or of a front that has just come in, heat from elsewhere that brings the heated place
+    beyond the inlet, so that what comes last comes slowly, or heat of cure that makes a layer hotter than all that is given."""
     history, problem = recorder.history, recorder.problem
     span = max(history["highest_temperature"]) - min(history["lowest_temperature"])
     if span < LEAST_SPAN:
@@ -86,6 +96,8 @@ def doubt_of(recorder: Recorder, answers: Answers) -> str:
     if answers and turbulence_begins_at(problem) > LONGEST_ENTRANCE:
         return BEGINS_LATE
     times = [answer.value for name, answer in answers.items() if name == HEATING_TIME or name.startswith(TARGETS)]
+    if early := _early_answer(recorder, [time for time in times if time > 0.0]):
+        return early
     if times and beyond_the_inlet(recorder, min(times)):
         return BEYOND_THE_INLET
     elsewhere = [series.range[1] for series in problem.specs.heat.given_elsewhere]
@@ -93,6 +105,20 @@ def doubt_of(recorder: Recorder, answers: Answers) -> str:
     peaks = [answer.value for name, answer in answers.items() if name.startswith(PEAKS)]
     is_exotherm = bool(peaks) and max(peaks) > given + EXOTHERM * span
     return "a layer's cure makes it hotter than all that is given" if is_exotherm else ""
+
+
+def _early_answer(recorder: Recorder, times: Sequence[float]) -> str:
+    """That one of the `times` (s) that a run answers is within its first steps, or that a front passes a sensor where it has just
+    come in; '' where neither is so."""
+    if not times:
+        return ""
+    ends = recorder.history["time"]
+    if min(times) <= ends[min(EARLY_STEPS, len(ends) - 1)]:
+        return TOO_EARLY
+    specs, estimates = recorder.problem.specs, recorder.problem.medium.estimates
+    passed = (recorder.targets[target.name] for target in specs.time.targets if target.is_sensor)
+    just_come_in = any(time is not None and 0.0 < time < EARLY_PART * estimates.heating_duration for time in passed)
+    return JUST_COME_IN if estimates.flows and just_come_in else ""
 
 
 def hidden_directions(doubt: str) -> Refinements:

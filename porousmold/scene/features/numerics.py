@@ -70,7 +70,8 @@ class Accuracy(Feature):
         "solver.refine_in_doubt",
         "flag",
         "repeat a run on finer cells, twice at most, where a coarser one has other answers of a front at the end, an exotherm, "
-        "or a place that heat from elsewhere brings beyond the inlet's temperature, and where a fluid forms fingers in another; "
+        "a place that heat from elsewhere brings beyond the inlet's temperature, or a time that comes early (within the first "
+        "steps, a sensor near the inlet), and where a fluid forms fingers in another; "
         "without solver.accuracy, in two dimensions, with default cells",
         True,
     )
