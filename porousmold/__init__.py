@@ -95,7 +95,7 @@ def __getattr__(name: str) -> Any:
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
-def run(scene: "Scene | str | Path | Mapping[str, Any]", *arguments: Any, **options: Any) -> "Result":
+def run(scene: "Scene | str | Path | Mapping[str, object]", *arguments: Any, **options: Any) -> "Result":
     """Run a scene and give its result: see `porousmold.simulation.running.run`, which has the same arguments.
 
     Beside a `Scene` the name of its file will do, or its tables as a dict.

@@ -15,7 +15,6 @@ import select
 import signal
 import sys
 import time
-from typing import Any
 
 PATIENCE = 1.5
 """Seconds that a command has to see a signal."""
@@ -44,7 +43,7 @@ class StopSignals:
             signal.signal(number, self._note)
             _only_once(number)
 
-    def _note(self, number: int, frame: Any) -> None:
+    def _note(self, number: int, frame: object) -> None:
         self._received.append(number)
         if not self._asked:
             raise KeyboardInterrupt

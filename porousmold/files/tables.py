@@ -43,7 +43,7 @@ def _line_of(path: Path, error: UnicodeDecodeError) -> int:
     return path.read_bytes()[: error.start].count(b"\n") + 1
 
 
-def existing_file(key: str, name: Any, base: Path, where: str | None) -> Path:
+def existing_file(key: str, name: object, base: Path, where: str | None) -> Path:
     """Path of a file that is named relative to the folder `base`. Raises `InputError` where there is none."""
     path = (base / name).resolve() if isinstance(name, str) and "\0" not in name else None
     if path is None or not path.is_file():
@@ -117,7 +117,7 @@ def _parsed(key: str, path: Path) -> dict[str, Any]:
     return tables
 
 
-def _depth(value: Any) -> int:
+def _depth(value: object) -> int:
     """Levels of tables and lists in a value, counted without recursion."""
     depth, level = 0, [value]
     while level := [
@@ -132,7 +132,7 @@ def _depth(value: Any) -> int:
     return depth
 
 
-def text_cells(row: Iterable[Any]) -> list[Any]:
+def text_cells(row: Iterable[object]) -> list[Any]:
     """A row to be written as CSV: texts that a spreadsheet would take for a formula begin with an apostrophe."""
     return [f"'{cell}" if isinstance(cell, str) and FORMULA.match(cell) else cell for cell in row]
 

@@ -82,7 +82,7 @@ def _remember(known: dict[str, _Scale]) -> None:
             temporary.write_text(json.dumps(known), encoding="utf-8")
 
 
-def to_si(key: str, value: Any, unit: str, where: str | None = None) -> float:
+def to_si(key: str, value: object, unit: str, where: str | None = None) -> float:
     """The value in `unit` (a pint unit name, '' for pure numbers), from a number in SI or a text like '5 mm'.
 
     Temperatures may be in degC; temperature differences (unit 'delta_degC' or 'kelvin' margins) are in K. Raises

@@ -52,7 +52,7 @@ def _fluidised(options: argparse.Namespace) -> str:
     return "\n".join(lines)
 
 
-def write_tables(out: Path, summary: Summary, units: Mapping[str, str], rows: Iterable[Iterable[Any]]) -> None:
+def write_tables(out: Path, summary: Summary, units: Mapping[str, str], rows: Iterable[Iterable[object]]) -> None:
     """history.csv with a unit for each column, and result.json."""
     with output_file(out / "history.csv") as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 import ufl
@@ -205,7 +205,7 @@ class ColumnGas:
         """Everything that the next step goes on from."""
         return {name: function.x.array for name, function in self._kept().items()}
 
-    def restore(self, saved: Mapping[str, Any]) -> None:
+    def restore(self, saved: Mapping[str, object]) -> None:
         """Go on from what `save` gave."""
         for name, function in self._kept().items():
             function.x.array[:] = saved[name]

@@ -35,7 +35,7 @@ def add_run_options(command: argparse.ArgumentParser, name: str, animation: str)
     command.add_argument("--quiet", action="store_true", help="no progress bar, no summary")
 
 
-def ran(kind: Any, given: Any, write: Callable[[Any, Path, list[Any]], str], options: argparse.Namespace) -> str:
+def ran(kind: Any, given: object, write: Callable[[Any, Path, list[Any]], str], options: argparse.Namespace) -> str:
     """March a column of a `kind` (a class), or go on from the checkpoint in its folder, and have `write` put there what came out
     of it, given the column, the folder and the pictures of its animation; gives its text.
 
@@ -57,7 +57,7 @@ def ran(kind: Any, given: Any, write: Callable[[Any, Path, list[Any]], str], opt
         return _marched(kind, given, write, options, end, out)
 
 
-def is_of_another(out: Path, given: Any) -> bool:
+def is_of_another(out: Path, given: object) -> bool:
     """Whether the result in a folder is not that of what is given."""
     try:
         known = json.loads((out / "result.json").read_text(encoding="utf-8")).get("input")

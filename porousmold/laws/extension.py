@@ -193,7 +193,7 @@ def _require_positive(law: str, values: Floats, where: str) -> None:
         raise InputError(f"{law} law", float(np.min(values)), f"must be positive {where}")
 
 
-def _called(law: str, function: Function, *arguments: Any) -> Any:
+def _called(law: str, function: Function, *arguments: object) -> Any:
     try:
         return function(*arguments)
     except Exception as error:

@@ -58,12 +58,12 @@ _CURE = {
 _DENSITIES = ("density", "molar_mass")
 
 
-def read_materials(tables: Mapping[str, Any], base: Path, where: str | None) -> dict[str, Solid | Fluid]:
+def read_materials(tables: Mapping[str, object], base: Path, where: str | None) -> dict[str, Solid | Fluid]:
     """Materials by name, of tables whose CSV files are relative to the folder `base`; raises `InputError` naming key and file."""
     return {name: _material(name, table, base, where) for name, table in tables.items()}
 
 
-def _material(name: str, table: Any, base: Path, where: str | None) -> Solid | Fluid:
+def _material(name: str, table: object, base: Path, where: str | None) -> Solid | Fluid:
     key = f"materials.{name}"
     if not isinstance(table, dict):
         raise InputError(key, str(table), "must be a table of properties", where)
@@ -94,7 +94,7 @@ def _material(name: str, table: Any, base: Path, where: str | None) -> Solid | F
 class _Reader:
     """Reads the properties of one material, whose errors name `key` and `where`."""
 
-    def __init__(self, key: str, table: Mapping[str, Any], base: Path, where: str | None) -> None:
+    def __init__(self, key: str, table: Mapping[str, object], base: Path, where: str | None) -> None:
         self._key, self._table, self._base, self._where = key, table, base, where
         self.source = str(table.get("source", f"given in {Path(where).name}" if where else "given"))
         self._range = self._span(key, table["range"]) if "range" in table else (0.0, float("inf"))
@@ -150,7 +150,7 @@ class _Reader:
         self._check(key, law)
         return law
 
-    def _of_form(self, key: str, name: str, form: str, given: Any, source: str, span: tuple[float, float]) -> Value:
+    def _of_form(self, key: str, name: str, form: str, given: object, source: str, span: tuple[float, float]) -> Value:
         unit = UNITS[name]
         if form == "table":
             return self._of_table(key, name, given, source)
@@ -169,7 +169,7 @@ class _Reader:
             return LogPolynomial(coefficients, unit, source, span)
         return Polynomial(coefficients, unit, source, span)
 
-    def _of_table(self, key: str, name: str, given: Any, source: str) -> PiecewiseLinear:
+    def _of_table(self, key: str, name: str, given: object, source: str) -> PiecewiseLinear:
         path = existing_file(f"{key}.table", given, self._base, self._where)
         columns = read_columns(f"{key}.table", path)
         if columns.names != ["temperature", name]:
@@ -184,7 +184,7 @@ class _Reader:
         points = tuple(float(x) for pair in zip(temperatures[kept], values[kept], strict=True) for x in pair)
         return PiecewiseLinear(points, UNITS[name], source, (float(temperatures[0]), float(temperatures[-1])))
 
-    def _span(self, key: str, given: Any) -> tuple[float, float]:
+    def _span(self, key: str, given: object) -> tuple[float, float]:
         if not isinstance(given, list) or len(given) != 2:
             raise InputError(f"{key}.range", str(given), "must be two temperatures, like [300, 500]", self._where)
         low, high = (to_si(f"{key}.range", value, "K", self._where) for value in given)

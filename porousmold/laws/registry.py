@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator, Mapping
 from importlib.machinery import SourceFileLoader
 from importlib.metadata import entry_points
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Generic, TypeVar
 
 from ..errors import InputError, first_line
 
@@ -109,7 +109,7 @@ def _load(path: Path, source: bytes) -> None:
         raise InputError("extensions.python", str(path), f"cannot be run: {first_line(error)}") from error
 
 
-def source_text(law: Any) -> str:
+def source_text(law: object) -> str:
     """Text that changes with what a law computes: the source of its functions and class, and its numbers."""
     if callable(law) and hasattr(law, "__code__"):
         try:

@@ -12,5 +12,7 @@ Mesh: TypeAlias = Any
 """A dolfinx mesh."""
 Space: TypeAlias = Any
 """A dolfinx function space."""
+GmshModel: TypeAlias = Any
+"""A module `gmsh.model`, with a mesh in it."""
 Form: TypeAlias = Any
 """A compiled dolfinx form."""

@@ -30,7 +30,7 @@ from ..arrays import Floats, Integers
 from ..errors import InputError
 from ..files.cache_folder import replacing_cache
 from ..mpi import MPI
-from .aliases import Communicator, Expression, Form, Mesh, Space
+from .aliases import Communicator, Expression, Form, GmshModel, Mesh, Space
 from .compiled_cache import claim, compiled_module
 
 if threading.current_thread() is threading.main_thread():
@@ -75,7 +75,7 @@ def _claim_what_is_compiled() -> None:
     if look_up is None:
         return
 
-    def claimed(module_name: str, object_names: Any, cache_dir: Any, *others: Any, **options: Any) -> Any:
+    def claimed(module_name: str, object_names: Any, cache_dir: Any, *others: Any, **options: object) -> Any:
         claim(module_name, Path(cache_dir))
         module = compiled_module(module_name, Path(cache_dir))
         if module is not None:
@@ -109,7 +109,7 @@ def lagrange_element(domain: Mesh, degree: int, components: int = 1) -> Any:
     return _basix_ufl.element("Lagrange", domain.basix_cell(), degree, shape=shape)
 
 
-def mixed_space(domain: Mesh, elements: Sequence[Any]) -> Space:
+def mixed_space(domain: Mesh, elements: Sequence[object]) -> Space:
     """Function space of the mixed element."""
     element = ufl.MixedElement(elements) if _basix_ufl is None else _basix_ufl.mixed_element(elements)
     return _space(domain, element)
@@ -120,7 +120,7 @@ def lagrange_space(domain: Mesh, degree: int = 1, components: int = 1) -> Space:
     return _space(domain, lagrange_element(domain, degree, components))
 
 
-def _space(domain: Mesh, element: Any) -> Space:
+def _space(domain: Mesh, element: object) -> Space:
     with _quiet_compiler():
         if hasattr(fem, "functionspace"):
             return fem.functionspace(domain, element)
@@ -212,7 +212,7 @@ def create_matrix(form: Expression) -> Any:
     return fem_petsc.create_matrix(form)
 
 
-def assemble_matrix(matrix: PETSc.Mat, form: Expression, conditions: Sequence[Any]) -> None:
+def assemble_matrix(matrix: PETSc.Mat, form: Expression, conditions: Sequence[object]) -> None:
     """Fill the matrix with the form, 1 on the diagonal of the conditions' unknowns, and finish the assembly."""
     matrix.zeroEntries()
     fem_petsc.assemble_matrix(matrix, form, conditions)  # type: ignore[arg-type]
@@ -256,7 +256,7 @@ def _complete(domain: Mesh) -> None:
         domain.ufl_domain()._ufl_coordinate_element = ufl.VectorElement(nodal)
 
 
-def mesh_of_gmsh(model: Any, communicator: Communicator, dimension: int) -> tuple[Any, ...]:
+def mesh_of_gmsh(model: GmshModel, communicator: Communicator, dimension: int) -> tuple[Any, ...]:
     """Mesh, cell tags and facet tags of the model that rank 0 holds (a collective call)."""
     try:
         reader = importlib.import_module("dolfinx.io.gmshio")

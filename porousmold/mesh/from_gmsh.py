@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from dolfinx import fem
@@ -14,7 +13,7 @@ from ..arrays import Floats, Integers
 from ..errors import InputError
 from ..files.units import FARTHEST
 from . import fenicsx, gmsh_model
-from .aliases import Communicator
+from .aliases import Communicator, GmshModel
 from .distances import distance_to_facets, heights_of
 from .domain import BED, INLET, INTERFACE, OUTER, OUTLET, SIDE, SYMMETRY, WALL, Domain
 from .halving import halved
@@ -69,7 +68,10 @@ def from_file(
     boundaries = [
         one for name in BOUNDARY_NAMES if name in (*REQUIRED, *conventions.groups) for one in conventions.in_file(name)
     ]
-    problem, model, facets, around = None, None, None, None  # type: tuple[str | None, Any, Any, Any]
+    problem: str | None = None
+    model: GmshModel = None
+    facets: dict[int, Floats] = {}
+    around = None
     if communicator.rank == 0:
         try:
             model = gmsh_model.open_model(path, dimension, required, boundaries, trusted=trusted)
@@ -97,7 +99,7 @@ def from_file(
 
 
 def _prepared(
-    model: Any,
+    model: GmshModel,
     dimension: int,
     regions: Mapping[str, int],
     cells_at_wall: Callable[[float], Floats] | None,

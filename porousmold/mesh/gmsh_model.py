@@ -14,6 +14,7 @@ import numpy as np
 from ..arrays import Floats, Integers
 from ..files.gmsh_files import is_mesh, without_companions
 from ..mpi import LAUNCHERS
+from .aliases import GmshModel
 
 KINDS = {1: "physical curve", 2: "physical surface", 3: "physical volume"}
 """Of gmsh's groups, by their dimension."""
@@ -144,7 +145,7 @@ def close_model() -> None:
     gmsh.finalize()
 
 
-def _require_groups(model: Any, required: Mapping[int, Sequence[str]]) -> None:
+def _require_groups(model: GmshModel, required: Mapping[int, Sequence[str]]) -> None:
     """Raises `ValueError` that names what is missing and what there is."""
     names: dict[int, list[str]] = {dimension: [] for dimension in required}
     for dimension, tag in model.getPhysicalGroups():
@@ -156,12 +157,14 @@ def _require_groups(model: Any, required: Mapping[int, Sequence[str]]) -> None:
         raise ValueError(f"it has {lacks} ({there})")
 
 
-def _group_name(model: Any, dimension: int, tag: int) -> str:
+def _group_name(model: GmshModel, dimension: int, tag: int) -> str:
     """Of a physical group; its number where it has none."""
     return model.getPhysicalName(dimension, tag) or str(tag)
 
 
-def read_model(model: Any, dimension: int, regions: Mapping[str, int], boundaries: Mapping[str, int]) -> PlainMesh:
+def read_model(
+    model: GmshModel, dimension: int, regions: Mapping[str, int], boundaries: Mapping[str, int]
+) -> PlainMesh:
     """The cells and facets of the model's physical groups of these names, by the tags given to them. Points that belong to none
     (those that a spline was drawn through) are left out. Raises `ValueError` for other than first-order elements."""
     tags, coordinates, _ = model.mesh.getNodes()
@@ -187,7 +190,7 @@ def read_model(model: Any, dimension: int, regions: Mapping[str, int], boundarie
     return PlainMesh(points, cells, facets)
 
 
-def _elements(model: Any, dimension: int, tag: int) -> Integers:
+def _elements(model: GmshModel, dimension: int, tag: int) -> Integers:
     """gmsh's numbers of the nodes of a physical group's elements, a row each."""
     parts = []
     for entity in model.getEntitiesForPhysicalGroup(dimension, tag):
@@ -204,7 +207,7 @@ def _corners(kind: int) -> int:
     return next(corners for (_, corners), number in ELEMENTS.items() if number == kind)
 
 
-def replace_model(model: Any, dimension: int, mesh: PlainMesh) -> None:
+def replace_model(model: GmshModel, dimension: int, mesh: PlainMesh) -> None:
     """Put the mesh in the place of all that the model has."""
     model.add("named groups")
     numbers = np.arange(1, len(mesh.points) + 1)

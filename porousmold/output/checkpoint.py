@@ -135,7 +135,7 @@ def read(path: Path, communicator: Communicator) -> Checkpoint | None:
                 content = json.loads(file["numbers"][()].tobytes())
                 arrays: dict[str, Floats] = {}
 
-                def keep(name: str, item: Any) -> None:
+                def keep(name: str, item: object) -> None:
                     if isinstance(item, h5py.Dataset):
                         arrays[name] = item[()]
 

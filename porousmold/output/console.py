@@ -175,7 +175,7 @@ def energy_text(energy: Mapping[str, Any]) -> str:
     return f"{parts}; at most {energy['peak_power'] / 1e3:.3g} kW{cost}; to {uses} kWh"
 
 
-def kept_text(kept: Mapping[str, Any] | None) -> str:
+def kept_text(kept: Mapping[str, object] | None) -> str:
     """When a target was lost again, and from when it holds."""
     if kept is None or kept["lost"] is None:
         return ""
@@ -183,7 +183,7 @@ def kept_text(kept: Mapping[str, Any] | None) -> str:
     return f"; first met at {kept['met']:.1f} s, lost at {kept['lost']:.1f} s, {since}"
 
 
-def cycle_text(cycle: Mapping[str, Any], phases: Sequence[Mapping[str, Any]]) -> str:
+def cycle_text(cycle: Mapping[str, object], phases: Sequence[Mapping[str, Any]]) -> str:
     """What the last cycle gave and took, and when its phases ended."""
     shares = [
         f"{words} {cycle[name]:.1%}"

@@ -235,7 +235,7 @@ def _supply(folder: Path, history: History, energy: Mapping[str, float]) -> Path
     return save(figure, folder / "supply.png")
 
 
-def _profiles(folder: Path, cycles: Sequence[Mapping[str, Any]]) -> Path:
+def _profiles(folder: Path, cycles: Sequence[Mapping[str, object]]) -> Path:
     """Temperatures along the bed at the times asked for, and at the ends of the phases of the first and the last cycle; and what
     each cycle gave back."""
     table = read_table(folder / "profiles.csv")
@@ -385,7 +385,7 @@ def _fields(folder: Path) -> Path:
     return save(figure, folder / "fields.png")
 
 
-def _colour_bar(figure: Figure, drawn: Any, ticks: list[float]) -> None:
+def _colour_bar(figure: Figure, drawn: object, ticks: list[float]) -> None:
     figure.colorbar(drawn, cax=figure.add_axes((0.9, 0.12, 0.015, 0.8)), label="temperature in °C", ticks=ticks)
 
 

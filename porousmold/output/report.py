@@ -156,7 +156,7 @@ def _or_dash(value: float | None, unit: str) -> tuple[str, str]:
     return ("-" if shown is None else f"{shown:.4g}"), sign
 
 
-def _value(value: Any) -> Any:
+def _value(value: object) -> Any:
     return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else value
 
 
@@ -270,7 +270,7 @@ def _shown(value: float | None, unit: str) -> str:
     return " ".join(_or_dash(value, unit)).strip()
 
 
-def _cell(value: Any) -> Any:
+def _cell(value: object) -> Any:
     return float(value) if isinstance(value, int | float) else "-" if value is None else value
 
 

@@ -77,7 +77,7 @@ def _read(folder: Path) -> tuple[dict[str, Any], dict[str, Any], Columns]:
         raise InputError("RUN", str(folder), f"is not the folder of a whole run: {reason}") from error
 
 
-def _entry(summary: Any, name: str) -> Any:
+def _entry(summary: object, name: str) -> Any:
     for part in name.split("."):
         summary = summary.get(part) if isinstance(summary, dict) else None
     return summary

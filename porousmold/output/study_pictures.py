@@ -65,7 +65,7 @@ def draw_study(folder: Path, entries: Sequence[Mapping[str, Any]], head: Sequenc
     return drawn
 
 
-def plot_in_terminal(entries: Sequence[Mapping[str, Any]], head: Sequence[str]) -> str:
+def plot_in_terminal(entries: Sequence[Mapping[str, object]], head: Sequence[str]) -> str:
     """The first record over the first key as a picture of characters; a key that holds words is taken in the order of its cases.
 
     Empty for a study with fewer than two answers. Raises `InputError` without the package plotext.
@@ -97,7 +97,7 @@ def _having(entries: Entries, *names: str) -> Entries:
     return [entry for entry in entries if all(_is_number(entry[name]) for name in names)]
 
 
-def _is_number(value: Any) -> bool:
+def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and bool(np.isfinite(value))
 
 
@@ -111,7 +111,7 @@ def _families(study: _Study, key: str) -> dict[str, Entries]:
     return named
 
 
-def _with_unit(label: str, value: Any) -> str:
+def _with_unit(label: str, value: object) -> str:
     """A key's label with its value: `wall.thickness = 0.002 m`."""
     name, unit = label.partition(BEFORE_THE_UNIT)[::2]
     return f"{name} = {f'{value:.4g}' if _is_number(value) else value} {unit.rstrip(']')}".rstrip()

@@ -362,7 +362,7 @@ def _whole(path: str | Path, text: str) -> int:
     return int(text)
 
 
-def write_packing(packing: Packing, path: str | Path, extxyz: Any = None, vtk: Any = None) -> None:
+def write_packing(packing: Packing, path: str | Path, extxyz: object = None, vtk: Any = None) -> None:
     """HDF5 at `path`, and on request extended XYZ and VTK (vertices with radius). `InputError` if one cannot be written."""
     for target, write in ((path, _write_hdf5), (extxyz, _write_extxyz), (vtk, _write_vtk)):
         if target is not None:

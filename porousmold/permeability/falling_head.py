@@ -184,7 +184,7 @@ def globally(setup: Setup, levels: Levels, approach: str = "complete") -> Estima
     guess = float(np.median(instantaneous(setup, levels, approach)))
     start = np.log(guess) if guess > 0.0 else np.log(1e-9)
 
-    def fitted(level: Any) -> tuple[Any, ...]:
+    def fitted(level: object) -> tuple[Any, ...]:
         """(ln k, its variance)"""
         with warnings.catch_warnings():
             warnings.simplefilter(

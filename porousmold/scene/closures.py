@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from .scene import Scene
 
 THESIS = "thesis"
-CLOSURES: Mapping[str, Mapping[str, Any]] = {
+CLOSURES: Mapping[str, Mapping[str, object]] = {
     THESIS: {
         "model.bead_conduction": "bulk",
         "model.dispersion": "none",

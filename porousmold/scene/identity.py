@@ -70,7 +70,7 @@ def identity_of(scene: Scene, *, going_on: bool = False) -> str:
     return hashlib.sha256(json.dumps([code_digest(), laws, values], sort_keys=True).encode()).hexdigest()
 
 
-def _content(value: Any) -> Any:
+def _content(value: object) -> Any:
     """A value without the name of a file that it came from."""
     if isinstance(value, TimeSeries):
         return value.content

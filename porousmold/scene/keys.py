@@ -46,7 +46,7 @@ class Key:
 
     kind: str
     meaning: str
-    default: Any = None
+    default: object = None
     low: float = -INFINITY
     high: float = INFINITY
     closed: bool = False
@@ -93,20 +93,20 @@ class Part:
 class Table:
     """The values of one table of a file as attributes, SI; they cannot be assigned."""
 
-    def __init__(self, name: str, values: Mapping[str, Any]) -> None:
+    def __init__(self, name: str, values: Mapping[str, object]) -> None:
         object.__setattr__(self, "_name", name)
         self.__dict__.update(values)
 
     def __getattr__(self, key: str) -> Any:
         raise AttributeError(f"a scene has no key {self.__dict__.get('_name')}.{key}")
 
-    def __setattr__(self, key: str, value: Any) -> None:
+    def __setattr__(self, key: str, value: object) -> None:
         raise AttributeError(f"a scene is frozen: use scene.changed({{'{self._name}.{key}': ...}})")
 
     def __iter__(self) -> Iterator[tuple[str, Any]]:
         return ((name, value) for name, value in vars(self).items() if not name.startswith("_"))
 
-    def with_values(self, values: Mapping[str, Any]) -> "Table":
+    def with_values(self, values: Mapping[str, object]) -> "Table":
         """A copy with other values."""
         return Table(vars(self)["_name"], dict(self) | dict(values))
 
@@ -309,7 +309,7 @@ def _checked_times(name: str, value: Any, where: str | None) -> tuple[float, ...
     return times
 
 
-def _checked_series(name: str, key: Key, value: Any, base: Path, where: str | None) -> TimeSeries:
+def _checked_series(name: str, key: Key, value: object, base: Path, where: str | None) -> TimeSeries:
     if isinstance(value, TimeSeries):
         series = value
     elif isinstance(value, str) and value.lower().endswith(".csv") and "\0" not in value:
@@ -330,7 +330,7 @@ def _checked_series(name: str, key: Key, value: Any, base: Path, where: str | No
     return series
 
 
-def _check_bounds(name: str, number: float, key: Key, where: str | None, given: Any = None) -> None:
+def _check_bounds(name: str, number: float, key: Key, where: str | None, given: object = None) -> None:
     """Refuse a number out of bounds, shown as it is given where that is a text."""
     inside = key.low <= number <= key.high if key.closed else key.low < number < key.high
     if not inside:

@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from ..errors import InputError
 from ..files.tables import existing_file, read_toml
@@ -22,7 +21,7 @@ def materials_file(given: Tables, base: Path, where: str | None) -> Path | None:
     return existing_file(f"materials.{FILE}", given[FILE], base, where)
 
 
-def own_materials(given: Any, base: Path, where: str | None) -> dict[str, Solid | Fluid]:
+def own_materials(given: object, base: Path, where: str | None) -> dict[str, Solid | Fluid]:
     """The materials by name of [materials], whose files are relative to `base`. Raises `InputError` naming key and file."""
     if not isinstance(given, dict):
         raise InputError("materials", str(given), "must be tables [materials.NAME]", where)

@@ -107,13 +107,13 @@ class Scene:
     conductivity_profile: ConductivityProfile | None
     start: Start | None
 
-    def __setattr__(self, name: str, value: Any) -> None:
+    def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError("a scene is frozen: use scene.changed({'table.key': value})")
 
     @classmethod
     def load(
         cls,
-        path: str | Path | Mapping[str, Any],
+        path: str | Path | Mapping[str, object],
         settings: Tables | None = None,
         *,
         allow_extensions: bool = False,
@@ -177,7 +177,7 @@ class Scene:
         if self.value(full_name) is None:
             raise InputError(full_name, None, f"is missing; {key_of(KEYS, full_name).meaning}", self.source)
 
-    def refuse(self, full_name: str, allowed: str, *, value: Any = ...) -> NoReturn:
+    def refuse(self, full_name: str, allowed: str, *, value: object = ...) -> NoReturn:
         """Raise the `InputError` of a key and its value, or another one that is shown instead."""
         raise InputError(full_name, self.value(full_name) if value is ... else value, allowed, self.source)
 

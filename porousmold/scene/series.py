@@ -36,7 +36,7 @@ OTHER_QUANTITIES = (
 """Names of columns that belong to one quantity alone."""
 
 
-def _name_of(function: Any) -> str:
+def _name_of(function: object) -> str:
     return str(getattr(function, "__name__", function))
 
 

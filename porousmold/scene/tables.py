@@ -15,7 +15,7 @@ LISTS = tuple(table for table, keys in KEYS.items() if list(keys) == ["list"])
 """Tables that stand in a scene as lists, [[target]]."""
 
 
-def as_toml(value: Any) -> Any:
+def as_toml(value: object) -> Any:
     """A value as a TOML file has it."""
     if isinstance(value, TimeSeries | Profile | LastState):
         return value.as_value()

@@ -202,5 +202,5 @@ def _rows(result: Any) -> list[list[Any]]:
     ]
 
 
-def _short(value: Any) -> Any:
+def _short(value: object) -> Any:
     return f"{value:.6g}" if isinstance(value, float) else value

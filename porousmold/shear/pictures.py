@@ -78,7 +78,7 @@ def _varied(cells: list[Any]) -> tuple[str, str]:
     return "solid_fraction", "solid fraction"
 
 
-def _label(cell: Any, results: list[Any], without: str = "") -> str:
+def _label(cell: object, results: list[Any], without: str = "") -> str:
     """What tells this cell from the others."""
     cells, parts = [result.cell for result in results], []
     for key, symbol in (("solid_fraction", "solid fraction"), ("shear_rate", "γ*"), ("friction", "friction")):

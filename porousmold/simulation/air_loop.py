@@ -10,8 +10,9 @@ exhaust loses balance to the tolerance of the stages. The operating point is fou
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+
+from dolfinx import fem
 
 from ..equations.energy import EnergyEquations
 from ..equations.exhaust import enthalpy_leaving, mass_leaving
@@ -21,6 +22,7 @@ from ..laws.materials import Fluid
 from ..mesh import ranks
 from ..mesh.aliases import Communicator
 from ..mesh.deferred_forms import DeferredForm
+from ..solvers.state import SavedNumbers
 from .air_loop_spec import AirLoopSpec
 from .boundary_values import BoundaryValues
 
@@ -48,7 +50,7 @@ class AirLoop:
         outlet_pressure: float,
         boundary: BoundaryValues,
         equations: EnergyEquations,
-        temperature: Any,
+        temperature: fem.Function,
         communicator: Communicator,
         gravity_times_length: float,
     ) -> None:
@@ -116,7 +118,7 @@ class AirLoop:
             "by_duct": self.now.duct_loss,
         }
 
-    def save(self) -> dict[str, Any]:
+    def save(self) -> SavedNumbers:
         """Everything that it goes on from."""
         boundary = self._boundary
         return {
@@ -131,7 +133,7 @@ class AirLoop:
             "inlet_temperature": float(boundary.inlet_temperature.value),
         }
 
-    def restore(self, numbers: Mapping[str, Any]) -> None:
+    def restore(self, numbers: SavedNumbers) -> None:
         """Go on from what `save()` gave."""
         self.now, self._flow = Supplied(**numbers["now"]), numbers["flow"]
         self.blower_power, self._slope = numbers["blower_power"], numbers["slope"]

@@ -29,7 +29,7 @@ from ..laws.functions import Value
 from ..laws.materials import Solid
 from ..mesh import domain as geometry
 from ..mesh import fenicsx, ranks
-from ..mesh.aliases import Communicator
+from ..mesh.aliases import Communicator, Expression
 from ..mesh.deferred_forms import DeferredForm, finish_compiling
 from ..mesh.domain import Domain
 from ..mesh.nodes import leaves
@@ -310,7 +310,7 @@ def _energy_equations(specs: Specs, medium: Medium, flow: Flow) -> EnergyEquatio
     )
 
 
-def _moving_beads(specs: Specs, medium: Medium, ds: Any, dx_bed: Any) -> MovingBeads | None:
+def _moving_beads(specs: Specs, medium: Medium, ds: Expression, dx_bed: Expression) -> MovingBeads | None:
     heat, bed = specs.heat, medium.equations.bed
     if bed.bead_velocity is None or heat.bead_motion.inlet_temperature is None:
         return None

@@ -6,13 +6,14 @@ The heat is computed as if the fluid always came in at the inlet: where the flow
 
 import math
 from bisect import bisect_left
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from ..scene.features.phases import Phase, has_phases, phases_of
 from ..scene.scene import Scene
 from ..scene.series import TimeSeries
+from ..solvers.state import SavedNumbers
 
 NEAR_LIMIT = 1e-3
 """Part of all temperature differences within which the outlet has reached the limit of a phase."""
@@ -184,10 +185,10 @@ class Course:
         """Time (s) that all cycles take at most; infinite where that is not known."""
         return self.cycles * sum(phase.duration for phase in self.phases)
 
-    def save(self) -> dict[str, Any]:
+    def save(self) -> SavedNumbers:
         """What a restart needs."""
         return {"ends": self.ends, "heats": self.heats}
 
-    def restore(self, numbers: Mapping[str, Any]) -> None:
+    def restore(self, numbers: SavedNumbers) -> None:
         """Go on from what `save()` gave."""
         self.ends, self.heats = list(numbers["ends"]), list(numbers["heats"])

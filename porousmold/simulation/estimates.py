@@ -6,11 +6,12 @@ cell, cells through the wall, largest step) and scale the unknowns; no result de
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ..laws.conductivity import Anisotropic, LocalBed, added, core_dispersion, stagnant_conductivity
+from ..laws.functions import Value
 from ..laws.natural_convection import rayleigh_darcy_number
 from ..laws.nusselt import bead_reynolds_number, prandtl_number, specific_surface
 from ..scene.features.geometries import BedSize
@@ -343,7 +344,7 @@ class FluidProperties(NamedTuple):
     conductivity: float
 
 
-def fluid_at(specs: Specs, temperature: Any) -> FluidProperties:
+def fluid_at(specs: Specs, temperature: Value) -> FluidProperties:
     """Of the scene's fluid at a temperature (K), arrays of an array."""
     fluid, flow = specs.laws.fluid, specs.flow
     half = 0.5 * flow.driven_by.range[1] if flow.drive == "pressure_drop" else 0.0

@@ -2,8 +2,7 @@
 
 import logging
 import math
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable
 
 import numpy as np
 
@@ -12,7 +11,7 @@ from ..mesh import ranks
 from ..mesh.aliases import Communicator
 from ..solvers.newton import free_systems
 from ..solvers.protocols import Observer, silent
-from ..solvers.state import ArrayOf, Copy, Saved
+from ..solvers.state import ArrayOf, Copy, Saved, SavedNumbers
 from ..solvers.step_error import StepError
 from .assembly import assemble
 from .breakpoints import Breakpoints
@@ -245,7 +244,7 @@ class Simulation:
         past = self.problem.solution.spaces_of(self._past.solution, "past/") if self._past.solution else {}
         return Saved(numbers, problem.arrays | recorder.arrays | past)
 
-    def restore(self, numbers: Mapping[str, Any], array_of: ArrayOf) -> None:
+    def restore(self, numbers: SavedNumbers, array_of: ArrayOf) -> None:
         """Go on from what `save()` gave; `array_of(name, space)` gives the local array of a name (collective)."""
         self.time = numbers["time"]
         self._turns = numbers["turns"]

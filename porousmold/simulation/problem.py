@@ -1,7 +1,7 @@
 """The discrete problem of a scene, and the questions that one can ask of its present state."""
 
 import functools
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,7 +26,7 @@ from ..scene.features.sensors import read_sensors
 from ..scene.start import Start
 from ..solvers.displacement import Displacement
 from ..solvers.protocols import Flow, Heat
-from ..solvers.state import ArrayOf, Numbers, Saved, State
+from ..solvers.state import ArrayOf, Numbers, Saved, SavedNumbers, State
 from .air_loop import AirLoop
 from .boundary_values import BoundaryValues
 from .estimates import Estimates
@@ -63,14 +63,14 @@ class Medium:
 
 @dataclass(frozen=True, kw_only=True)
 class _Forms:
-    mass_in: Any
-    mass_out: Any
-    mass_displaced: Any
+    mass_in: Form
+    mass_out: Form
+    mass_displaced: Form
     is_mass_kept: bool
-    inlet_pressure: Any
-    outlet_heat: Any
-    outlet_area: Any
-    outlet_mean: Any
+    inlet_pressure: Form
+    outlet_heat: Form
+    outlet_area: Form
+    outlet_mean: Form
     bead_outlet: tuple[Any, Any] | None
 
 
@@ -346,7 +346,7 @@ class Problem:
         own, flow, heat = self.state.save(), self.flow.save(), self.heat.save()
         return Saved({"state": own.numbers, "flow": flow.numbers, "heat": heat.numbers}, own.arrays | flow.arrays)
 
-    def restore(self, numbers: Mapping[str, Any], array_of: ArrayOf) -> None:
+    def restore(self, numbers: SavedNumbers, array_of: ArrayOf) -> None:
         """Go on from what `save()` gave."""
         self.flow.restore(numbers["flow"], array_of)
         self.heat.restore(numbers["heat"], array_of)

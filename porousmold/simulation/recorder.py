@@ -1,11 +1,9 @@
 """What is recorded of a march: the history's rows, the heating times, and snapshots of the fields."""
 
 import math
-from collections.abc import Mapping
-from typing import Any
 
 from ..output.quantities import Columns, Moment, row_of
-from ..solvers.state import ArrayOf, Saved
+from ..solvers.state import ArrayOf, Saved, SavedNumbers
 from .heating_time import crossing_time
 from .problem import Problem
 from .snapshots import Snapshots
@@ -218,7 +216,7 @@ class Recorder:
         }
         return Saved(numbers, snapshots.arrays)
 
-    def restore(self, numbers: Mapping[str, Any], array_of: ArrayOf) -> None:
+    def restore(self, numbers: SavedNumbers, array_of: ArrayOf) -> None:
         """Go on from what `save()` gave."""
         self.history = Columns(numbers["columns"])
         self.heating_time, self.heating_time_bed_side = numbers["heating_time"], numbers["heating_time_bed_side"]

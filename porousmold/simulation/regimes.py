@@ -1,12 +1,10 @@
 """Regimes of the flow that occur in a run."""
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 
 from ..mesh import ranks
 from ..mesh.point_values import nodal_values
+from ..solvers.state import SavedNumbers
 from .problem import Problem
 
 TURBULENT, LAMINAR = "turbulent", "laminar"
@@ -37,11 +35,11 @@ class Regimes:
         if regime not in self.seen:
             self.seen.append(regime)
 
-    def save(self) -> dict[str, Any]:
+    def save(self) -> SavedNumbers:
         """Those so far."""
         return {"seen": self.seen, "is_also_laminar": self.is_also_laminar}
 
-    def restore(self, numbers: Mapping[str, Any]) -> None:
+    def restore(self, numbers: SavedNumbers) -> None:
         """Go on from what `save()` gave."""
         self.seen, self.is_also_laminar = list(numbers["seen"]), numbers["is_also_laminar"]
 

@@ -1,13 +1,12 @@
 """Fields and profiles that are kept of a march, to be written at its end."""
 
-from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ..arrays import Floats
 from ..mesh.aliases import Space
-from ..solvers.state import ArrayOf, Arrays, Saved
+from ..solvers.state import ArrayOf, Arrays, Saved, SavedNumbers
 from .cycles import Profile
 from .problem import Problem
 
@@ -97,7 +96,7 @@ class Snapshots:
         }
         return Saved(numbers, arrays)
 
-    def restore(self, numbers: Mapping[str, Any], array_of: ArrayOf) -> None:
+    def restore(self, numbers: SavedNumbers, array_of: ArrayOf) -> None:
         """Go on from what `save()` gave."""
         self._spacing = numbers["spacing"]
         self.profiles = [

@@ -50,7 +50,7 @@ class AssembledSystem:
             is_kept=keep_jacobian,
         )
         self.uses_simpler = simpler is not None
-        self.addend: Any = None
+        self.addend: PETSc.Vec | None = None
         self._vectors: list[Any] = []
 
     @property

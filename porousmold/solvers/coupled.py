@@ -6,9 +6,8 @@ of the earlier stages' rates K_j, by Newton's method with a new Jacobian as ofte
 """
 
 import functools
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import ufl
@@ -32,7 +31,7 @@ from .newton import NewtonSystem
 from .newton_iterations import Iterations
 from .protocols import Bounds, HeatBalance, Observer, silent, unbounded
 from .sdirk import GAMMA, STAGES
-from .state import ArrayOf, Saved, State
+from .state import ArrayOf, Saved, SavedNumbers, State
 from .step_error import StepError
 
 CONVERGED_UPDATE, MOST_ITERATIONS = 1e-8, 25
@@ -215,7 +214,7 @@ class CoupledTransient:
         """What the heat saves, and the own iterations."""
         return Saved(self.heat.save().numbers | {"coupled_iterations": self.newton_iterations})
 
-    def restore(self, numbers: Mapping[str, Any], array_of: ArrayOf) -> None:
+    def restore(self, numbers: SavedNumbers, array_of: ArrayOf) -> None:
         """Go on from what `save()` gave."""
         self.heat.restore(numbers, array_of)
         self.newton_iterations = numbers["coupled_iterations"]

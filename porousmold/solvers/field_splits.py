@@ -15,6 +15,7 @@ import numpy as np
 from petsc4py import PETSc
 
 from ..arrays import Integers
+from ..mesh.aliases import Communicator
 from .petsc_options import set_defaults
 
 RESTART, MOST_ITERATIONS = 100, 300
@@ -68,5 +69,5 @@ def split_fields(ksp: Any, fields: Sequence[Sequence[Integers]], *, by_schur_com
         motion.setFieldSplitIS((name, _indices(numbers, communicator)))
 
 
-def _indices(numbers: Integers, communicator: Any) -> Any:
+def _indices(numbers: Integers, communicator: Communicator) -> Any:
     return PETSc.IS().createGeneral(numbers.astype(PETSc.IntType), comm=communicator)

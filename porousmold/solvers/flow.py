@@ -24,7 +24,7 @@ from .newton import Beside, NewtonSystem
 from .parts import Unknowns
 from .protocols import FlowCounts, Observer
 from .renewal import Renewal
-from .state import ArrayOf, Arrays, Saved, State
+from .state import ArrayOf, Arrays, Saved, SavedNumbers, State
 from .steady import CAREFUL, FIRST_PSEUDO_STEP, SteadySolver
 
 REST_OF_TURBULENCE = 1e-5
@@ -185,7 +185,7 @@ class NonlinearFlow(ABC):
         }
         return Saved(numbers, {f"factors/{i}": pair for i, pair in enumerate(factors[0])} if factors else {})
 
-    def restore(self, numbers: Mapping[str, Any], array_of: ArrayOf) -> None:
+    def restore(self, numbers: SavedNumbers, array_of: ArrayOf) -> None:
         """Go on from what `save()` gave; the factors are made again, as iterations with others end elsewhere within their
         tolerance (collective)."""
         self.solver.counts = FlowCounts(**numbers["counts"])

@@ -5,9 +5,8 @@ held during a step, at the temperature predicted for its middle, which makes the
 """
 
 import functools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import ufl
@@ -39,7 +38,7 @@ from .protocols import (
 )
 from .sdirk import Sdirk, Stages
 from .stages import ITERATED_STAGE_ERROR, STAGE_ERROR, StageSolver
-from .state import ArrayOf, Saved, State
+from .state import ArrayOf, Saved, SavedNumbers, State
 from .step_error import StepError
 from .transport import FrozenTransport, MonotoneCells
 
@@ -194,7 +193,7 @@ class TransientHeat:
         }
         return Saved(numbers)
 
-    def restore(self, numbers: Mapping[str, Any], array_of: ArrayOf) -> None:
+    def restore(self, numbers: SavedNumbers, array_of: ArrayOf) -> None:
         """Go on from what `save()` gave."""
         self._stages.iterations, self.bounded_steps.repetitions = numbers["newton_iterations"], numbers["repetitions"]
         self._stages.contraction.ratio = numbers["contraction"]

@@ -11,7 +11,7 @@ from petsc4py import PETSc
 from ..arrays import Floats
 from ..laws.functions import Value
 from ..mesh import fenicsx
-from ..mesh.aliases import Space
+from ..mesh.aliases import Constant, Space
 from ..mesh.deferred_forms import DeferredForm
 from .multigrid import Preconditioner, Thinned
 
@@ -45,7 +45,7 @@ class Jacobian:
         self,
         residuals: Sequence[Value],
         derivatives: Sequence[Value],
-        conditions: Sequence[Any],
+        conditions: Sequence[object],
         preconditioner: Preconditioner | None,
         *,
         is_kept: bool,
@@ -118,7 +118,7 @@ class Jacobian:
     def renew_as_before(
         self,
         array_of: Callable[[int, Space], Floats],
-        constants: Sequence[Any],
+        constants: Sequence[Constant],
         number: int,
         linear_solver: PETSc.KSP | None,
     ) -> None:
@@ -133,6 +133,6 @@ class Jacobian:
             function.x.array[:] = array
         self._set_constants(values_now)
 
-    def _set_constants(self, values: Sequence[Any]) -> None:
+    def _set_constants(self, values: Sequence[object]) -> None:
         for constant, value in zip(self._constants, values, strict=True):
             constant.value = np.asarray(value)

@@ -5,8 +5,7 @@ given, the pressure at the inlet follows by elimination: with dp/dP of one more 
 linear in it.
 """
 
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable
 
 import numpy as np
 import ufl
@@ -30,7 +29,7 @@ from .newton_iterations import Iterations
 from .nodal_means import NodalMeans
 from .parts import TRACE_OF_TURBULENCE
 from .protocols import FlowCounts, Inflow, Observer, silent
-from .state import ArrayOf, Arrays, Saved, State
+from .state import ArrayOf, Arrays, Saved, SavedNumbers, State
 
 LENGTH_OF_LOSS = 1e-6
 """Part of the bed's length in which as much pressure is lost as at inlet and outlet."""
@@ -51,7 +50,7 @@ class LocallyDevelopedFlow:
     """`equations` are `FlowEquations`; `table()` gives the profiles."""
 
     streamfunction = growth = inlet = None
-    factored_at: Any = None
+    factored_at: None = None
 
     def __init__(
         self,
@@ -210,7 +209,7 @@ class LocallyDevelopedFlow:
         numbers = {"counts": vars(self.counts), "table": self._profiles.table.middle}
         return Saved(numbers)
 
-    def restore(self, numbers: Mapping[str, Any], array_of: ArrayOf) -> None:
+    def restore(self, numbers: SavedNumbers, array_of: ArrayOf) -> None:
         """Go on from what `save()` gave (collective)."""
         self.counts = FlowCounts(**numbers["counts"])
         self._profiles.table.cover(numbers["table"])

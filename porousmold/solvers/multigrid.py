@@ -24,7 +24,7 @@ REDUCTION = 1e-4
 NONE = 1e-12
 """Of the largest entry of a row, that counts as zero."""
 MOST_ITERATIONS, RESTART = 150, 60
-_CYCLE: Mapping[str, Any] = {
+_CYCLE: Mapping[str, object] = {
     "ksp_type": "preonly",
     "pc_type": "hypre",
     "pc_hypre_type": "boomeramg",

@@ -19,7 +19,7 @@ from petsc4py import PETSc
 
 from ..arrays import Floats, Integers
 from ..laws.functions import Value
-from ..mesh.aliases import Space
+from ..mesh.aliases import Constant, Mesh, Space
 from .assembled_system import AssembledSystem
 from .linear_solution import FACTORISED, MUMPS_OPTIONS, LinearSolution
 from .newton_iterations import Iterations
@@ -55,7 +55,7 @@ _SYSTEMS: list["weakref.ref[NewtonSystem]"] = []
 """All that are alive, in the order in which they were made, which is the same on all ranks."""
 
 
-def free_systems(domain: Any) -> None:
+def free_systems(domain: Mesh) -> None:
     """Free what PETSc holds for the systems over a mesh, which are of no more use then (collective).
 
     Python frees nothing of PETSc's by itself: factors would stay for as long as the process lives, 25 MB of an ordinary run.
@@ -142,7 +142,7 @@ class NewtonSystem(AssembledSystem):
             f"{self._prefix}snes_", {name.removeprefix("snes_"): value for name, value in SNES_OPTIONS.items()}
         )
 
-    def factorise_again(self, array_of: Callable[[int, Space], Floats], constants: Sequence[Any] | None) -> None:
+    def factorise_again(self, array_of: Callable[[int, Space], Floats], constants: Sequence[Constant] | None) -> None:
         """Make the Jacobian that `factored_at` (its arrays by `array_of(number, space)`) told of, whatever the present."""
         if constants is not None:
             self._jacobian.renew_as_before(array_of, constants, self._present, self._linear_solver)
@@ -152,7 +152,7 @@ class NewtonSystem(AssembledSystem):
         """The KSP, once there is one."""
         return self._snes.getKSP() if "_snes" in self.__dict__ else None
 
-    def _assemble_residual(self, snes: Any, x: PETSc.Vec, residual: Value) -> None:
+    def _assemble_residual(self, snes: PETSc.SNES, x: PETSc.Vec, residual: Value) -> None:
         if not self._is_judged and not self._has_own_options:
             self._judge(x)
             if self._is_over:
@@ -163,7 +163,7 @@ class NewtonSystem(AssembledSystem):
         if self._raised is None:
             self.assemble_residual_into(residual)
 
-    def _assemble_jacobian(self, snes: Any, x: PETSc.Vec, matrix: PETSc.Mat, preconditioner: PETSc.Mat) -> None:
+    def _assemble_jacobian(self, snes: PETSc.SNES, x: PETSc.Vec, matrix: PETSc.Mat, preconditioner: PETSc.Mat) -> None:
         if not self._jacobian.is_kept or self._jacobian.is_due:
             self._jacobian.renew(self._present, self._linear_solver)
         self._is_judged = False

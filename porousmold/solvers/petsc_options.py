@@ -5,12 +5,11 @@ process that need different values have different prefixes.
 """
 
 from collections.abc import Mapping
-from typing import Any
 
 from petsc4py import PETSc
 
 
-def set_defaults(prefix: str, values: Mapping[str, Any]) -> None:
+def set_defaults(prefix: str, values: Mapping[str, object]) -> None:
     """Set options, by their names without the prefix, that are not set yet."""
     options = PETSc.Options()
     for name, value in values.items():
@@ -18,7 +17,7 @@ def set_defaults(prefix: str, values: Mapping[str, Any]) -> None:
             options[prefix + name] = value
 
 
-def given(prefix: str, but_for: Mapping[str, Any]) -> bool:
+def given(prefix: str, but_for: Mapping[str, object]) -> bool:
     """Whether any option with the prefix is set to other than the values of `but_for`."""
     ours = {prefix + name: str(value) for name, value in but_for.items()}
     options = PETSc.Options().getAll()

@@ -1,7 +1,6 @@
 """Plug flow: a uniform superficial mass flux, with the pressure drop of the bulk porosity."""
 
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable
 
 import numpy as np
 import ufl
@@ -17,7 +16,7 @@ from ..laws.materials import Fluid
 from ..mesh import fenicsx
 from ..mesh.domain import Domain
 from .protocols import Drive, FlowCounts, Observer
-from .state import ArrayOf, Arrays, Saved, State
+from .state import ArrayOf, Arrays, Saved, SavedNumbers, State
 from .stations import Columns, MassFlowAlong, nearest
 
 LARGEST_MASS_FLUX = 1e9
@@ -155,7 +154,7 @@ class PlugFlow:
         """The counts."""
         return Saved({"counts": vars(self.counts)})
 
-    def restore(self, numbers: Mapping[str, Any], array_of: ArrayOf) -> None:
+    def restore(self, numbers: SavedNumbers, array_of: ArrayOf) -> None:
         """Go on from what `save()` gave."""
         self.counts = FlowCounts(**numbers["counts"])
 

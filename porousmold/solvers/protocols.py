@@ -13,7 +13,7 @@ from ..equations.openings import Opening
 from ..laws.materials import Fluid
 from ..mesh.aliases import Space
 from .curing import Curing
-from .state import Arrays, State, Stateful
+from .state import Arrays, SavedNumbers, State, Stateful
 from .step_error import StepError
 
 Observer = Callable[[str], None]
@@ -182,11 +182,11 @@ class HeatBalance:
             setattr(self, name, getattr(self, name) + heat)
         self.stored += stored
 
-    def save(self) -> dict[str, Any]:
+    def save(self) -> SavedNumbers:
         """Its entries."""
         return dict(vars(self))
 
-    def restore(self, numbers: Mapping[str, Any]) -> None:
+    def restore(self, numbers: SavedNumbers) -> None:
         """Take the entries that `save()` gave."""
         vars(self).update(numbers)
 

@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
+from petsc4py import PETSc
 
 from ..errors import SolveError
 from .newton import NewtonSystem
@@ -40,7 +41,7 @@ class StageSolver:
         self.iterations = 0
         self._is_damped, self._last_update = False, np.zeros(0)
 
-    def solve(self, time: float, step: float, addend: Any) -> None:
+    def solve(self, time: float, step: float, addend: PETSc.Vec) -> None:
         """Solve a stage of a step (s) from a time (s), with `addend` (PETSc vector) in its residual. Raises `SolveError`."""
         self._system.addend = addend
         guess = self._system.unknown.x.array.copy()

@@ -3,13 +3,15 @@ back, kept as a snapshot, extrapolated, and written to a checkpoint."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol, TypeAlias
 
 from dolfinx import fem
 
 from ..arrays import Floats
 from ..mesh.aliases import Space
 
+SavedNumbers: TypeAlias = dict[str, Any]
+"""Numbers and texts of a part by name, ready for JSON."""
 Arrays = dict[str, Floats]
 """Of functions, by their names."""
 ArrayOf = Callable[[str, Space], Floats]
@@ -20,7 +22,7 @@ ArrayOf = Callable[[str, Space], Floats]
 class Saved:
     """What a checkpoint holds of a part of a simulation: `numbers` ready for JSON, `arrays` by name, with their spaces."""
 
-    numbers: dict[str, Any] = field(default_factory=dict)
+    numbers: SavedNumbers = field(default_factory=dict)
     arrays: dict[str, tuple[Space, Floats]] = field(default_factory=dict)
 
 
@@ -30,17 +32,17 @@ class Stateful(Protocol):
     def save(self) -> Saved:
         """Everything that it goes on from."""
 
-    def restore(self, numbers: Mapping[str, Any], array_of: ArrayOf) -> None:
+    def restore(self, numbers: SavedNumbers, array_of: ArrayOf) -> None:
         """Go on from what `save()` gave."""
 
 
 class Numbers(Protocol):
     """Anything whose numbers belong to a state."""
 
-    def save(self) -> dict[str, Any]:
+    def save(self) -> SavedNumbers:
         """Its numbers, ready for JSON: a copy."""
 
-    def restore(self, numbers: Mapping[str, Any]) -> None:
+    def restore(self, numbers: SavedNumbers) -> None:
         """Go on from what `save()` gave."""
 
 
@@ -48,7 +50,7 @@ class Copy(NamedTuple):
     """Of a state: the arrays of its functions, and its numbers."""
 
     arrays: Arrays
-    numbers: dict[str, dict[str, Any]]
+    numbers: dict[str, SavedNumbers]
 
 
 class State:
@@ -85,7 +87,7 @@ class State:
         """For a checkpoint."""
         return Saved({name: part.save() for name, part in self._numbers.items()}, self.spaces_of(self.arrays()))
 
-    def restore(self, numbers: Mapping[str, Any], array_of: ArrayOf) -> None:
+    def restore(self, numbers: SavedNumbers, array_of: ArrayOf) -> None:
         """Go on from what `save()` gave (collective)."""
         self.set(self.read(array_of))
         for name, part in self._numbers.items():

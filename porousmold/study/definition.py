@@ -190,7 +190,7 @@ def _combinations(design: str, tables: Tables, where: str) -> list[Settings]:
     return [{name: value} for name, values in varied.items() for value in values]
 
 
-def _values(place: str, name: str, given: Any, where: str) -> list[Any]:
+def _values(place: str, name: str, given: object, where: str) -> list[Any]:
     """A list of values, or a range {from, to, count, spacing} of them in SI."""
     if isinstance(given, dict):
         check_names(given, ("from", "to", "count", "spacing"), f"{place}.", where)
@@ -226,7 +226,7 @@ def _case(settings: Settings, base: Path, common: Settings, allow_extensions: bo
         return Case(name, settings, None, str(error))
 
 
-def with_units(settings: Mapping[str, Any]) -> Settings:
+def with_units(settings: Mapping[str, object]) -> Settings:
     """Settings that the program has made: temperatures that need a unit, as they are cold, with it."""
     return {
         name: f"{float(value)!r} K"

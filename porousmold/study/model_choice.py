@@ -14,7 +14,7 @@ fullest one, as measured on the coarse cells. There the discretisation errors of
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from ..errors import InputError, SolveError
 from ..scene.scene import Scene
@@ -39,7 +39,7 @@ class Choice:
     """
 
     key: str
-    value: Any
+    value: object
     leaves_out: str
     chosen: bool
     worth: float | None
@@ -99,7 +99,7 @@ class _Known:
 class _Candidate:
     """A simplification: settings whose first is the choice, what it leaves out, and what is predicted of it before any run."""
 
-    settings: Mapping[str, Any]
+    settings: Mapping[str, object]
     leaves_out: str
     predict: "Callable[[_Known], _Prediction | None]"
 

@@ -172,7 +172,7 @@ class _Surface:
             place = 0.5 * (place + self.places[distances.argmin()])
 
 
-def _positive(value: Any) -> bool:
+def _positive(value: object) -> bool:
     return isinstance(value, int | float) and math.isfinite(value) and value > 0.0
 
 

@@ -1,7 +1,6 @@
 """What a scene has of a parameter that a study changes, and the cases around it."""
 
 from collections.abc import Mapping
-from typing import Any
 
 from ..errors import InputError
 from ..scene.chosen_laws import Laws
@@ -40,7 +39,7 @@ def scaled(scene: Scene, name: str, value: float, factor: float) -> float | str:
     return str(Part(factor if given is None else factor * given.factor))
 
 
-def case_around(scene: Scene, name: str, settings: Mapping[str, Any]) -> Case:
+def case_around(scene: Scene, name: str, settings: Mapping[str, object]) -> Case:
     """The case of a scene with other settings {"table.key": value}; with the reason where no scene can have them."""
     try:
         changes = {"bed.allow_small_ratio": True, **OF_EVERY_CASE, **with_units(settings)}

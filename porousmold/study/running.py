@@ -93,7 +93,7 @@ def run_study(
             progress(sum(row_of(case, out, study.record).status != MISSING for case in cases))
             looked[0] = clock.monotonic()
 
-    def report(*_: Any) -> None:
+    def report(*_: object) -> None:
         if clock.monotonic() > looked[0] + SECONDS_BETWEEN_LOOKS:
             show()
 
@@ -159,7 +159,7 @@ def _work_through(
     return problem
 
 
-def _on_leader(workers: MPI.Comm, action: Callable[..., Any], *arguments: Any) -> tuple[Any, ...]:
+def _on_leader(workers: MPI.Comm, action: Callable[..., Any], *arguments: object) -> tuple[Any, ...]:
     """(what the action gives on the group's rank 0, None on the others; what an `OSError` there says, on all of them)."""
     result = problem = None
     if workers.rank == 0:

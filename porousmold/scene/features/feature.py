@@ -21,12 +21,12 @@ FULL_NAME, KEY = "full name", "key"
 OWN_MATERIAL = "a material of your own, [materials.NAME]"
 
 
-def key(full_name: str, kind: str, meaning: str, default: Any = None, **rules: Any) -> Any:
+def key(full_name: str, kind: str, meaning: str, default: object = None, **rules: Any) -> Any:
     """The field of a `Key`, which stands in a scene as "table.name"; of a list of tables, [[target]], as "target.list"."""
     return field(default=default, metadata={FULL_NAME: full_name, KEY: Key(kind, meaning, default, **rules)})
 
 
-def choice(full_name: str, meaning: str, choices: Collection[str], default: Any = None, **rules: Any) -> Any:
+def choice(full_name: str, meaning: str, choices: Collection[str], default: object = None, **rules: object) -> Any:
     """The field of a key that takes one of some names."""
     return key(full_name, "choice", meaning, default, choices=choices, **rules)
 

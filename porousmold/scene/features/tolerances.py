@@ -6,7 +6,7 @@ workshop; those of closures follow from the scatter of the experiments behind th
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from ...errors import InputError
 from ...files.units import to_si
@@ -72,7 +72,7 @@ class Tolerance:
         return self.size * abs(value) if self.relative else self.size
 
 
-def tolerance_of(name: str, given: Any, where: str | None = None) -> Tolerance:
+def tolerance_of(name: str, given: object, where: str | None = None) -> Tolerance:
     """The tolerance of an input from "2 %" or a quantity of its unit. Raises `InputError` naming the key."""
     key, text = f"tolerance.{name}", given if isinstance(given, str) else str(given)
     relative = text.strip().endswith("%")
