@@ -18,7 +18,6 @@ import numpy as np
 from ..arrays import Floats
 from ..errors import InputError
 from ..files.tables import read_columns
-from ..laws.functions import Value
 
 REFERENCE_PRESSURE = 101325.0
 """Pa."""
@@ -35,14 +34,14 @@ LOWEST_PRESSURE = 5e4
 
 
 def inlet_velocity(
-    flow: Value,
-    rotameter_pressure: Value,
-    rotameter_temperature: Value,
-    inlet_pressure: Value,
-    inlet_temperature: Value,
+    flow: float | Floats,
+    rotameter_pressure: float | Floats,
+    rotameter_temperature: float | Floats,
+    inlet_pressure: float | Floats,
+    inlet_temperature: float | Floats,
     area: float,
     reference_temperature: float,
-) -> Value:
+) -> Any:
     """Superficial velocity (m/s) at the inlet, eq. 7.19: flow Q_ro (m3/s) as read, absolute pressures (Pa) and temperatures (K),
     area (m2). Floats or arrays."""
     correction = np.sqrt(REFERENCE_PRESSURE * rotameter_pressure / (rotameter_temperature * reference_temperature))
