@@ -48,6 +48,7 @@ from ..solvers.locally_developed import LocallyDevelopedFlow
 from ..solvers.newton import free_systems
 from ..solvers.plug import PlugFlow
 from ..solvers.protocols import Flow, Heat, Inflow, Observer, silent
+from ..solvers.relaxation import Relaxation
 from .air_loop import AirLoop
 from .boundary_values import BoundaryValues
 from .estimates import Estimates
@@ -134,7 +135,8 @@ def build_medium(specs: Specs, domain: Domain, estimates: Estimates, size: BedSi
         published_pressure_term=flow.averaging.terms == "as-published",
         expansion=None if displacement is None else bed.porosity * displacement.rate,
     )
-    return Medium(domain, size, estimates, equations, boundary, inlet_area, of_flow, of_properties, displacement)
+    kept = of_flow, of_properties, Relaxation(space), displacement
+    return Medium(domain, size, estimates, equations, boundary, inlet_area, *kept)
 
 
 def _start(specs: Specs, function: fem.Function, domain: Domain) -> None:

@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from ..output.quantities import quantity
 from .answers import BEYOND_THE_MARGIN, beyond_the_inlet
 from .march import Simulation
 from .specs import Specs
@@ -14,6 +15,8 @@ EDGE_OF_ALL = 5e-3
 """Of all temperature differences, that the extremes of the bed's side may be off at the inlet without a word."""
 EDGE_STEP = 0.01
 """Part of a spread asked for that the first nodes at the inlet may differ by."""
+TO_AND_FRO, MOST_TURNS, LAST_ROWS = 0.01, 2.0 / 3.0, 20
+"""Part of itself by which a flow may go to and fro, part of the last steps in which it may turn, and rows that are looked at."""
 STEADY = 0.02
 """Relative change of the wall's distance from the inlet temperature over the last fifth of a run that is hardly one."""
 
@@ -113,6 +116,25 @@ def of_the_corner(simulation: Simulation) -> list[str]:
         elif step > EDGE_OF_ALL * range_of_all:
             found.append(f"{at_edge}, and with it spread_at_end; sensors are free of that")
     return found
+
+
+def of_a_flow_to_and_fro(simulation: Simulation) -> list[str]:
+    """Of a steady drive whose flow, or pressure drop, still goes to and fro from one of the last steps to the next."""
+    flow, history = simulation.specs.flow, simulation.recorder.history
+    name, words = ("mass_flow", "mass flow") if flow.drive == "pressure_drop" else ("pressure_drop", "pressure drop")
+    low, high = flow.driven_by.range
+    if low != high or len(history) <= LAST_ROWS or simulation.specs.course is not None:
+        return []
+    last = np.array(history[name][-LAST_ROWS:])
+    changes = np.diff(last)
+    half = 0.5 * float(np.median(np.abs(changes))) / max(float(np.abs(last).max()), 1e-300)
+    if half <= TO_AND_FRO or np.mean(changes[1:] * changes[:-1] < 0.0) <= MOST_TURNS:
+        return []
+    around = f"{last.mean():.4g} {quantity(name).unit}"
+    return [
+        f"the {words} goes to and fro by {half:.1%} from step to step, around {around}: the flow answers strongly to the "
+        "temperature (a smaller solver.largest_step)"
+    ]
 
 
 def _what_balances(simulation: Simulation, before: int) -> str:

@@ -26,6 +26,7 @@ from ..scene.features.sensors import read_sensors
 from ..scene.start import Start
 from ..solvers.displacement import Displacement
 from ..solvers.protocols import Flow, Heat
+from ..solvers.relaxation import Relaxation
 from ..solvers.state import ArrayOf, Numbers, Saved, SavedNumbers, State
 from .air_loop import AirLoop
 from .boundary_values import BoundaryValues
@@ -47,8 +48,8 @@ STATION_FRACTIONS = {"L/8": 0.125, "L/4": 0.25, "L/2": 0.5, "L": 1.0}
 @dataclass(frozen=True)
 class Medium:
     """What fills a mesh: the flow's equations over the bed, the boundary's values, the inlet's area (m2), and the temperatures
-    (K, functions) that the flow is solved for and that the heat's properties are taken at; `displacement` is what the fluid
-    displaces as it expands, where that counts."""
+    (K, functions) that the flow is solved for, with their `relaxation`, and that the heat's properties are taken at;
+    `displacement` is what the fluid displaces as it expands, where that counts."""
 
     domain: Domain
     size: BedSize
@@ -58,6 +59,7 @@ class Medium:
     inlet_area: float
     flow_temperature: fem.Function
     property_temperature: fem.Function
+    relaxation: Relaxation
     displacement: Displacement | None = None
 
 
@@ -306,8 +308,14 @@ class Problem:
     @functools.cached_property
     def heated(self) -> State:
         """All of the state but the flow."""
-        coefficients = {"flow": self.medium.flow_temperature, "properties": self.medium.property_temperature}
-        if (displacement := self.medium.displacement) is not None:
+        medium = self.medium
+        coefficients = {
+            "flow": medium.flow_temperature,
+            "properties": medium.property_temperature,
+            "missed": medium.relaxation.missed,
+            "turns": medium.relaxation.turns,
+        }
+        if (displacement := medium.displacement) is not None:
             coefficients |= {"displaced": displacement.counted, "displacement": displacement.rate}
         parts = {"heat": self.heat.solution, "memory": self.heat.memory, "coefficients": State(coefficients)}
         return State.joined(parts)

@@ -12,6 +12,7 @@ from ..laws.real_gas import RealGasDensity, density_error
 from ..scene.features.targets import series_of
 from ..scene.scene import Scene
 from .end_warnings import (
+    of_a_flow_to_and_fro,
     of_an_earlier_set_point,
     of_heat_from_elsewhere,
     of_no_heating_time,
@@ -172,7 +173,7 @@ def _of_the_outcome(simulation: Simulation) -> list[str]:
         found.append(why_not_heated(simulation))
     found += of_no_heating_time(simulation.specs)
     found += of_heat_from_elsewhere(simulation) + of_the_corner(simulation)
-    found += of_an_earlier_set_point(simulation)
+    found += of_an_earlier_set_point(simulation) + of_a_flow_to_and_fro(simulation)
     found += of_narrow_margins(simulation)
     kept = kept_targets(simulation)
     is_through = course is not None and course.repeats and (course.is_over or course.has_waited(simulation.time))

@@ -14,6 +14,8 @@ from .problem import Problem
 
 CORRECTED = 0.02
 """Of the mass flow, from which a step is taken again with what the fluid has displaced in it: fronts are within 0.1 %."""
+LEAST_MISS = 1e-3
+"""Of all temperature differences, by which an extrapolated temperature has to be missed to and fro to be relaxed."""
 LEAST_FLOW = 1e-3
 """Of the expected mass flow: below, what is displaced does not count."""
 
@@ -88,7 +90,7 @@ class QuasiSteady(Frozen):
         if self._follows_temperature:
             self._temperature_before, self._limits = problem.temperature.x.array.copy(), ahead.limits
         self._extrapolate_temperature(ahead)
-        medium.flow_temperature.x.array[:] = medium.property_temperature.x.array
+        self._assume_flow_temperature(ahead)
         medium.boundary.set(middle_time)
         if medium.displacement is not None:
             present, middle = problem.temperature.x.array, medium.property_temperature.x.array
@@ -100,6 +102,20 @@ class QuasiSteady(Frozen):
             problem.flow.extrapolate(before, (step + past.steps[1]) / sum(past.steps))
         tolerance = problem.specs.flow.tolerance
         problem.find_flow(lambda: problem.flow.renew(ahead.time, tolerance), middle_time)
+
+    def _assume_flow_temperature(self, ahead: Ahead) -> None:
+        """Solve the flow for the temperature extrapolated to the step's middle, relaxed where that goes to and fro."""
+        problem, medium = self.problem, self.problem.medium
+        assumed, expected = medium.flow_temperature.x.array, medium.property_temperature.x.array
+        if not (ahead.is_smooth and ahead.past.solution):
+            medium.relaxation.begin()
+            assumed[:] = expected
+            return
+        became = problem.heat.unknown.copy()
+        became.x.array[:] = 0.5 * (became.x.array + ahead.past.solution["heat/unknown"])
+        low, high = ahead.limits
+        became_fluid, least = problem.part_of_heat(became, 0).x.array, LEAST_MISS * (high - low)
+        assumed[:] = medium.relaxation.relaxed(assumed, became_fluid, expected, least)
 
     def better_end(self, step: float) -> Floats | None:
         problem, displacement = self.problem, self.problem.medium.displacement
@@ -125,7 +141,7 @@ class QuasiSteady(Frozen):
             return 0.0
         problem, end = self.problem, self.problem.temperature.x.array
         middle = 0.5 * (self._temperature_before + end)
-        pairs = (problem.medium.property_temperature.x.array, middle), (end, self._with_error(end))
+        pairs = (problem.medium.flow_temperature.x.array, middle), (end, self._with_error(end))
         return sum(
             flow_change(problem.specs, problem.medium.size, *(self._fluid_at(values) for values in pair))
             for pair in pairs
