@@ -113,8 +113,16 @@ def _row(name: str, values: list[Any], unit: str) -> str:
     numbers = [value for value in values if isinstance(value, int | float) and not isinstance(value, bool)]
     if len(numbers) + values.count(None) == len(values):
         values, unit = preferred_unit(values, unit)
-    texts = ["-" if value is None else f"{value:.6g}" if numbers else str(value) for value in values]
+    texts = [_short(value) for value in values]
     return f"  {f'{name} {unit}'.strip():38s} {texts[0]:>18s} {texts[1]:>18s}"
+
+
+def _short(value: object) -> str:
+    """A value in few characters."""
+    if value is None:
+        return "-"
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    return f"{value:.6g}" if is_number else str(value)
 
 
 def _text(content: Mapping[str, Any], out: Path, picture: Path) -> str:

@@ -35,7 +35,7 @@ FARTHEST_TEMPERATURE = 3.0
 """The same of a temperature beyond the initial one."""
 WITHIN_BOUND = 1e-3
 """Part by which a value stays within a bound that it may not have itself."""
-MOST_HALVINGS = 3
+MOST_HALVINGS = 5
 """Of the way to a value that no scene can have."""
 MOST_AWAY = 2
 """Runs in succession that lead away from the target, after which the search turns round."""
@@ -166,13 +166,14 @@ class _Search:
         jumped = ""
         for side in self._towards_less_excess(here):
             last, at_last, place, away = 0.0, here, 0.0, 0
-            halvings, end = 0, self._end(side)
+            halvings, end, refused = 0, self._end(side), math.inf
             while abs(place) < end * (1.0 - 1e-9) and len(self._rows) < MOST_RUNS:
                 ahead = abs(place) + math.log(FIRST_FACTOR) * (1.0 if place == 0.0 else 1.6)
                 place = side * min(ahead, end)
                 excess = self._excess(place)
                 while math.isnan(excess) and halvings < MOST_HALVINGS:
-                    halvings, end = halvings + 1, 0.5 * (abs(last) + abs(place))
+                    halvings, refused = halvings + 1, abs(place)
+                    end = 0.5 * (abs(last) + refused)
                     place = side * end
                     excess = self._excess(place)
                 if math.isnan(excess):
@@ -189,6 +190,8 @@ class _Search:
                 last, at_last = place, excess
                 if away >= MOST_AWAY:
                     break
+                if abs(place) >= end * (1.0 - 1e-9) and refused < math.inf and halvings < MOST_HALVINGS:
+                    halvings, end = halvings + 1, 0.5 * (abs(place) + refused)
         nearest = min(self._rows, key=lambda place: abs(self._excess(place)) if self._known(place) else math.inf)
         searched = [place for place, row in self._rows.items() if row.status == "done"]
         (low, high), unit = preferred_unit([self._setting(f(searched)) for f in (min, max)], kind_of(KEYS, self._key))

@@ -35,6 +35,17 @@ def test_what_differs_between_two_runs(tmp_path, capsys):
     assert ["wall.thickness", "mm", "3", "2"] in rows and ["operation.heating_margin", "K", "2", "5"] in rows
 
 
+def test_a_number_beside_a_series(tmp_path, capsys):
+    """It ended in a traceback, with its file and picture written."""
+    (tmp_path / "inlet.csv").write_text("time [s], temperature [degC]\n0, 90\n1000, 95\n")
+    for name, inlet in (("a", 363.15), ("b", str(tmp_path / "inlet.csv"))):
+        changes = {"operation.end_time": 30.0, "operation.inlet_temperature": inlet, "model.flow": "plug"}
+        run(coarse_scene(changes | {"model.turbulence": "none"}), tmp_path / name, MPI.COMM_SELF)
+    assert main(["compare", str(tmp_path / "a"), str(tmp_path / "b"), "--out", str(tmp_path / "both")]) == 0
+    row = next(line for line in capsys.readouterr().out.splitlines() if "operation.inlet_temperature" in line)
+    assert "363.15" in row and "inlet.csv" in row
+
+
 def test_a_folder_without_a_run_is_refused(tmp_path, capsys):
     (tmp_path / "empty").mkdir()
     assert main(["compare", str(tmp_path / "empty"), str(tmp_path / "empty")]) == 2

@@ -128,6 +128,14 @@ def test_a_search_goes_up_to_the_bound_of_its_key(tmp_path):
     assert change.reached == pytest.approx(wanted, rel=0.003) and change.needed == pytest.approx(0.95, abs=0.05)
 
 
+def test_a_search_comes_near_to_what_is_refused(tmp_path):
+    """More than 5 mm are refused in a cavity of 50 mm; 4.56 mm were the largest that was tried from 4 mm."""
+    scene = coarse_scene({"bed.bead_diameter": "4 mm", "model.flow": "plug", "model.turbulence": "none"})
+    wanted = run(scene.changed({"bed.bead_diameter": 4.93e-3}), communicator=MPI.COMM_SELF).heating_time
+    (change,) = solve_for(scene, ["bed.bead_diameter"], aim_of(f"heating_time = {wanted} s"), tmp_path)
+    assert change.reached == pytest.approx(wanted, rel=0.003) and 4.8e-3 < change.needed <= 5e-3
+
+
 def test_surroundings_may_be_warmer_than_the_start(tmp_path):
     """They take heat at 20 degC and give some at 60: both sides of the initial temperature are searched."""
     losing = {"operation.outer_coefficient": 2.0, "operation.ambient_temperature": "20 degC", "model.flow": "plug"}

@@ -82,7 +82,7 @@ class AirLoop(Feature):
     duct_conductance: float | None = key(
         "operation.duct_conductance",
         "W/K",
-        "heat lost by the return duct per kelvin above fresh_temperature",
+        "U A of the return duct: what returns keeps exp(-U A/(m c_p)) of its difference from fresh_temperature",
         low=0.0,
         high=1e6,
         closed=True,
