@@ -223,7 +223,7 @@ class Simulation:
                 "flow",
                 self.time,
                 f"it runs backwards, {mass_flow:.3g} kg/s",
-                "a larger operation.pressure_drop, which must overcome operation.gravity",
+                "a larger operation.pressure_drop, which must overcome operation.gravity and beads that move against it",
             )
 
     def save(self) -> Saved:
