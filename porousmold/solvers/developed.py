@@ -13,9 +13,9 @@ from dolfinx import fem
 from ..arrays import Floats, Integers
 from ..equations.developed import developed_residual, developed_state
 from ..equations.flow import BedMeasures, FlowEquations
-from ..laws.functions import Value
+from ..laws.functions import Value, number_of
 from ..laws.turbulence_models import TurbulentUnknown
-from ..mesh import fenicsx
+from ..mesh import fenicsx, ranks
 from ..mesh.aliases import Space
 from ..mesh.domain import BED, INTERFACE, Domain
 from .equilibrium import local_equilibrium
@@ -119,11 +119,11 @@ class DevelopedFlow(NonlinearFlow):
     def initial_guess(self) -> bool:
         """Start from the local equilibrium of drag and beads, with their undamped turbulence.
 
-        The pressure gradient is that of the scales, or as the pressure drop imposes it at present.
+        The pressure gradient is that of the scales and of gravity, or as the pressure drop imposes it at present.
         """
         equations, scales = self.equations, self.equations.scales
         drive = self._inflow.drive()
-        pressure_drop = drive.value if drive.kind == "pressure_drop" else float(scales.pressure.value)
+        pressure_drop = drive.value if drive.kind == "pressure_drop" else float(scales.pressure.value) - self._weight()
         gradients = self._along.even_gradients(pressure_drop)
         self._along.set_gradients(gradients)
         if not drive.value and equations.gravity is None:
@@ -131,6 +131,14 @@ class DevelopedFlow(NonlinearFlow):
             return True
         self._guess(-self._along.at_nodes(gradients))
         return equations.model is None or equations.model.starts_near()
+
+    def _weight(self) -> float:
+        """Pressure (Pa) that gravity gives the fluid on its way through the bed, at the middle of its temperatures."""
+        if self.equations.gravity is None:
+            return 0.0
+        middle = np.mean(ranks.extremes(self.domain.communicator, self.temperature.x.array))
+        density = self._inflow.fluid.density(float(self.equations.fluid.reference_pressure.value), middle)
+        return float(density * number_of(self.equations.gravity[0]) * self.columns.along[-1])
 
     def _guess(self, gradient: Floats) -> None:
         """Local equilibrium of drag and beads at a pressure gradient (Pa/m) for each node."""

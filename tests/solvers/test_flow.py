@@ -241,3 +241,30 @@ def test_a_gas_that_expands_along_the_bed_is_followed_by_newtons_method(drive):
         solver.system.renew_jacobian()
         updates.append(solver.counted_iteration())
     assert updates[0] > 1e-3 and updates[4] < 1e-9
+
+
+@pytest.mark.parametrize("mass_flow", [0.002, 0.02])
+def test_a_liquid_that_rises_by_a_given_mass_flow_is_found(mass_flow):
+    """The developed flow began with the drag's pressure drop alone, a hundredth of the water's weight, and was not found; full
+    flow starts from that. Heated from the wall, both have the same pressure drop, as the flow is developed but for the entrance."""
+    changes = {
+        "fluid.material": "water",
+        "geometry.diameter": 0.06,
+        "geometry.length": 1.0,
+        "bed.bead_diameter": 0.004,
+        "operation.pressure_drop": None,
+        "operation.mass_flow": mass_flow,
+        "operation.gravity": -9.81,
+        "operation.initial_temperature": 293.15,
+        "operation.inlet_temperature": 293.15,
+        "operation.wall_temperature": 353.15,
+        "model.wall": "fixed-temperature",
+        "model.turbulence": "none",
+    }
+    scene, drops = Scene.load(PIPE, {"wall.thickness": None, "wall.material": None, **changes}), {}
+    for flow in ("developed", "full"):
+        problem = problem_of(scene.changed({"model.flow": flow}))
+        problem.flow.start()
+        drops[flow] = problem.balances.pressure_drop
+        assert problem.balances.mass_flow == pytest.approx(mass_flow, rel=1e-6)
+    assert drops["developed"] > 9.81 * 995.0 and drops["developed"] == pytest.approx(drops["full"], rel=1e-3)
