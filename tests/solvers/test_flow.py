@@ -246,7 +246,7 @@ def test_a_gas_that_expands_along_the_bed_is_followed_by_newtons_method(drive):
 @pytest.mark.parametrize("mass_flow", [0.002, 0.02])
 def test_a_liquid_that_rises_by_a_given_mass_flow_is_found(mass_flow):
     """The developed flow began with the drag's pressure drop alone, a hundredth of the water's weight, and was not found; full
-    flow starts from that. Heated from the wall, both have the same pressure drop, as the flow is developed but for the entrance."""
+    flow starts from that. Both have the same pressure drop, as the flow is developed but for the entrance."""
     changes = {
         "fluid.material": "water",
         "geometry.diameter": 0.06,
