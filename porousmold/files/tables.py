@@ -38,6 +38,13 @@ FORMULA = re.compile(r"\s*(?:[=@]|[+-](?!\d[\d.]*(?:[eE][-+]?\d+)?(?: ?[A-Za-z°
 NOT_UTF_8 = "must be text in UTF-8: save it so in the editor"
 
 
+def _hint(problem: str) -> str:
+    """What to look at where the TOML parser says this."""
+    if "twice" in problem:
+        return "a table that is given several times, as layers and targets are, has two brackets: [[wall.layer]]"
+    return 'texts need quotes at both ends, like "4 mm", and so do keys with brackets'
+
+
 def _line_of(path: Path, error: UnicodeDecodeError) -> int:
     """Line of the first character that is no UTF-8."""
     return path.read_bytes()[: error.start].count(b"\n") + 1
@@ -90,9 +97,7 @@ def read_toml(key: str, path: Path) -> dict[str, Any]:
     except FileNotFoundError as error:
         raise InputError(key, str(path), f"no such file{_nearest(path)}") from error
     except tomllib.TOMLDecodeError as error:
-        raise InputError(
-            key, str(path), f'is not valid TOML: {error}; texts need quotes, like "4 mm", and so do keys with brackets'
-        ) from error
+        raise InputError(key, str(path), f"is not valid TOML: {error}; {_hint(str(error))}") from error
     except InputError:
         raise
     except (OSError, ValueError) as error:  # no text, or a path with a null byte

@@ -159,7 +159,7 @@ def _write(column: Any, out: Path, pictures: list[Any]) -> str:
     share = 100.0 * summary["heat_by_beads_of_all"]
     lines = [
         f"{summary['beads']} parcels of {summary['grains_a_bead']:.0f} grains, {summary['steps']} steps of "
-        f"{given.time_step:.2g} s; means over the last half second:",
+        f"{given.time_step:.2g} s; means over the last {min(0.5, summary['time']):.2g} s:",
         f"depth of the droplet's centre: {1e3 * summary['depth']:.2f} mm, {summary['depth_in_diameters']:.2f} of its diameter "
         f"(deepest {1e3 * summary['deepest']:.2f} mm)",
         f"water left: {100.0 * summary['water']:.1f} %; at this rate gone in {gone}; {share:.0f} % of its heat by grains inside",

@@ -78,7 +78,9 @@ def _headline(summary: Summary, scene: Tables) -> list[Block]:
     met = summary["targets"].values()
     if met:
         last = f"all met at {max(met) / 60.0:.1f} min" if None not in met else "not all met"
-        parts.append(Sentence(f"Targets: {last}", "large"))
+        lost = [name for name, kept in summary["targets_kept"].items() if kept["kept_from"] is None]
+        but = f", but not kept to the end: {', '.join(lost)}" if lost else ""
+        parts.append(Sentence(f"Targets: {last}{but}", "large"))
     if time is not None or (summary["has_heating_time"] and not met):
         operation = scene["operation"]
         margin, place = operation["heating_margin"], operation["heated_place"].replace("_", " ")

@@ -144,18 +144,20 @@ def _fluid(scene: Scene) -> Fluid:
 
 def _walls(scene: Scene) -> dict[str, Solid]:
     wall = scene.wall
-    layers = {name_of(layer): _solid(scene, layer.material) for layer in scene.layers.values()}
-    if wall.layer is not None:
-        return layers
-    plain = _with_given(
+    layers = {name_of(layer): _of_table(scene, place, layer) for place, layer in scene.layers.items()}
+    return layers if wall.layer is not None else {"wall": _of_table(scene, "wall", wall)} | layers
+
+
+def _of_table(scene: Scene, place: str, table: Table) -> Solid:
+    """The solid of a wall's or a layer's table."""
+    return _with_given(
         scene,
-        "wall.",
-        _solid(scene, wall.material),
-        density=wall.density,
-        heat_capacity=wall.heat_capacity,
-        conductivity=wall.conductivity,
+        f"{place}.",
+        _solid(scene, table.material),
+        density=table.density,
+        heat_capacity=table.heat_capacity,
+        conductivity=table.conductivity,
     )
-    return {"wall": plain} | layers
 
 
 def _solid(scene: Scene, name: str) -> Solid:

@@ -24,6 +24,8 @@ LARGE_LOSS = 0.1
 """Part of the energy given above which a loss is named."""
 NARROW = 2e-3
 """Part of all temperature differences that a run's steps and cells may be off by (docs/accuracy.md)."""
+COOLED = 2.0
+"""K below its highest temperature from which on a place has cooled."""
 NO_CHANGE = 1e-3
 """Of what is short of a target, or of the heating time, over the last fifth of a run, that is none."""
 
@@ -50,8 +52,20 @@ def why_not_met(simulation: Simulation, target: Target, energy: Mapping[str, flo
         way = "farther than that from" if target.final == target.initial else "half-way to the set-point from"
         parts = [f"its place has not been {way} the temperature at the start"]
     parts += supply_at_its_limit(simulation)
-    parts += _losses(energy)
+    parts += _heat_of_a_cure(target, history) if target.asks == "cured" else _losses(energy)
     return "; ".join(parts)
+
+
+def _heat_of_a_cure(target: Target, history: Columns) -> list[str]:
+    """How hot its place is at the end, and was before: what a cure that is not reached wants."""
+    column = f"highest_{target.place}" if f"highest_{target.place}" in history else "highest_wall"
+    highest, times = history[column], history["time"]
+    row = max(range(len(highest)), key=highest.__getitem__)
+    now, then = highest[-1] - 273.15, highest[row] - 273.15
+    if then - now < COOLED:
+        return [f"its place is at most {now:.4g} °C hot: a hotter inlet, or longer"]
+    at = f"{times[row] / 60.0:.4g} min"
+    return [f"its place was hottest at {at}, {then:.4g} °C, and is {now:.4g} °C by now: a hotter or longer hold"]
 
 
 def _course_of(target: Target, history: Columns, short: float) -> str:

@@ -34,6 +34,9 @@ class StepError(NamedTuple):
     cure: float
     order: int
 
+    def __str__(self) -> str:
+        return f"{self.temperature:.2g} K, degree of cure {self.cure:.2g}"
+
     def plus(self, other: "StepError") -> "StepError":
         """Of two steps in succession, taken as one."""
         return StepError(self.temperature + other.temperature, self.cure + other.cure, min(self.order, other.order))

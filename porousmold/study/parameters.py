@@ -6,6 +6,7 @@ from ..errors import InputError
 from ..scene.chosen_laws import Laws
 from ..scene.features import KEYS
 from ..scene.features.phases import drive_name
+from ..scene.features.wall import name_of
 from ..scene.keys import Part, key_of
 from ..scene.scene import Scene
 from .definition import OF_EVERY_CASE, Case, with_units
@@ -23,7 +24,9 @@ def value_of(scene: Scene, laws: Laws, name: str) -> float | None:
     if hasattr(value, "values"):
         return float(value.values[0]) if len(value.values) == 1 else None
     middle = 0.5 * (scene.operation.initial_temperature + scene.operation.inlet_temperature.values[-1])
-    for prefix, material in (("bed.bead_", laws.beads), ("wall.", laws.walls.get("wall")), ("fluid.", laws.fluid)):
+    layers = ((f"{place}.", laws.walls[name_of(layer)]) for place, layer in scene.layers.items())
+    others = ("bed.bead_", laws.beads), ("wall.", laws.walls.get("wall")), ("fluid.", laws.fluid)
+    for prefix, material in (*layers, *others):
         of_law = isinstance(value, Part) or (value is None and prefix != "fluid.")
         if of_law and name.startswith(prefix) and hasattr(material, name.removeprefix(prefix)):
             value = getattr(material, name.removeprefix(prefix))(middle)

@@ -39,7 +39,7 @@ NO_PARAMETERS = (
     "operation.cycle_tolerance",
 )  # fmt: skip
 """Given quantities that are none: what temperatures count from, a constant, and what limits or prices the answer."""
-OF_LAYERS = ("thickness", "contact_resistance")
+OF_LAYERS = ("thickness", "contact_resistance", "heat_capacity", "conductivity")
 STEP = 0.05
 COARSER = {"solver.mesh_refinement": 0.7, "solver.step_refinement": 0.5}
 """Factors on the scene's own refinements."""

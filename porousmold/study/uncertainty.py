@@ -28,6 +28,7 @@ from scipy.stats import norm, qmc
 from ..arrays import Floats
 from ..files.atomic_files import output_file
 from ..files.tables import text_cells
+from ..laws.materials import Fluid, Solid
 from ..laws.porosity import POROSITY_MODELS
 from ..scene.chosen_laws import Laws
 from ..scene.features.drive import DRIVES
@@ -60,6 +61,8 @@ FINER, HALVED = 1.5, 2.0
 INSIDE_95 = 1.96
 """Standard deviations on each side that hold 95 % of a normal distribution."""
 LARGEST_POROSITY = 0.95
+OF_LAYERS = ("thickness", "heat_capacity", "conductivity")
+"""Of every layer of the wall, with the tolerances of a plain one; its density acts as its heat capacity does."""
 
 
 @dataclass(frozen=True)
@@ -147,16 +150,17 @@ def inputs_of(scene: Scene) -> dict[str, tuple[float, float]]:
         of_phases = [abs(value) for value in phase_values(scene, name).values()]
         value = max(of_phases) if of_phases else value_of(scene, laws, name)
         if not _counts(scene, name) or value is None:
-            is_of_layers = name == "wall.thickness" and scene.layers
+            is_of_layers = name.removeprefix("wall.") in OF_LAYERS and scene.layers
             if scene.is_given(f"tolerance.{name}") and _tolerance(scene, name).size > 0.0 and not is_of_layers:
                 why = "has no single value in" if name in in_time else "is no input of"
                 scene.refuse(f"tolerance.{name}", f"has no effect: {name} {why} this scene")
             continue
         if (size := _size(scene, name, value)) > 0.0:
             found[name] = (value, 0.5 * size)
-    for place, layer in scene.layers.items():
-        if layer.thickness is not None and (size := _size(scene, f"{place}.thickness", layer.thickness)) > 0.0:
-            found[f"{place}.thickness"] = (layer.thickness, 0.5 * size)
+    for name in (f"{place}.{key}" for place in scene.layers for key in OF_LAYERS):
+        value = value_of(scene, laws, name)
+        if value is not None and (size := _size(scene, name, value)) > 0.0:
+            found[name] = (value, 0.5 * size)
     return found
 
 
@@ -176,8 +180,9 @@ def _tolerance(scene: Scene, name: str) -> Tolerance:
 
 
 def _tolerance_key(name: str) -> str:
-    """The key of [tolerance] that an input has: of a layer's thickness that of the wall's."""
-    return "wall.thickness" if LISTED.fullmatch(name) else name
+    """The key of [tolerance] that an input has: of a layer that of the wall."""
+    listed = LISTED.fullmatch(name)
+    return f"wall.{listed['key']}" if listed else name
 
 
 def without_tolerance(scene: Scene) -> list[str]:
@@ -203,8 +208,12 @@ def without_tolerance(scene: Scene) -> list[str]:
         for name, value in (("contact_resistance", layer.contact_resistance), ("heat_source", layer.heat_source))
         if value is not None and value != 0.0
     ]
-    given += ["density and heat capacity of layers"] if scene.layers else []
-    return given + [f"materials.{name}" for name in scene.materials]
+    given += ["density of layers"] if scene.layers else []
+    given += ["operation.blower"] if scene.operation.blower is not None else []
+    for name, material in scene.materials.items():
+        given += [f"materials.{name}"] if isinstance(material, Fluid) else []
+        given += [f"cure of materials.{name}"] if isinstance(material, Solid) and material.cure is not None else []
+    return given
 
 
 def _counts(scene: Scene, name: str) -> bool:

@@ -20,6 +20,20 @@ def test_nested_toml_is_refused_in_one_line(tmp_path, text):
     assert "\n" not in str(refusal.value)
 
 
+@pytest.mark.parametrize(
+    ("text", "hint"),
+    [
+        ("[wall.layer]\na = 1\n[wall.layer]\na = 2\n", r"two brackets: \[\[wall.layer\]\]"),
+        ("a = 4 mm\n", "need quotes"),
+    ],
+)
+def test_toml_that_cannot_be_read_is_refused_with_what_to_look_at(tmp_path, text, hint):
+    path = tmp_path / "scene.toml"
+    path.write_text(text)
+    with pytest.raises(InputError, match=hint):
+        read_toml("scene", path)
+
+
 def test_a_pipe_and_a_file_of_any_size_are_not_read(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     with (tmp_path / "sparse").open("wb") as file:

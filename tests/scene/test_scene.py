@@ -67,7 +67,7 @@ REFUSED = [
     ({"wal.thickness": "2 mm"}, "did you mean 'wall.thickness'"),
     ({"wall.kind": "steel"}, "layer, opposite_layer; there is 'geometry.kind'"),
     (
-        {"wall.layer": [{"material": "steel", "thickness": "3 mm", "conductivity": 20}]},
+        {"wall.layer": [{"material": "steel", "thickness": "3 mm", "emissivity": 0.2}]},
         "wall.layer[1] has name, material",
     ),
     ({"wall.material": "tin"}, "'aluminium'"),

@@ -329,6 +329,17 @@ def test_a_target_that_a_programme_left_again_is_told_by_how_much_it_was_missed(
     assert 0.0 < missed < 40.0 and f"nearest at {result['time'][row]:.4g} s, {missed:.2g} K short" in told
 
 
+def test_a_cure_that_a_programme_leaves_is_told_by_its_heat():
+    """Not by what leaves with the exhaust: more of that would cure nothing."""
+    settings = {"model.flow": "plug", "model.turbulence": "none", "operation.end_time": 6000.0}
+    settings["operation.inlet_temperature"] = ([0.0, 3000.0, 3600.0, 6000.0], [400.0, 400.0, 313.15, 313.15])
+    result = run(cured_mold(settings))
+    told = next(text for text in result.summary["warnings"] if text.startswith("target 'cured' not met"))
+    row = int(np.argmax(result["highest_part"]))
+    hottest, at = result["highest_part"][row] - 273.15, result["time"][row] / 60.0
+    assert f"hottest at {at:.4g} min, {hottest:.4g} °C" in told and "longer hold" in told and "exhaust" not in told
+
+
 def test_within_is_the_largest_difference_on_either_side():
     """A place that a source carries through the set-point and beyond is within it between the two, and not later."""
     low, high = 300.0 + TIMES, 300.0 + 1.02 * TIMES

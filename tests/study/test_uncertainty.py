@@ -9,6 +9,7 @@ import pytest
 from porousmold import InputError, Scene
 from porousmold.cli import main
 from porousmold.output.report import write_report
+from porousmold.scene.chosen_laws import Laws
 from porousmold.scene.features.tolerances import TOLERANCES
 from porousmold.study.uncertainty import (
     CELLS,
@@ -20,6 +21,7 @@ from porousmold.study.uncertainty import (
     sample_cases,
     sampled,
     summary_text,
+    without_tolerance,
     write,
 )
 
@@ -176,6 +178,33 @@ def test_impossible_options_are_refused(capsys):
     assert main(["uncertainty", "absent.toml"]) == 2
     told = capsys.readouterr().err
     assert "--sample" in told and "--seed" in told and "absent.toml" in told
+
+
+def test_layers_are_varied_and_what_is_not_is_named():
+    """Their conductivities, and a blower's curve, were neither: 10 % of an insulation's decided whether a part cured."""
+    scene = Scene.load(STUDIES / "mold" / "workshop.toml")
+    found = inputs_of(scene)
+    for place in ("wall.layer[1]", "wall.layer[3]"):
+        for name, part in (("thickness", 0.05), ("heat_capacity", 0.03), ("conductivity", 0.05)):
+            value, deviation = found[f"{place}.{name}"]
+            assert deviation == pytest.approx(0.5 * part * value)
+    changed = scene.changed({"tolerance.wall.conductivity": "10 %"})
+    assert inputs_of(changed)["wall.layer[3].conductivity"][1] == pytest.approx(
+        2.0 * found["wall.layer[3].conductivity"][1]
+    )
+    named = without_tolerance(scene)
+    assert "operation.blower" in named and "cure of materials.prepreg" in named and "materials.prepreg" not in named
+
+
+def test_a_layer_s_own_property_replaces_a_part_of_its_material_s_law():
+    scene = Scene.load(STUDIES / "mold" / "workshop.toml")
+    own, changed = (Laws.of(one).walls for one in (scene, scene.changed({"wall.layer[3].conductivity": "110 %"})))
+    name = scene.wall.layer[2].name or scene.wall.layer[2].material
+    for temperature in (300.0, 400.0):
+        ratio = changed[name].conductivity(temperature) / own[name].conductivity(temperature)
+        assert ratio == pytest.approx(1.1)
+    number = Laws.of(scene.changed({"wall.layer[3].conductivity": 0.05})).walls[name]
+    assert number.conductivity(400.0) == pytest.approx(0.05)
 
 
 def test_a_tolerance_of_what_changes_in_time_is_refused():

@@ -27,6 +27,13 @@ LAYER: Mapping[str, Key] = {
     "name": Key("text", "name in results and targets, and of the physical group in a mesh; default: its material"),
     "material": Key("choice", "material of the layer", choices=SOLIDS, else_allowed=OWN_MATERIAL),
     "thickness": Key("m", "thickness of the layer", low=0.0, high=1e4),
+    "density": Key("kg/m^3", "density of the layer; overrides the material's", low=0.0, high=1e7, of_law=True),
+    "heat_capacity": Key(
+        "J/(kg*K)", "specific heat capacity of the layer; overrides the material's", low=0.0, high=1e7, of_law=True
+    ),
+    "conductivity": Key(
+        "W/(m*K)", "thermal conductivity of the layer; overrides the material's", low=0.0, high=1e7, of_law=True
+    ),
     "contact_resistance": Key(
         "m^2*K/W", "between this layer and the next one outwards", 0.0, low=0.0, high=100.0, closed=True
     ),
