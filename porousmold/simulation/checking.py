@@ -204,4 +204,9 @@ def _warnings_of_the_mesh(specs: Specs, domain: Domain, estimates: Estimates, fi
         found.append(
             f"operation.end_time {specs.time.end_time:g} s is before the lower bound of the heating time, {least:.0f} s"
         )
+    last = max(specs.heat.inlet_temperature.breakpoints, default=0.0)
+    if specs.course is None and specs.time.end_time < last:
+        found.append(
+            f"operation.end_time {specs.time.end_time:g} s is before the inlet's temperature is set last, {last:g} s"
+        )
     return found

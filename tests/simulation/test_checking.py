@@ -53,6 +53,15 @@ def test_a_mesh_in_millimetres_and_one_too_coarse_are_warned_of(tmp_path, capsys
     assert "times too high" in told and "see geometry.refine_wall" in told and "solver.first_cell" not in told
 
 
+def test_a_programme_that_the_end_cuts_short_is_told():
+    programme = ([0.0, 4000.0, 9000.0], [300.0, 360.0, 420.0])
+    scene = Scene.load(ALUMINIUM, {"operation.inlet_temperature": programme, "operation.end_time": 8000.0})
+    told = "end_time 8000 s is before the inlet's temperature is set last, 9000 s"
+    assert any(told in text for text in check(scene, MPI.COMM_SELF).warnings)
+    longer = scene.changed({"operation.end_time": 9500.0})
+    assert not any("is set last" in text for text in check(longer, MPI.COMM_SELF).warnings)
+
+
 def test_missing_groups_are_named_in_a_sentence(tmp_path, capsys):
     path = mesh_like(tmp_path, a=('Physical Curve("inlet")', 'Physical Curve("entry")'))
     assert main(["check", str(CURVED), "--set", f"geometry.mesh={path}"]) == 2
