@@ -174,8 +174,8 @@ def _layers_of(history: History) -> list[str]:
 
 
 def _skin(folder: Path, history: History, marks: Mapping[str, float]) -> Path:
-    """How hot the wall's layers are, how even the wall's bed side is, where it is coldest and hottest, and how far layers have
-    cured."""
+    """How hot the wall's layers are, how even they and the wall's bed side are, where that is coldest and hottest, and how far
+    layers have cured."""
     times, unit, scale = _time_axis(history)
     layers, cured = _layers_of(history), [name for name in history if name.startswith("cure_")]
     rows = bool(layers) + 2 + bool(cured)
@@ -196,12 +196,15 @@ def _skin(folder: Path, history: History, marks: Mapping[str, float]) -> Path:
         panel.plot(times, np.array(history["inlet_temperature"]) - 273.15, color="0.4", linewidth=1.0, label="inlet")
         panel.set_ylabel("temperature\nin °C", fontsize=9)
         panel.legend(**beside)
-    low, high = (np.array(history[f"{end}_bed_side"]) for end in ("lowest", "highest"))
-    axes[0].plot(times, high - low, color="tab:blue")
-    axes[0].set_ylabel("bed side: hottest\nminus coldest in K", fontsize=9)
-    axes[0].set_ylim(0, None)
-    if marks:
-        axes[0].legend(handles=_mark(axes[0], marks, scale), **beside)
+    for number, name in enumerate((*layers, "bed_side")):
+        low, high = (np.array(history[f"{end}_{name}"]) for end in ("lowest", "highest"))
+        colour = f"C{number}" if number < len(layers) else "black"
+        axes[0].plot(times, high - low, color=colour, label=name.replace("_", " "))
+    axes[0].set_ylabel("hottest minus\ncoldest in K", fontsize=9)
+    axes[0].set_ylim(0, 1.2 * float(np.max(high - low)) or None)  # insulation leaves the picture
+    shown = axes[0].get_legend_handles_labels()[0] if layers else []
+    if shown or marks:
+        axes[0].legend(handles=[*shown, *_mark(axes[0], marks, scale)], **beside)
     for end, colour in (("coldest", "tab:blue"), ("hottest", "tab:red")):
         axes[1].plot(times, history[f"{end}_place"], color=colour, label=end)
     axes[1].set_ylabel("along the flow\nin m", fontsize=9)
