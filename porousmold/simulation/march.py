@@ -184,7 +184,7 @@ class Simulation:
     def _advance(self, step: float, before: Copy, *, is_smooth: bool) -> StepError:
         """Flow and heat of a step (s) from a state; gives the estimated error. Raises `SolveError`."""
         problem, at_end = self.problem, None
-        ahead = Ahead(self.time, step, self._past, self._rules.limits(), is_smooth)
+        ahead = Ahead(self.time, step, self._past, self._rules.limits(), is_smooth, self._rules.flow_alternates())
         for repetitions_left in reversed(range(1 + MOST_CORRECTIONS)):
             with problem.stopwatch("flow"):
                 self._stepper.prepare(ahead, at_end)

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import Floats
+from ..mesh import ranks
 from ..solvers.state import Arrays
 from .estimates import FluidProperties, flow_change, fluid_at
 from .problem import Problem
@@ -34,14 +35,15 @@ class Past:
 
 
 class Ahead(NamedTuple):
-    """A step (s) from a time (s), what it goes on from, the `limits` (K) of temperatures that are extrapolated, and whether the
-    flow's course over the last steps `is_smooth`."""
+    """A step (s) from a time (s), what it goes on from, the `limits` (K) of temperatures that are extrapolated, whether the
+    flow's course over the last steps `is_smooth`, and whether it `alternates` from step to step."""
 
     time: float
     step: float
     past: Past
     limits: tuple[float, float]
     is_smooth: bool
+    alternates: bool
 
 
 class Frozen:
@@ -107,7 +109,8 @@ class QuasiSteady(Frozen):
         """Solve the flow for the temperature extrapolated to the step's middle, relaxed where that goes to and fro."""
         problem, medium = self.problem, self.problem.medium
         assumed, expected = medium.flow_temperature.x.array, medium.property_temperature.x.array
-        if not (ahead.is_smooth and ahead.past.solution):
+        is_relaxed = ahead.is_smooth and (ahead.alternates or self._relaxes) and bool(ahead.past.solution)
+        if not is_relaxed:
             medium.relaxation.begin()
             assumed[:] = expected
             return
@@ -116,6 +119,11 @@ class QuasiSteady(Frozen):
         low, high = ahead.limits
         became_fluid, least = problem.part_of_heat(became, 0).x.array, LEAST_MISS * (high - low)
         assumed[:] = medium.relaxation.relaxed(assumed, became_fluid, expected, least)
+
+    @property
+    def _relaxes(self) -> bool:
+        """Whether anything is relaxed by now (collective)."""
+        return ranks.anywhere(self.problem.communicator, bool(self.problem.medium.relaxation.turns.x.array.any()))
 
     def better_end(self, step: float) -> Floats | None:
         problem, displacement = self.problem, self.problem.medium.displacement
