@@ -356,6 +356,15 @@ def fluid_at(specs: Specs, temperature: Value) -> FluidProperties:
     )
 
 
+def viscosity_ratio(specs: Specs) -> float:
+    """The largest viscosity of the fluid at all temperatures that are given over the smallest."""
+    heat = specs.heat
+    elsewhere = (one for series in heat.given_elsewhere for one in series.range)
+    given = (*heat.first_temperatures, *heat.inlet_temperature.range, *elsewhere)
+    viscosities = [float(specs.laws.fluid.viscosity(temperature)) for temperature in given]
+    return max(viscosities) / min(viscosities)
+
+
 def _resistance_ratio(specs: Specs, flux: float) -> float:
     """The largest of all temperatures that are given over that of what enters, at an intrinsic mass flux (kg/m2/s); 1 where the
     velocity does not depend on it."""

@@ -37,8 +37,9 @@ a quiet one: what is given is steady, and no front is on its way through the bed
 CURE_BEGINS, LARGEST_GROWTH = 1e-3, 0.35
 """Degree of cure below which its error says nothing, as it grows by itself from next to nothing; and the part of that growth's
 time constant that a step may take: from 1e-9 on a resin of order 1 cures within 0.15 % of its time (by its error alone never)."""
-ALTERNATING_ROWS, ALTERNATING_PART = 5, 1e-4
-"""The last rows in which a flow has to go to and fro, by this part of itself at least, to be relaxed."""
+ALTERNATING_ROWS, ALTERNATING_PART, ALTERNATING_TURNS = 13, 5e-4, 0.6
+"""The last rows in which a flow has to go to and fro to be relaxed, by this part of itself at least (median), and in more than
+this part of them."""
 LARGEST_PART = 0.5
 """Of the time in which differences that decay would be gone, that one step may take."""
 INLET_CHANGE = 0.1
@@ -97,10 +98,10 @@ class StepRules:
         """Whether the flow, or its pressure drop where it is given, has gone to and fro in the last steps."""
         history, is_given = self._recorder.history, self._specs.flow.drive != "pressure_drop"
         last = np.array(history["pressure_drop" if is_given else "mass_flow"][-ALTERNATING_ROWS:])
-        changes = np.diff(last)
-        if len(last) < ALTERNATING_ROWS or np.abs(changes).min() < ALTERNATING_PART * np.abs(last).max():
+        changes, finer = np.diff(last), max(self._specs.time.steps.refinement, 1.0)
+        if len(last) < ALTERNATING_ROWS or np.median(np.abs(changes)) < ALTERNATING_PART / finer * np.abs(last).max():
             return False
-        return bool(np.all(changes[1:] * changes[:-1] < 0.0))
+        return bool(np.mean(changes[1:] * changes[:-1] < 0.0) > ALTERNATING_TURNS)
 
     def is_quiet(self, before: Arrays) -> bool:
         """Whether the step that was just taken from a state (arrays of `Problem.state`) has changed no temperature and no degree

@@ -10,13 +10,16 @@ import numpy as np
 from ..arrays import Floats
 from ..mesh import ranks
 from ..solvers.state import Arrays
-from .estimates import FluidProperties, flow_change, fluid_at
+from .answers import UNSTABLE_DISPLACEMENT
+from .estimates import FluidProperties, flow_change, fluid_at, viscosity_ratio
 from .problem import Problem
 
 CORRECTED = 0.02
 """Of the mass flow, from which a step is taken again with what the fluid has displaced in it: fronts are within 0.1 %."""
 LEAST_MISS = 1e-3
 """Of all temperature differences, by which an extrapolated temperature has to be missed to and fro to be relaxed."""
+LEAST_VISCOSITY_RATIO = 3.0
+"""Between all temperatures that are given, from which on the flow answers strongly to them: gases have 2.4 up to 850 °C."""
 LEAST_FLOW = 1e-3
 """Of the expected mass flow: below, what is displaced does not count."""
 
@@ -83,6 +86,13 @@ class Frozen:
 class QuasiSteady(Frozen):
     """The flow is the steady one at the temperatures of the step's middle."""
 
+    def __init__(self, problem: Problem) -> None:
+        super().__init__(problem)
+        is_unstable = (
+            problem.medium.estimates.resistance_ratio > UNSTABLE_DISPLACEMENT
+        )  # fingers go to and fro by themselves
+        self._may_be_relaxed = not is_unstable and viscosity_ratio(problem.specs) > LEAST_VISCOSITY_RATIO
+
     def flow_time(self, time: float, past: Past) -> float:
         return time - (0.5 * past.steps[-1] if past.steps else 0.0)
 
@@ -109,21 +119,22 @@ class QuasiSteady(Frozen):
         """Solve the flow for the temperature extrapolated to the step's middle, relaxed where that goes to and fro."""
         problem, medium = self.problem, self.problem.medium
         assumed, expected = medium.flow_temperature.x.array, medium.property_temperature.x.array
-        is_relaxed = ahead.is_smooth and (ahead.alternates or self._relaxes) and bool(ahead.past.solution)
-        if not is_relaxed:
+        may_be_relaxed = self._may_be_relaxed and ahead.is_smooth and bool(ahead.past.solution)
+        if not (may_be_relaxed and (ahead.alternates or self._relaxes)):
             medium.relaxation.begin()
             assumed[:] = expected
             return
         became = problem.heat.unknown.copy()
         became.x.array[:] = 0.5 * (became.x.array + ahead.past.solution["heat/unknown"])
         low, high = ahead.limits
-        became_fluid, least = problem.part_of_heat(became, 0).x.array, LEAST_MISS * (high - low)
+        finer = max(problem.specs.time.steps.refinement, 1.0)
+        became_fluid, least = problem.part_of_heat(became, 0).x.array, LEAST_MISS / finer**3 * (high - low)
         assumed[:] = medium.relaxation.relaxed(assumed, became_fluid, expected, least)
 
     @property
     def _relaxes(self) -> bool:
         """Whether anything is relaxed by now (collective)."""
-        return ranks.anywhere(self.problem.communicator, bool(self.problem.medium.relaxation.turns.x.array.any()))
+        return ranks.anywhere(self.problem.communicator, bool(self.problem.medium.relaxation.missed.x.array.any()))
 
     def better_end(self, step: float) -> Floats | None:
         problem, displacement = self.problem, self.problem.medium.displacement
