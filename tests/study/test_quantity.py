@@ -68,7 +68,7 @@ def test_a_cost_without_a_price_is_refused_by_the_key_that_is_missing():
 def test_what_a_layered_wall_leaves_out_of_the_budget_is_named():
     given = {"wall.layer[1].contact_resistance": 1e-3, "bed.emissivity": 0.8}
     missing = without_tolerance(curing(**given))
-    assert {"density and heat capacity of layers", "bed.emissivity"} < set(missing)
+    assert {"density of layers", "cure of materials.resin", "bed.emissivity"} < set(missing)
     assert any("contact_resistance" in name for name in missing)
     assert not without_tolerance(Scene.load(ALUMINIUM))
 
