@@ -9,14 +9,15 @@ from ..output.quantities import quantity
 from .answers import BEYOND_THE_MARGIN, beyond_the_inlet
 from .march import Simulation
 from .specs import Specs
+from .to_and_fro import free_column, part_to_and_fro
 from .unmet_targets import NO_CHANGE, row_of_the_last_fifth, supply_at_its_limit
 
 EDGE_OF_ALL = 5e-3
 """Of all temperature differences, that the extremes of the bed's side may be off at the inlet without a word."""
 EDGE_STEP = 0.01
 """Part of a spread asked for that the first nodes at the inlet may differ by."""
-TO_AND_FRO, MOST_TURNS, LAST_ROWS = 0.01, 2.0 / 3.0, 20
-"""Part of itself by which a flow may go to and fro, part of the last steps in which it may turn, and rows that are looked at."""
+TO_AND_FRO, LAST_ROWS = 0.01, 20
+"""Part of itself by which a flow may go to and fro in the last rows without a word."""
 STEADY = 0.02
 """Relative change of the wall's distance from the inlet temperature over the last fifth of a run that is hardly one."""
 
@@ -121,19 +122,17 @@ def of_the_corner(simulation: Simulation) -> list[str]:
 def of_a_flow_to_and_fro(simulation: Simulation) -> list[str]:
     """Of a steady drive whose flow, or pressure drop, still goes to and fro from one of the last steps to the next."""
     flow, history = simulation.specs.flow, simulation.recorder.history
-    name, words = ("mass_flow", "mass flow") if flow.drive == "pressure_drop" else ("pressure_drop", "pressure drop")
     low, high = flow.driven_by.range
-    if low != high or len(history) <= LAST_ROWS or simulation.specs.course is not None:
+    if low != high or simulation.specs.course is not None:
         return []
-    last = np.array(history[name][-LAST_ROWS:])
-    changes = np.diff(last)
-    half = 0.5 * float(np.median(np.abs(changes))) / max(float(np.abs(last).max()), 1e-300)
-    if half <= TO_AND_FRO or np.mean(changes[1:] * changes[:-1] < 0.0) <= MOST_TURNS:
+    name = free_column(flow.drive)
+    part = part_to_and_fro(history, name, LAST_ROWS)
+    if part <= TO_AND_FRO:
         return []
-    around = f"{last.mean():.4g} {quantity(name).unit}"
+    around = f"{np.mean(history[name][-LAST_ROWS:]):.4g} {quantity(name).unit}"
     return [
-        f"the {words} goes to and fro by {half:.1%} from step to step, around {around}: the flow answers strongly to the "
-        "temperature (a smaller solver.largest_step)"
+        f"the {name.replace('_', ' ')} goes to and fro by {part:.1%} from step to step, around {around}: the flow answers "
+        "strongly to the temperature (a smaller solver.largest_step)"
     ]
 
 

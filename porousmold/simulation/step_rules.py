@@ -3,8 +3,6 @@
 import math
 from collections.abc import Callable
 
-import numpy as np
-
 from ..errors import SolveError
 from ..mesh import ranks
 from ..solvers.protocols import Bounds
@@ -12,6 +10,7 @@ from ..solvers.state import Arrays
 from ..solvers.step_error import StepError
 from .problem import Problem
 from .recorder import Recorder
+from .to_and_fro import free_column, part_to_and_fro
 
 STEP_ERROR = {2: 4e-3, 3: 2e-3}
 """Estimated error of a step that is allowed, of temperatures, over the differences there are, by the order of the estimate: 3 of
@@ -37,9 +36,8 @@ a quiet one: what is given is steady, and no front is on its way through the bed
 CURE_BEGINS, LARGEST_GROWTH = 1e-3, 0.35
 """Degree of cure below which its error says nothing, as it grows by itself from next to nothing; and the part of that growth's
 time constant that a step may take: from 1e-9 on a resin of order 1 cures within 0.15 % of its time (by its error alone never)."""
-ALTERNATING_ROWS, ALTERNATING_PART, ALTERNATING_TURNS = 13, 5e-4, 0.6
-"""The last rows in which a flow has to go to and fro to be relaxed, by this part of itself at least (median), and in more than
-this part of them."""
+ALTERNATING_ROWS, ALTERNATING_PART = 13, 2.5e-4
+"""The last rows in which a flow has to go to and fro, by more than this part of itself, to be relaxed."""
 LARGEST_PART = 0.5
 """Of the time in which differences that decay would be gone, that one step may take."""
 INLET_CHANGE = 0.1
@@ -96,12 +94,8 @@ class StepRules:
 
     def flow_alternates(self) -> bool:
         """Whether the flow, or its pressure drop where it is given, has gone to and fro in the last steps."""
-        history, is_given = self._recorder.history, self._specs.flow.drive != "pressure_drop"
-        last = np.array(history["pressure_drop" if is_given else "mass_flow"][-ALTERNATING_ROWS:])
-        changes, finer = np.diff(last), max(self._specs.time.steps.refinement, 1.0)
-        if len(last) < ALTERNATING_ROWS or np.median(np.abs(changes)) < ALTERNATING_PART / finer * np.abs(last).max():
-            return False
-        return bool(np.mean(changes[1:] * changes[:-1] < 0.0) > ALTERNATING_TURNS)
+        part = part_to_and_fro(self._recorder.history, free_column(self._specs.flow.drive), ALTERNATING_ROWS)
+        return part > ALTERNATING_PART / max(self._specs.time.steps.refinement, 1.0)
 
     def is_quiet(self, before: Arrays) -> bool:
         """Whether the step that was just taken from a state (arrays of `Problem.state`) has changed no temperature and no degree
