@@ -88,10 +88,12 @@ class QuasiSteady(Frozen):
 
     def __init__(self, problem: Problem) -> None:
         super().__init__(problem)
-        is_unstable = (
+        has_fingers = (
             problem.medium.estimates.resistance_ratio > UNSTABLE_DISPLACEMENT
-        )  # fingers go to and fro by themselves
-        self._may_be_relaxed = not is_unstable and viscosity_ratio(problem.specs) > LEAST_VISCOSITY_RATIO
+        )  # which go to and fro by themselves
+        answers_strongly = viscosity_ratio(problem.specs) > LEAST_VISCOSITY_RATIO
+        # a flow that follows the temperatures would lag behind them: its steps are as short as its error asks for
+        self._may_be_relaxed = not self._follows_temperature and not has_fingers and answers_strongly
 
     def flow_time(self, time: float, past: Past) -> float:
         return time - (0.5 * past.steps[-1] if past.steps else 0.0)
