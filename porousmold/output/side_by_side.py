@@ -110,8 +110,7 @@ def _draw(histories: list[Columns], names: list[str], out: Path) -> Path:
 
 def _row(name: str, values: list[Any], unit: str) -> str:
     """A line of the table; numbers in one unit that suits both."""
-    numbers = [value for value in values if isinstance(value, int | float) and not isinstance(value, bool)]
-    if len(numbers) + values.count(None) == len(values):
+    if all(value is None or _is_number(value) for value in values):
         values, unit = preferred_unit(values, unit)
     texts = [_short(value) for value in values]
     return f"  {f'{name} {unit}'.strip():38s} {texts[0]:>18s} {texts[1]:>18s}"
@@ -121,8 +120,11 @@ def _short(value: object) -> str:
     """A value in few characters."""
     if value is None:
         return "-"
-    is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    return f"{value:.6g}" if is_number else str(value)
+    return f"{value:.6g}" if _is_number(value) else str(value)
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _text(content: Mapping[str, Any], out: Path, picture: Path) -> str:
