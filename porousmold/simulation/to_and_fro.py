@@ -16,8 +16,10 @@ def free_column(drive: str) -> str:
 def part_to_and_fro(history: Columns, column: str, rows: int) -> float:
     """By what part of itself a column goes to and fro in the last rows, half of the median change; 0 where it does not, or where
     there are fewer rows."""
+    if len(history) < rows:  # one that has no row yet has no columns
+        return 0.0
     last = np.array(history[column][-rows:])
     changes = np.diff(last)
-    if len(last) < rows or np.mean(changes[1:] * changes[:-1] < 0.0) <= TURNING_PART:
+    if np.mean(changes[1:] * changes[:-1] < 0.0) <= TURNING_PART:
         return 0.0
     return float(0.5 * np.median(np.abs(changes)) / np.abs(last).max())
