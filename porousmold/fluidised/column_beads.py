@@ -130,9 +130,11 @@ class ColumnBeads:
                     self._renew_pairs()
                 before = self._body[:, [5, 3]]
                 bonds = None if self.bonds is None else self.bonds[self._name]
+                beads = dynamics.Beads(self._body, self._load, self._size, self._wall_spring)
+                steps = dynamics.Span(self._contact_step, left, self._slack)
                 done, self._slack = dynamics.advance(
-                    self._body, self._load, self._size, self._pairs, self._walls, self._wall_spring, self._material,
-                    weight, self._contact_step, left, self._slack, None, bonds)  # fmt: skip
+                    beads, self._pairs, self._walls, self._material, weight, steps, None, bonds
+                )
                 self._pushed[self._name] += self._unit / self.given.time_step * (self._body[:, [5, 3]] - before)
                 left -= done
             self._feel(by_name, 0.5 * span)

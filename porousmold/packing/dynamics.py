@@ -18,11 +18,11 @@ Pairs come from a Verlet list (each pair once, at the lower index) that holds al
 from cells as soon as the fastest bead may have crossed half of it; beads are put into the order of the cells on the
 way, which keeps neighbours close in memory. One thread, fixed order: same start, same end.
 
-Arrays: `body` (n, 9) position, velocity, spin; `load` (n, 6) force, torque; `size` (n, 2) radius, mass.
+Arrays of `Beads`: `body` (n, 9) position, velocity, spin; `load` (n, 6) force, torque; `size` (n, 2) radius, mass.
 """
 
 import math
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numba import njit
@@ -38,6 +38,24 @@ FIXED = 1e30
 """Mass of a bead that nothing moves."""
 STRESSES = 4
 """Sums over contacts that `advance` adds up: F.r, F_z r_z, F_x r_z and their number."""
+
+
+class Beads(NamedTuple):
+    """Beads in the order of their cells, with the springs of their contacts with the walls (n, w + 1, 3)."""
+
+    body: Floats
+    load: Floats
+    size: Floats
+    wall_spring: Floats
+
+
+class Span(NamedTuple):
+    """Up to `steps` steps of length `dt`, fewer if a bead has gone its `slack`: the way that it may go with a Verlet list, half
+    of its skin at first."""
+
+    dt: float
+    steps: int
+    slack: float
 
 
 def material_of(
@@ -275,19 +293,15 @@ def renew_pairs(
 def _friction(
     spring: Floats,
     at: int,
-    nx: float,
-    ny: float,
-    nz: float,
-    vx: float,
-    vy: float,
-    vz: float,
+    direction: tuple[float, float, float],
+    velocity: tuple[float, float, float],
     normal: float,
-    stiffness: float,
     dashpot: float,
-    friction: float,
-    dt: float,
+    law: tuple[float, float, float],
 ) -> tuple[float, float, float]:  # pragma: no cover
-    """Tangential force of spring[at], which is stretched, turned into the tangent plane and cut by Coulomb's law."""
+    """Tangential force of spring[at], which is stretched, turned into the tangent plane and cut by Coulomb's law; `law` is the
+    tangential stiffness, the friction coefficient and the time step."""
+    (nx, ny, nz), (vx, vy, vz), (stiffness, friction, dt) = direction, velocity, law
     along = spring[at, 0] * nx + spring[at, 1] * ny + spring[at, 2] * nz
     sx = spring[at, 0] - along * nx + vx * dt
     sy = spring[at, 1] - along * ny + vy * dt
@@ -305,33 +319,29 @@ def _friction(
 
 @njit(cache=True, error_model="numpy", fastmath=True)
 def advance(
-    body: Floats,
-    load: Floats,
-    size: Floats,
+    beads: Beads,
     pairs: Pairs,
     walls: Walls,
-    wall_spring: Floats,
     material: Material,
     gravity: Floats,
-    dt: float,
-    steps: int,
-    slack: float,
+    span: Span,
     contacts: tuple[Floats, Floats, Floats] | None = None,
     bonds: Floats | None = None,
 ) -> tuple[int, float]:  # pragma: no cover
-    """Up to `steps` steps, fewer if the Verlet list may have become too short; gives the number of steps done and the slack left.
+    """The steps of a span; gives the number of steps done and the slack left.
 
     walls: planes (w, 4; inward unit normal and offset), cylinder radius (0 for none), period (2; 0 for none), velocities of the
-    walls (w + 1, 3), with wall_spring (n, w + 1, 3); material: stiffness, dashpot_rate = 2 zeta sqrt(stiffness), friction
-    coefficient, spin_decay, tangential over normal stiffness; gravity (3); slack: way that a bead may go with this list, half of
-    its skin at first. contacts: None, or sums over the steps that are added to: radii of the contacts of pairs (pairs), with
-    planes (n, w), and `STRESSES`. bonds: None, or forces (n) of which the smaller one of two beads in contact pulls them
-    together.
+    walls (w + 1, 3); material: stiffness, dashpot_rate = 2 zeta sqrt(stiffness), friction coefficient, spin_decay, tangential
+    over normal stiffness; gravity (3). contacts: None, or sums over the steps that are added to: radii of the contacts of pairs
+    (pairs), with planes (n, w), and `STRESSES`. bonds: None, or forces (n) of which the smaller one of two beads in contact
+    pulls them together.
     """
+    body, load, size, wall_spring = beads
+    dt, steps, slack = span
     planes, cylinder_radius, period, wall_velocity = walls
     start, partner, dashpots, spring = pairs
     stiffness, dashpot_rate, friction, spin_decay, ratio = material
-    tangential = ratio * stiffness
+    law = ratio * stiffness, friction, dt
     count = body.shape[0]
     kept = 1.0 - spin_decay * dt
     for done in range(steps):
@@ -367,8 +377,8 @@ def advance(
                 vz = body[j, 5] - uz - (wx * ny - wy * nx)
                 vn = vx * nx + vy * ny + vz * nz
                 normal = max(stiffness * overlap - dashpots[at] * vn, 0.0)
-                tx, ty, tz = _friction(spring, at, nx, ny, nz, vx - vn * nx, vy - vn * ny, vz - vn * nz,
-                                       normal, tangential, ratio * dashpots[at], friction, dt)  # fmt: skip
+                slip = vx - vn * nx, vy - vn * ny, vz - vn * nz
+                tx, ty, tz = _friction(spring, at, (nx, ny, nz), slip, normal, ratio * dashpots[at], law)
                 cx, cy, cz = ny * tz - nz * ty, nz * tx - nx * tz, nx * ty - ny * tx
                 if bonds is not None:
                     normal -= min(bonds[i], bonds[j])
@@ -422,8 +432,8 @@ def advance(
                 vn = vx * nx + vy * ny + vz * nz
                 dashpot = dashpot_rate * math.sqrt(mass)
                 normal = max(stiffness * (radius - gap) - dashpot * vn, 0.0)
-                tx, ty, tz = _friction(wall_spring[i], wall, nx, ny, nz, vx - vn * nx, vy - vn * ny, vz - vn * nz,
-                                       normal, tangential, ratio * dashpot, friction, dt)  # fmt: skip
+                slip = vx - vn * nx, vy - vn * ny, vz - vn * nz
+                tx, ty, tz = _friction(wall_spring[i], wall, (nx, ny, nz), slip, normal, ratio * dashpot, law)
                 if contacts is not None and mass < FIXED and wall < planes.shape[0]:
                     contacts[1][i, wall] += math.sqrt(max(radius * radius - gap * gap, 0.0))
                     contacts[2][0] += gap * (normal + tx * nx + ty * ny + tz * nz)

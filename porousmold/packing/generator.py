@@ -226,8 +226,9 @@ def _poured(
         # long lists where beads fall, short ones where they rest: both cost time, as renewals and as idle pairs
         skin = min(max(0.04, 40.0 * dt * fastest), 0.35)
         pairs = dynamics.renew_pairs(body, size, name, wall_spring, pairs, skin, period, material[1])
+        span = dynamics.Span(dt, STEPS_BETWEEN_CHECKS, 0.5 * skin)
         steps, _ = dynamics.advance(
-            body, load, size, pairs, walls, wall_spring, material, gravity, dt, STEPS_BETWEEN_CHECKS, 0.5 * skin
+            dynamics.Beads(body, load, size, wall_spring), pairs, walls, material, gravity, span
         )
         time += dt * steps
         energy = 0.5 * (size[:, 1] * (body[:, 3:6] ** 2).sum(axis=1)).mean()

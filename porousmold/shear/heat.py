@@ -19,18 +19,34 @@ through the walls less what the beads store, to rounding errors, whatever the st
 """
 
 import math
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from ..arrays import Floats
+from ..arrays import Floats, Integers
 from ..laws.bead_interior import ALL_MODES, overall_coefficient
 from ..packing import dynamics
 
 AREA_ROOT = math.sqrt(math.pi)
 """sqrt(A) over the radius of a contact."""
 FIXED = dynamics.FIXED
+
+
+class Heat(NamedTuple):
+    """Temperatures of the beads and what is summed up of the heat that they exchange.
+
+    `temperature` (n, m) is of bead name[i] in row name[i], `cases` are those of `cases_of`, `height` is that between the walls.
+    Added to are `fluxes` (bins over the height, m, 2), integrals over time and volume of conduction and convection towards
+    greater z, and `into_beads` (m, 3), heat from the lower wall, the upper one and the film.
+    """
+
+    name: Integers
+    temperature: Floats
+    cases: Floats
+    height: float
+    fluxes: Floats
+    into_beads: Floats
 
 
 def cases_of(peclet_numbers: tuple[float, ...], biot_numbers: tuple[float, ...]) -> Floats:
@@ -45,67 +61,54 @@ def cases_of(peclet_numbers: tuple[float, ...], biot_numbers: tuple[float, ...])
 
 @njit(cache=True, error_model="numpy", fastmath=True)
 def shear(
-    body: Floats,
-    load: Floats,
-    size: Floats,
-    name: Floats,
-    pairs: Any,
-    walls: Any,
-    wall_spring: Floats,
-    material: Any,
-    dt: float,
-    steps: int,
-    slack: float,
+    beads: dynamics.Beads,
+    pairs: dynamics.Pairs,
+    walls: dynamics.Walls,
+    material: dynamics.Material,
+    span: dynamics.Span,
     interval: int,
     stress: Floats,
-    temperature: Floats,
-    cases: Floats,
-    height: float,
-    fluxes: Floats,
-    into_beads: Floats,
-) -> Any:  # pragma: no cover
-    """Up to `steps` steps of the motion with the exchange of heat after every `interval` of them; gives the steps done.
+    heat: Heat,
+) -> int:  # pragma: no cover
+    """The motion of a span with the exchange of heat after every `interval` of its steps; gives the steps done.
 
-    For the others see `packing.dynamics.advance` and `exchange`; stress: the sums of `advance`.
+    For the others see `packing.dynamics.advance`; stress: the sums of `advance`.
     """
-    gravity = np.zeros(3)
+    gravity, body = np.zeros(3), beads.body
+    dt, steps, slack = span
     done = 0
     in_pairs, with_walls = np.zeros(pairs[1].size), np.zeros((body.shape[0], 2))
     while done < steps and slack > 0.0:
         in_pairs[:] = 0.0
         with_walls[:] = 0.0
         before = body[:, 2].copy()
-        some, slack = dynamics.advance(body, load, size, pairs, walls, wall_spring, material, gravity, dt,
-                                       min(interval, steps - done), slack, (in_pairs, with_walls, stress))  # fmt: skip
-        exchange(before, body[:, 2], size, name, pairs[0], pairs[1], in_pairs / some, with_walls / some, dt * some,
-                 temperature, cases, height, fluxes, into_beads)  # fmt: skip
+        ahead, contacts = dynamics.Span(dt, min(interval, steps - done), slack), (in_pairs, with_walls, stress)
+        some, slack = dynamics.advance(beads, pairs, walls, material, gravity, ahead, contacts)
+        exchange(
+            heat, before, body[:, 2], beads.size, (pairs[0], pairs[1]), in_pairs / some, with_walls / some, dt * some
+        )
         done += some
     return done
 
 
 @njit(cache=True, error_model="numpy", fastmath=True)
 def exchange(
+    heat: Heat,
     before: Floats,
     after: Floats,
     size: Floats,
-    name: Floats,
-    start: Floats,
-    partner: Floats,
+    pairs: tuple[Integers, Integers],
     in_pairs: Floats,
     with_walls: Floats,
     span: float,
-    temperature: Floats,
-    cases: Floats,
-    height: float,
-    fluxes: Floats,
-    into_beads: Floats,
 ) -> None:  # pragma: no cover
-    """Change the temperatures (n, m; of bead name[i] in row name[i]) over `span`, the positions z going from `before` to `after`.
+    """Change the temperatures of `heat` over `span`, and add to its sums; the positions z go from `before` to `after`.
 
-    in_pairs, with_walls: mean radii of the contacts of pairs j > i (partner[start[i]:start[i + 1]]) and with the two walls.
-    cases: those of `cases_of`. Added to: fluxes (bins over the height, m, 2), integrals over span and volume of conduction and
-    convection towards greater z, and into_beads (m, 3), heat from the lower wall, the upper one and the film.
+    in_pairs, with_walls: mean radii of the contacts of pairs j > i (partner[start[i]:start[i + 1]] of the `pairs` start, partner)
+    and with the two walls.
     """
+    name, temperature, cases, height, fluxes, into_beads = heat
+    start, partner = pairs
     count, bins = name.size, fluxes.shape[0]
     middle = 0.5 * (before + after)
     first, second = np.empty(partner.size, np.int64), np.empty(partner.size, np.int64)
@@ -134,21 +137,21 @@ def exchange(
             gain[:] = 0.0
             for c in range(found):
                 i, j = first[c], second[c]
-                heat = part * conductance[c] * (warm[i] - warm[j])
-                gain[i] -= heat
-                gain[j] += heat
-                fluxes[_bin(0.5 * (middle[i] + middle[j]), height, bins), case, 0] += heat * (middle[j] - middle[i])
+                passed = part * conductance[c] * (warm[i] - warm[j])
+                gain[i] -= passed
+                gain[j] += passed
+                fluxes[_bin(0.5 * (middle[i] + middle[j]), height, bins), case, 0] += passed * (middle[j] - middle[i])
             for i in range(count):
                 if size[i, 1] >= FIXED:  # of a wall: what it loses comes from the wall
                     into_beads[case, 0 if middle[i] < 0.5 * height else 1] -= gain[i]
                     continue
                 for wall in range(2):
                     if with_walls[i, wall] > 0.0:
-                        heat = part * 2.0 * AREA_ROOT * with_walls[i, wall] * (wall - 0.5 - warm[i])
-                        gain[i] += heat
-                        into_beads[case, wall] += heat
+                        passed = part * 2.0 * AREA_ROOT * with_walls[i, wall] * (wall - 0.5 - warm[i])
+                        gain[i] += passed
+                        into_beads[case, wall] += passed
                         place = 0.5 * (middle[i] + wall * height)
-                        fluxes[_bin(place, height, bins), case, 0] += heat * (middle[i] - wall * height)
+                        fluxes[_bin(place, height, bins), case, 0] += passed * (middle[i] - wall * height)
                 warm[i] += gain[i] / capacity
         kept = math.exp(-film / capacity * span)
         for i in range(count):

@@ -15,7 +15,7 @@ from ..files.atomic_files import output_file
 from ..packing import dynamics
 from .cell import ROUGH, ShearCell
 from .evaluation import Sheared, evaluate
-from .heat import cases_of, shear
+from .heat import Heat, cases_of, shear
 
 START_SOLID_FRACTION = 0.30
 GROWTH_STRAINS, WARM_UP_STRAINS = 3.0, 10.0
@@ -129,13 +129,17 @@ class Shearing:
                 self._walls[2],
                 self._material[1],
             )
-            common = (self._body, load, self._size)
-            forces = (self._verlet, self._walls, self._wall_spring, self._material)
+            beads = dynamics.Beads(self._body, load, self._size, self._wall_spring)
+            forces, ahead = (
+                (self._verlet, self._walls, self._material),
+                dynamics.Span(self.dt, steps - done, 0.5 * skin),
+            )
             if sums is None:
-                some, _ = dynamics.advance(*common, *forces, np.zeros(3), self.dt, steps - done, 0.5 * skin)
+                some, _ = dynamics.advance(beads, *forces, np.zeros(3), ahead)
             else:
-                some = shear(*common, self._name, *forces, self.dt, steps - done, 0.5 * skin, HEAT_INTERVAL, sums["stress"],
-                             self._temperature, self._cases, cell.distance, sums["fluxes"], sums["into_beads"])  # fmt: skip
+                of_cell = self._name, self._temperature, self._cases, cell.distance
+                heat = Heat(*of_cell, sums["fluxes"], sums["into_beads"])
+                some = shear(beads, *forces, ahead, HEAT_INTERVAL, sums["stress"], heat)
                 self._sample(sums["profile"], some)
                 if "pictured" in sums and len(sums["pictured"]) <= self._pictures * done / steps:
                     sums["pictured"].append(self._picture())

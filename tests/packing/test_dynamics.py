@@ -26,7 +26,8 @@ def march(body, settings, dt, steps, planes=NOWHERE, size=None, period=OPEN):
     none = (np.zeros(count + 1, np.int64), np.zeros(0, np.int64), np.zeros(0), np.zeros((0, 3)))
     pairs = dynamics.renew_pairs(body, size, np.arange(count), springs, none, 100.0, period, settings[1])
     walls = (planes, 0.0, period, np.zeros((len(planes) + 1, 3)))
-    dynamics.advance(body, load, size, pairs, walls, springs, settings, np.array([0.0, 0.0, -1.0]), dt, steps, 1e9)
+    beads, span = dynamics.Beads(body, load, size, springs), dynamics.Span(dt, steps, 1e9)
+    dynamics.advance(beads, pairs, walls, settings, np.array([0.0, 0.0, -1.0]), span)
 
 
 def test_bead_bounces_with_its_restitution():

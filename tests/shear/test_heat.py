@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from porousmold.shear.cell import ShearCell
-from porousmold.shear.heat import AREA_ROOT, cases_of, exchange
+from porousmold.shear.heat import AREA_ROOT, Heat, cases_of, exchange
 from porousmold.shear.motion import Shearing
 
 
@@ -24,8 +24,9 @@ def exchanged(height, heights, pairs, with_walls, cases, temperature, span, time
     fluxes, into_beads = np.zeros((5, len(cases), 2)), np.zeros((len(cases), 3))
     z = np.array(heights, float)
     for _ in range(times):
-        exchange(z, z + moved, size, np.arange(count), start, np.array(partner, np.int64), np.array(radii, float),
-                 np.array(with_walls, float), span, temperature, cases, height, fluxes, into_beads)  # fmt: skip
+        heat = Heat(np.arange(count), temperature, cases, height, fluxes, into_beads)
+        of_pairs = (start, np.array(partner, np.int64)), np.array(radii, float)
+        exchange(heat, z, z + moved, size, *of_pairs, np.array(with_walls, float), span)
         z = z + moved
     return fluxes, into_beads
 
