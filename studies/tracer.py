@@ -13,7 +13,7 @@ from dolfinx import fem
 from mpi4py import MPI
 
 from porousmold import Scene
-from porousmold.equations.streamline import Streamline
+from porousmold.equations.streamline import Carried, Streamline
 from porousmold.mesh import fenicsx, ranks
 from porousmold.mesh.deferred_forms import DeferredForm
 from porousmold.mesh.domain import BED
@@ -46,7 +46,7 @@ class Tracer:
         mixing = porosity * density * DIFFUSIVITY + 0.5 * diameter * ufl.sqrt(ufl.dot(flux, flux) + 1e-30)
         nothing = fem.Constant(domain.mesh, 0.0)
         cells = Streamline.of(
-            energy.coordinates, flux, mixing, None, energy.entrance, nothing, energy.straight
+            energy.coordinates, Carried(flux, mixing, None), energy.entrance, nothing, energy.straight
         ).without_monotone_cells()
         held = porosity * density
         stored = weight * cells.stored_downstream(lambda fraction: held * fraction, self.fraction, test) * energy.dx_bed

@@ -9,6 +9,8 @@ import porousmold
 PACKAGE = Path(porousmold.__file__).parent
 PAGE = (PACKAGE.parent / "docs" / "architecture.md").read_text(encoding="utf-8")
 MODULES_AT_THE_TOP = 6
+LONGEST_CLASS, MOST_PARAMETERS = 200, 8
+"""In lines; without self."""
 
 
 def allowed():
@@ -72,3 +74,13 @@ def test_only_one_module_asks_for_a_version_of_dolfinx():
     asking = re.compile(r"dolfinx\.__version__|hasattr\((dolfinx|basix|ufl|fem)\b|import basix\.ufl")
     found = {p.name for p in PACKAGE.rglob("*.py") if asking.search(p.read_text()) and p.name != "outcome.py"}
     assert found <= {"fenicsx.py"}  # outcome.py writes the version into result.json
+
+
+def test_classes_and_parameter_lists_are_short():
+    """What is longer holds more than one thing: a class goes apart, and arguments that belong together become a dataclass."""
+    for path, node in functions_and_classes():
+        if isinstance(node, ast.ClassDef):
+            assert node.end_lineno - node.lineno < LONGEST_CLASS, f"{path}: {node.name}"
+            continue
+        names = [one.arg for one in (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs)]
+        assert len(names) - (names[:1] in (["self"], ["cls"])) <= MOST_PARAMETERS, f"{path}: {node.name}"

@@ -42,7 +42,7 @@ from .moving_beads import MovingBeads
 from .openings import Opening, flux_given
 from .rev_heat import RevHeat
 from .stabilisation import flux_density
-from .streamline import Streamline
+from .streamline import Carried, Streamline
 from .wall import Wall, volumetric_heat
 
 OF_ONE_TEMPERATURE = 0.25
@@ -180,10 +180,6 @@ class EnergyEquations:
         form += weight * bead * self.dx_bed
         return form + self.wall.stored_heat(temperature, test, streamline.monotone)
 
-    def fluid_heat_capacity(self) -> Value:
-        """Form (scalar, J/K) of phi rho C_f of the fluid in the bed."""
-        return self.coordinates.weight * self.fluid_storage * self.dx_bed
-
     @property
     def _upwinding(self) -> float:
         """Part of the upwinding that ordinary cells have of the heat that the flow carries.
@@ -211,7 +207,9 @@ class EnergyEquations:
             exchange,
             self._touching(temperature),
             Streamline.of(
-                *(self.coordinates, capacity * mass_flux, conduction, exchange, self.entrance, monotone, self.straight),
+                self.coordinates,
+                Carried(capacity * mass_flux, conduction, exchange),
+                *(self.entrance, monotone, self.straight),
                 upwinding=self._upwinding,
                 melts=self.melts,
             ),
@@ -269,33 +267,3 @@ class EnergyEquations:
         """-(rho phi u.n)(h(T_in) - h(T)): heat that the inflow brings beyond what it finds, W/m2 of inlet."""
         enthalpy = self._laws.heat_capacity.integral
         return self.inward_mass_flux * (enthalpy(self.inlet_temperature) - enthalpy(temperature))
-
-    def heat_input(self, temperature: Value) -> Value:
-        """Form (scalar, W) of the heat that the fluid leaves behind: what it lacks at the outlet against T_in; of what leaves
-        beyond what comes in, as the fluid expands, less what that would have brought beyond the initial temperature."""
-        enthalpy, source = self._laws.heat_capacity.integral, self.flow.source_of_flux
-        lost = enthalpy(self.inlet_temperature) - enthalpy(temperature)
-        form = self.coordinates.weight * self.outward_mass_flux * lost * self.outlet
-        if source is None:
-            return form
-        beyond = enthalpy(self.inlet_temperature) - enthalpy(self.initial_temperature)
-        return form - self.coordinates.weight * source * beyond * self.dx_bed
-
-    def heat_displaced(self, temperature: Value) -> Value | None:
-        """Form (scalar, W) of what fluid that leaves its place as it expands takes along, beyond the initial temperature: a loss
-        of what is stored. None where the flow leaves that out."""
-        source, enthalpy = self.flow.source_of_flux, self._laws.heat_capacity.integral
-        if source is None:
-            return None
-        taken = source * (enthalpy(temperature) - enthalpy(self.initial_temperature))
-        return -self.coordinates.weight * taken * self.dx_bed
-
-    def heat_kept(
-        self, temperature: Value, bead_temperature: Value, initial: Value, initial_of_beads: Value
-    ) -> dict[str, Value]:
-        """Forms (scalar, J) of the heat that "beads" and "wall" have gained since their initial temperatures, and of what was set
-        free by "cure"."""
-        beads = self.bed.beads
-        gained = volumetric_heat(beads, bead_temperature) - volumetric_heat(beads, initial_of_beads)
-        of_beads = self.coordinates.weight * (1.0 - self.bed.porosity) * gained * self.dx_bed
-        return {"beads": of_beads} | self.wall.heat_kept(temperature, initial)

@@ -359,6 +359,15 @@ class LumpedAtVertices(Monotone):
         return replace(self, exchange=of_cell(self.exchange), crossing=at_points(self.crossing))
 
 
+class Carried(NamedTuple):
+    """Heat, or another quantity, carried along `advection` (W/m2/K), conducted by `diffusion` (W/m/K), and exchanged by
+    `exchange` (W/m3/K, or None)."""
+
+    advection: Value
+    diffusion: Value
+    exchange: Value
+
+
 @dataclass(frozen=True)
 class Streamline:
     """The forms of `upwinded` cells, and of those `lumped` where `monotone` is 1, else 0; `lumped` is None where no cell is."""
@@ -371,9 +380,7 @@ class Streamline:
     def of(
         cls,
         coordinates: Coordinates,
-        advection: Value,
-        diffusion: Value,
-        exchange: Value,
+        heat: Carried,
         entrance: Value,
         monotone: Value,
         straight: bool,
@@ -381,13 +388,13 @@ class Streamline:
         upwinding: float = 1.0,
         melts: bool = False,
     ) -> "Streamline":
-        """For heat carried along `advection` (W/m2/K), conducted by `diffusion` (W/m/K), exchanged by `exchange` (W/m3/K
-        or None).
+        """For such `heat`; cells are to be `monotone` where that is 1.
 
         `entrance` is 1 in the cells at the inlet, where conduction across flat cells must not weaken the upwinding. Cells
         that are not monotone have the part `upwinding` of it. Where the beads' heat capacity has a peak, something `melts`.
         """
         mesh, metric_tensor = coordinates.mesh, metric(coordinates.mesh)
+        advection, diffusion, exchange = heat
         speed = ufl.sqrt(ufl.dot(advection, advection) + 1e-30)
         if exchange is None:
             exchange = fem.Constant(mesh, 0.0)

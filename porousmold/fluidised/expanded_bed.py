@@ -85,7 +85,7 @@ def _wall_coefficient(
         pressure / (density * temperature),
         fluidisation.GAS_CONSTANTS.get(scene.fluid.material, 2.8),
     )
-    nusselt = fluidisation.wall_nusselt_number(
+    bed = fluidisation.BubblingBed(
         diameter=diameter,
         porosity=porosity,
         porosity_at_minimum=laws.bulk_porosity,
@@ -98,4 +98,4 @@ def _wall_coefficient(
         emissivity=scene.bed.emissivity,
         temperature=temperature,
     )
-    return float(nusselt * conductivity / diameter)
+    return float(bed.wall_nusselt_number() * conductivity / diameter)

@@ -22,6 +22,7 @@ dry spheres of 0.05 to 3 mm in gases, w from 1 to some 10 w_mf; measurements sca
 """
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -81,34 +82,38 @@ def modified_mean_free_path(
     return 2.0 * path * (2.0 * inverse - 1.0)
 
 
-def wall_nusselt_number(
-    *,
-    diameter: float,
-    porosity: float,
-    porosity_at_minimum: float,
-    bead_heat_capacity: float,
-    bead_conductivity: float,
-    conductivity: float,
-    mean_free_path: float,
-    prandtl: float,
-    archimedes: float,
-    emissivity: float = 0.0,
-    temperature: float = 300.0,
-) -> float:
-    """Nu = h d/lambda between a bubbling bed and its wall (Martin). `bead_heat_capacity` is rho_s C_s (J/m3/K), `mean_free_path`
-    l (m), conductivities in W/m/K."""
-    free = (porosity - porosity_at_minimum) / (5.0 * (1.0 - porosity_at_minimum) * (1.0 - porosity))
-    motion = bead_heat_capacity / (6.0 * conductivity) * math.sqrt(GRAVITY * diameter**3 * free)  # Z
-    gap = 2.0 * mean_free_path / diameter
-    resistance = 1.0 / (4.0 * ((1.0 + gap) * math.log1p(1.0 / gap) - 1.0))
-    ratio = conductivity / bead_conductivity
-    resistance += ratio / (4.0 * (1.0 + math.sqrt(1.5 * CONTACT_CONSTANT * ratio * motion / math.pi)))
-    by_beads = 0.0
-    if motion > 0.0:
-        by_beads = (1.0 - porosity) * motion * -math.expm1(-1.0 / (resistance * CONTACT_CONSTANT * motion))
-    by_gas = 0.009 * prandtl ** (1 / 3) * math.sqrt(archimedes)
-    by_radiation = 4.0 * emissivity * STEFAN_BOLTZMANN * temperature**3 * diameter / conductivity
-    return by_beads + by_gas + by_radiation
+@dataclass(frozen=True, kw_only=True)
+class BubblingBed:
+    """What the heat transfer of a bubbling bed to its wall depends on: SI values; `bead_heat_capacity` is rho_s C_s (J/m3/K),
+    `mean_free_path` l (m), `conductivity` that of the gas (W/m/K)."""
+
+    diameter: float
+    porosity: float
+    porosity_at_minimum: float
+    bead_heat_capacity: float
+    bead_conductivity: float
+    conductivity: float
+    mean_free_path: float
+    prandtl: float
+    archimedes: float
+    emissivity: float = 0.0
+    temperature: float = 300.0
+
+    def wall_nusselt_number(self) -> float:
+        """Nu = h d/lambda between bed and wall (Martin)."""
+        at_minimum, conductivity = self.porosity_at_minimum, self.conductivity
+        free = (self.porosity - at_minimum) / (5.0 * (1.0 - at_minimum) * (1.0 - self.porosity))
+        motion = self.bead_heat_capacity / (6.0 * conductivity) * math.sqrt(GRAVITY * self.diameter**3 * free)  # Z
+        gap = 2.0 * self.mean_free_path / self.diameter
+        resistance = 1.0 / (4.0 * ((1.0 + gap) * math.log1p(1.0 / gap) - 1.0))
+        ratio = conductivity / self.bead_conductivity
+        resistance += ratio / (4.0 * (1.0 + math.sqrt(1.5 * CONTACT_CONSTANT * ratio * motion / math.pi)))
+        by_beads = 0.0
+        if motion > 0.0:
+            by_beads = (1.0 - self.porosity) * motion * -math.expm1(-1.0 / (resistance * CONTACT_CONSTANT * motion))
+        by_gas = 0.009 * self.prandtl ** (1 / 3) * math.sqrt(self.archimedes)
+        by_radiation = 4.0 * self.emissivity * STEFAN_BOLTZMANN * self.temperature**3 * self.diameter / conductivity
+        return by_beads + by_gas + by_radiation
 
 
 def suspension_drag(porosity: Value, diameter: float, density: float, viscosity: float, relative_speed: Value) -> Value:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from dolfinx import fem
@@ -29,6 +30,18 @@ PLAIN_WALL = ("wall",)
 """Group of a wall without layers, which a mesh may lack."""
 
 
+class Finer(NamedTuple):
+    """How a mesh gets finer than it is drawn: `cells_at_wall` gives the depths (m, from 0 on) of the nodes of cells that fill a
+    gap of given width between wall and bed; after that the cells of a plane mesh are halved in both directions as often as
+    `halvings` says."""
+
+    cells_at_wall: Callable[[float], Floats] | None = None
+    halvings: int = 0
+
+
+AS_DRAWN = Finer()
+
+
 def from_file(
     communicator: Communicator,
     path: Path,
@@ -36,8 +49,7 @@ def from_file(
     *,
     dimension: int = 2,
     axisymmetric: bool = False,
-    cells_at_wall: Callable[[float], Floats] | None = None,
-    halvings: int = 0,
+    finer: Finer = AS_DRAWN,
     trusted: bool = False,
     conventions: gmsh_model.Conventions | None = None,
 ) -> Domain:
@@ -46,11 +58,9 @@ def from_file(
 
     Bed and layers are physical surfaces, in three dimensions volumes; the boundary's parts are curves, or surfaces. Symmetry,
     if any, lies along x[1] = constant, side along x[2] = constant, and in two dimensions the interface is a curve over x[0]. The
-    distance to the wall is that to the nearest facet of the interface, at the nodes. `cells_at_wall` gives the depths (m, from 0
-    on) of the nodes of cells that fill a gap of given width between wall and bed; after that the cells of a plane mesh are halved
-    in both directions as often as `halvings` says. The commands of a .geo file that start
-    processes or open files are run only if it is `trusted`. Raises `InputError` where the file cannot be read, holds such a
-    command, lacks a group, or has no place for such cells.
+    distance to the wall is that to the nearest facet of the interface, at the nodes. `finer` are the cells that it gets. The
+    commands of a .geo file that start processes or open files are run only if it is `trusted`. Raises `InputError` where the
+    file cannot be read, holds such a command, lacks a group, or has no place for cells at the wall.
     """
     conventions = conventions or gmsh_model.Conventions()
     known = ("bed", *layers, *BOUNDARY_NAMES)
@@ -75,8 +85,8 @@ def from_file(
     if communicator.rank == 0:
         try:
             model = gmsh_model.open_model(path, dimension, required, boundaries, trusted=trusted)
-            plain = _prepared(model, dimension, regions, cells_at_wall, conventions, axisymmetric=axisymmetric)
-            for _ in range(halvings):
+            plain = _prepared(model, dimension, regions, finer.cells_at_wall, conventions, axisymmetric=axisymmetric)
+            for _ in range(finer.halvings):
                 plain = halved(plain)
             gmsh_model.replace_model(model, dimension, plain)
             facets = {tag: plain.points[nodes][:, :, :dimension] for tag, nodes in plain.facets.items()}

@@ -74,13 +74,7 @@ class Scene:
         found["materials"] = own_materials(own, base, found["source"])
         ordinary = {table: content for table, content in tables.items() if table != "materials"}
         found["_given"] = checked_names(ordinary, KEYS, found["source"]) | ({"materials": own} if own else {})
-        if not allow_extensions and (name := found["_given"].get("extensions", {}).get("python")) is not None:
-            allowed = "holds code, which is run only if you trust it: --allow-extensions"
-            raise InputError("extensions.python", name, allowed, found["source"])
-        extensions = {"extensions": found["_given"].get("extensions", {})}
-        first = checked_values(extensions, {"extensions": KEYS["extensions"]}, base, found["source"])
-        if (path := first["extensions"]["python"]) is not None:
-            registry.load_file(path)
+        _load_extensions(found["_given"].get("extensions", {}), base, found["source"], trusted=allow_extensions)
         schema = schema_with(KEYS, found["materials"])  # after the extensions, which register materials, too
         values = checked_values(completed(ordinary), schema, base, found["source"])
         found |= {table: Table(table, content) for table, content in values.items()}
@@ -241,6 +235,16 @@ class Scene:
         if own := self._given.get("materials"):
             tables["materials"] = with_absolute_files(own, Path(self.source).parent if self.source else Path())
         return tables
+
+
+def _load_extensions(given: Settings, base: Path, source: str | None, *, trusted: bool) -> None:
+    """Run the file of laws that [extensions] names, if it is trusted; `InputError` where it is not."""
+    if not trusted and (name := given.get("python")) is not None:
+        allowed = "holds code, which is run only if you trust it: --allow-extensions"
+        raise InputError("extensions.python", name, allowed, source)
+    values = checked_values({"extensions": given}, {"extensions": KEYS["extensions"]}, base, source)
+    if (path := values["extensions"]["python"]) is not None:
+        registry.load_file(path)
 
 
 def _without_place(scene: Scene) -> list[str]:

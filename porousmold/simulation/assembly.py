@@ -43,7 +43,7 @@ from ..solvers.developed import DevelopedFlow
 from ..solvers.developed_profiles import STATIONS, ProfilesOfGradient, ProfileTable
 from ..solvers.displacement import Displacement
 from ..solvers.flow import FullFlow
-from ..solvers.heating import TransientHeat
+from ..solvers.heating import ErrorControl, TransientHeat
 from ..solvers.locally_developed import LocallyDevelopedFlow
 from ..solvers.newton import free_systems
 from ..solvers.plug import PlugFlow
@@ -364,9 +364,7 @@ def build_heat(specs: Specs, medium: Medium, flow: Flow, equations: EnergyEquati
         medium.boundary.set_heat,
         medium.property_temperature,
         QUADRATURE_DEGREE,
-        stage_error=stage_error(sharpest),
-        stores=_stores(specs),
-        melting=specs.heat.reached if sharpest > SMOOTH_CHANGE else None,
+        ErrorControl(stage_error(sharpest), _stores(specs), specs.heat.reached if sharpest > SMOOTH_CHANGE else None),
     )
     _start(specs, heat.unknown, domain)
     if specs.flow.model.update != "transient":

@@ -16,6 +16,8 @@ from ..solvers.step_error import StepError
 from .assembly import assemble
 from .breakpoints import Breakpoints
 from .ending import Ending
+from .phase_ends import PhaseEnds
+from .problem import Problem
 from .recorder import Recorder
 from .regimes import Regimes
 from .specs import Specs
@@ -23,9 +25,6 @@ from .step_rules import StepRules
 from .steppers import STEPPERS, Ahead, Past
 
 LOG = logging.getLogger(__name__)
-
-SHORTEST_PART = 0.05
-"""Of the first step: a shorter one is not cut again to meet the end of a phase."""
 
 MOST_CORRECTIONS = 2
 """Of what the fluid displaces in a step."""
@@ -51,6 +50,8 @@ class Simulation:
         self._past, self._turns = Past(), False
         self._stepper = STEPPERS[specs.flow.model.update](self.problem)
         self._rules = StepRules(self.problem, self.recorder)
+        by_steps = self._rules, self.control, self._breakpoints
+        self._phase_ends = None if specs.course is None else PhaseEnds(specs.course, self.recorder, *by_steps)
         self.ending = Ending(specs, self.problem.medium.estimates, self.recorder)
 
     def free(self) -> None:
@@ -102,22 +103,9 @@ class Simulation:
 
     def _follow_course(self) -> None:
         """Go on to the next phase where the present one ends, with the state mirrored where the flow then turns (collective)."""
-        course, problem, history = self.specs.course, self.problem, self.recorder.history
-        if course is None:
+        if self._phase_ends is None or not self._phase_ends.follow(self.time) or self.ending.is_reached(self.time):
             return
-        differences = self._rules.differences(self.time, *self._rules.range_now(), problem.inlet_temperature)
-        if not course.is_past(self.time, history["outlet_temperature"][-1], differences):
-            self.control.breakpoints = self._breakpoints.present()
-            return
-        before = course.direction_of(course.number)
-        number = course.number
-        course.end_phase(self.time, problem.heat.balance.by_fluid)
-        self.recorder.end_phase(number, self.time)
-        self.control.jump(self.time)
-        self.control.breakpoints = self._breakpoints.present()
-        if self.ending.is_reached(self.time) or course.direction_of(course.number) == before:
-            return
-        problem.mirror(*problem.heated.functions.values())
+        self.problem.mirror(*self.problem.heated.functions.values())
         self._past, self._turns = Past(), True
         self._find_turned_flow()
 
@@ -141,7 +129,7 @@ class Simulation:
             problem.find_flow(problem.flow.start, 0.0)
             self.regimes.note()
             self.regimes.note_beside()
-        self._check_direction()
+        _check_direction(problem, self.time)
         self.recorder.record(0.0, 0.0, 0.0)
         self.recorder.snapshots.keep(0.0, 0)
 
@@ -153,7 +141,7 @@ class Simulation:
         steps = self._past.steps
         try:
             error = self._advance(step, before, is_smooth=not control.after_jump(self.time - sum(steps)))
-            self._check_direction()
+            _check_direction(problem, self.time)
             ratio = self._rules.error_ratio(self.time + step, error, self._stepper.flow_error)
         except KeyboardInterrupt:
             self._put_back(before)
@@ -170,7 +158,8 @@ class Simulation:
             LOG.info("step of %g s from %g s repeated: %s, %.2g of what is allowed", step, self.time, error, ratio)
             self._put_back(before)
             return None
-        if (part := self._part_in_phase(step)) < 1.0:
+        part = 1.0 if self._phase_ends is None else self._phase_ends.part_of_step(self.time, step)
+        if part < 1.0:
             self._put_back(before)
             control.step = part * step
             return None
@@ -196,16 +185,6 @@ class Simulation:
             self._put_back(before)
         return error
 
-    def _part_in_phase(self, step: float) -> float:
-        """Part of the step just taken that lies within the present phase, as far as what leaves tells its end (collective)."""
-        course, history, problem = self.specs.course, self.recorder.history, self.problem
-        if course is None or course.phase.side is None or step < self.control.first_step * SHORTEST_PART:
-            return 1.0
-        known = self.time > course.begun
-        differences = self._rules.differences(self.time, *self._rules.range_now(), problem.inlet_temperature)
-        before = history["outlet_temperature"][-1] if known else None
-        return course.part_of_step(before, problem.balances.outlet_temperature, differences)
-
     def _put_back(self, before: Copy) -> None:
         self.problem.state.put_back(before)
         self._set_boundary()
@@ -214,17 +193,6 @@ class Simulation:
         """Give the boundary of the flow the values that the present flow was solved for, that of the heat those of now."""
         self.problem.medium.boundary.set(self._stepper.flow_time(self.time, self._past))
         self.problem.medium.boundary.set_heat(self.time)
-
-    def _check_direction(self) -> None:
-        counts, mass_flow = self.problem.flow.counts, self.problem.balances.mass_flow
-        counts.largest_drawn_in = max(counts.largest_drawn_in, self.problem.balances.drawn_in)
-        if mass_flow < -BACKWARDS * self.problem.medium.estimates.mass_flow:
-            raise SolveError(
-                "flow",
-                self.time,
-                f"it runs backwards, {mass_flow:.3g} kg/s",
-                "a larger operation.pressure_drop, which must overcome operation.gravity and beads that move against it",
-            )
 
     def save(self) -> Saved:
         """Everything the march goes on from."""
@@ -260,3 +228,16 @@ class Simulation:
         self.recorder.restore(numbers["recorder"], array_of)
         self.problem.restore(numbers["problem"], array_of)
         self._set_boundary()
+
+
+def _check_direction(problem: Problem, time: float) -> None:
+    """Count what the flow draws in at the outlet; `SolveError` where it runs backwards (collective)."""
+    counts, mass_flow = problem.flow.counts, problem.balances.mass_flow
+    counts.largest_drawn_in = max(counts.largest_drawn_in, problem.balances.drawn_in)
+    if mass_flow < -BACKWARDS * problem.medium.estimates.mass_flow:
+        raise SolveError(
+            "flow",
+            time,
+            f"it runs backwards, {mass_flow:.3g} kg/s",
+            "a larger operation.pressure_drop, which must overcome operation.gravity and beads that move against it",
+        )

@@ -16,7 +16,7 @@ from ..mesh import domain as geometry
 from ..mesh import fenicsx, ranks
 from ..mesh.aliases import Communicator, Form
 from ..mesh.domain import Domain
-from ..mesh.from_gmsh import from_file
+from ..mesh.from_gmsh import Finer, from_file
 from ..scene.features.geometries import HALVINGS, BedSize
 from ..scene.series import ProfileSeries, TimeSeries
 from ..scene.start import Profile
@@ -64,17 +64,17 @@ def build_domain(
         mesh.own.mesh,
         names,
         **shape,
-        halvings=HALVINGS[mesh.cells.refinement],
         trusted=mesh.trusted,
         conventions=mesh.conventions,
     )
-    domain = read()
+    finer = Finer(halvings=HALVINGS[mesh.cells.refinement])
+    domain = read(finer=finer)
     _require_direction(specs, domain)
     _require_parts(specs, domain)
     size = _size_of(domain)
     estimates = estimate(_with_blower(specs, size), size)
     if mesh.own.refine_wall:
-        drawn, domain = domain, read(cells_at_wall=partial(cells_at_wall, mesh, estimates))
+        drawn, domain = domain, read(finer=finer._replace(cells_at_wall=partial(cells_at_wall, mesh, estimates)))
         if (
             abs(_bed_volume(domain) / _bed_volume(drawn) - 1.0) > SAME_VOLUME
         ):  # a cell that was turned over adds its own

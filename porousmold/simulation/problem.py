@@ -12,6 +12,7 @@ from dolfinx import fem
 from ..arrays import Floats
 from ..equations.energy import EnergyEquations
 from ..equations.flow import FlowEquations
+from ..equations.heat_budget import HeatBudget
 from ..errors import InputError
 from ..laws.functions import Value
 from ..mesh import domain as geometry
@@ -29,14 +30,13 @@ from ..solvers.protocols import Flow, Heat
 from ..solvers.relaxation import Relaxation
 from ..solvers.state import ArrayOf, Numbers, Saved, SavedNumbers, State
 from .air_loop import AirLoop
+from .bed_volume import BedVolume
 from .boundary_values import BoundaryValues
 from .estimates import Estimates
 from .places import Places
 from .specs import Specs
 from .stopwatch import Stopwatch
 
-QUADRATURE = 2
-"""Degree of the quadrature of means."""
 PLACES_ALONG = 101
 """Of the profile along the bed."""
 STORES = ("beads", "wall")
@@ -202,9 +202,10 @@ class Problem:
         """Heat (J) that fluid, beads and wall store between two temperatures (K), the fluid with its present capacity
         (collective)."""
         warm, cold = self.domain.constant(high), self.domain.constant(low)
-        forms = self.energy_equations.heat_kept(warm, warm, cold, cold)
+        budget = HeatBudget(self.energy_equations)
+        forms = budget.kept(warm, warm, cold, cold)
         parts = [forms[name] for name in STORES if name in forms]
-        parts.append((high - low) * self.energy_equations.fluid_heat_capacity())
+        parts.append((high - low) * budget.fluid_heat_capacity())
         return sum(ranks.integral(self.communicator, fenicsx.compiled_form(part)) for part in parts)
 
     @property
@@ -220,7 +221,7 @@ class Problem:
     def _heat_kept_forms(self) -> dict[str, Form]:
         two = self.specs.heat.model.two_temperatures
         parts = ufl.split(self.heat.unknown) if two else (self.heat.unknown,) * 2
-        forms = self.energy_equations.heat_kept(parts[0], parts[1], *self._at_first)
+        forms = HeatBudget(self.energy_equations).kept(parts[0], parts[1], *self._at_first)
         return {name: fenicsx.compiled_form(form) for name, form in forms.items()}
 
     @functools.cached_property
@@ -260,30 +261,10 @@ class Problem:
         """Bead temperature (K) as a function on the mesh, a copy; meaningless in the wall."""
         return self.part_of_heat(self.heat.unknown, 1)
 
-    def mean_in_bed(self, function: fem.Function) -> float:
-        """Mean over the bed's volume of a function on the mesh (collective)."""
-        return self.total_in_bed(function.x.array) / self.bed_volume
-
-    def total_in_bed(self, values: Floats) -> float:
-        """Integral (times m3) over the bed of values at the mesh's nodes (collective)."""
-        weights = self._bed_weights
-        return float(ranks.total(self.communicator, np.array([weights @ values[: len(weights)]]))[0])
-
     @functools.cached_property
-    def bed_volume(self) -> float:
-        """Of the bed (m3, collective)."""
-        return float(ranks.total(self.communicator, np.array([self._bed_weights.sum()]))[0])
-
-    @functools.cached_property
-    def _bed_weights(self) -> Floats:
-        """Volumes (m3) of the bed that the mesh's owned nodes stand for."""
-        space = self.medium.flow_temperature.function_space
-        form = self.medium.equations.coordinates.weight * ufl.TestFunction(space)
-        form *= self.domain.cell_measure(QUADRATURE)(geometry.BED)
-        volumes = fem.Function(space)
-        vector = fenicsx.petsc_vector(volumes)
-        fenicsx.assemble_vector(vector, fenicsx.compiled_form(form))
-        return np.array(vector.array)
+    def bed(self) -> BedVolume:
+        """The volume of the bed, for means and integrals over it."""
+        return BedVolume(self.domain, self.medium.flow_temperature.function_space, self.medium.equations.coordinates)
 
     def part_of_heat(self, unknown: fem.Function, part: int) -> fem.Function:
         """T (part 0) or T_s (part 1) of a function of the energy's space, as a function on the mesh.

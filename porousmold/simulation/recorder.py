@@ -1,10 +1,8 @@
 """What is recorded of a march: the history's rows, the heating times, and snapshots of the fields."""
 
-import math
-
 from ..output.quantities import Columns, Moment, row_of
 from ..solvers.state import ArrayOf, Saved, SavedNumbers
-from .heating_time import crossing_time
+from .heated_place import HeatedPlace
 from .problem import Problem
 from .snapshots import Snapshots
 from .tool_energy import ToolEnergy
@@ -17,7 +15,8 @@ class Recorder:
 
     def __init__(self, problem: Problem) -> None:
         self.problem, self._time, self._heat = problem, problem.specs.time, problem.specs.heat
-        self._course, self._place = problem.specs.course, problem.specs.time.heated.place
+        self._course, heated = problem.specs.course, problem.specs.time.heated
+        self._place, self._margin = heated.place, heated.margin
         self.history = Columns()
         self.heating_time: float | None = None
         self.heating_time_bed_side: float | None = None
@@ -57,8 +56,9 @@ class Recorder:
         self._look_at_targets()
         if not self.problem.specs.waits_for_heat:
             return  # the wall's temperature is given, or its heat comes from elsewhere: nothing to wait for
-        self.heating_time = self._heated_at(self.heating_time, self._place)
-        self.heating_time_bed_side = self._heated_at(self.heating_time_bed_side, "bed_side")
+        of_place, of_bed_side = (HeatedPlace(name, self._heat, self._margin) for name in (self._place, "bed_side"))
+        self.heating_time = of_place.time(self.history, self.heating_time)
+        self.heating_time_bed_side = of_bed_side.time(self.history, self.heating_time_bed_side)
 
     def _extremes_of_bed(self, of_nodes: tuple[float, float], time: float) -> tuple[float, float]:
         """Lowest and highest temperature (K) of the bed at a time (s); where beads move what enters is part of it, as cells that
@@ -67,46 +67,6 @@ class Recorder:
         entering = () if beads is None else (beads(time), self._heat.inlet_temperature(time))
         found = *of_nodes, *entering
         return min(found), max(found)
-
-    def _heated_at(self, before: float | None, place: str) -> float | None:
-        """Time (s) at which a place came within the margin, `before` as far as it is known.
-
-        An inlet temperature that only passes the wall's on its way, as from one set point to the next, heats nothing: the place
-        has to stay within the margin up to the next breakpoint of the inlet's temperature. Nor does noise about the temperature
-        at the start. A place that follows a ramp within the margin comes within that of its last set point.
-        """
-        times, deficits, margin = self.history["time"], self.history[f"deficit_{place}"], self._time.heated.margin
-        if before is None:
-            crossed = crossing_time(times, deficits, margin)
-            if crossed is not None:
-                return crossed if self._has_left_the_start(place) else None
-            return self._followed_at(place) if deficits[-1] <= margin else None
-        ahead = [one for one in self._heat.inlet_temperature.breakpoints if one >= before]
-        is_lost = deficits[-1] > margin and times[-1] <= min(ahead, default=-math.inf) * (1.0 + 1e-12)
-        return None if is_lost else before
-
-    def _has_left_the_start(self, place: str) -> bool:
-        """Whether the inlet is farther than the margin from the temperature at the start, or the place has been."""
-        heat, margin = self._heat, self._time.heated.margin
-        low, high = heat.first_temperatures
-        present = heat.inlet_temperature(self.history["time"][-1])
-        coldest, hottest = min(self.history[f"lowest_{place}"]), max(self.history[f"highest_{place}"])
-        return (
-            max(abs(present - low), abs(present - high)) > margin or coldest < low - margin or hottest > high + margin
-        )
-
-    def _followed_at(self, place: str) -> float | None:
-        """When (s) a place that is within the margin of the last set point came there; None before that is set."""
-        times, inlet, margin = self.history["time"], self._heat.inlet_temperature, self._time.heated.margin
-        last = max(inlet.breakpoints, default=math.inf)
-        if times[-1] < last:
-            return None
-        final = inlet(times[-1])
-        lows, highs = (self.history[f"{end}_{place}"] for end in ("lowest", "highest"))
-        deficits = [max(final - low, high - final) for low, high in zip(lows, highs, strict=True)]
-        rows = (row for row in range(len(times), 1, -1) if deficits[row - 2] > margin >= deficits[row - 1])
-        row = next(rows, None)
-        return None if row is None else crossing_time(times[:row], deficits[:row], margin)
 
     def _look_at_targets(self) -> None:
         for target in self._time.targets:

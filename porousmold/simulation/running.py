@@ -215,12 +215,6 @@ class _Run:
             return 0.0
         return float(sum(self._simulation.problem.unknowns.values()) * len(self._simulation.recorder.history))
 
-    def _doubt_of(self, answers: Answers) -> str:
-        """Why the answers of the present simulation may be off, '' where they should not be (collective)."""
-        problem = self._simulation.problem
-        doubt = doubt_of(self._simulation.recorder, answers)
-        return doubt or (few_cells(problem.specs, problem.domain, problem.medium.size) if answers else "")
-
     def _march_aside(self, scene: Scene) -> Answers:
         """Answers of a scene that leave the present simulation, and its checkpoint, as they are."""
         simulation = Simulation(specs_of(scene), self._communicator)
@@ -255,7 +249,7 @@ class _Run:
             raise
         answers = answers_of(simulation.recorder)
         iterations = simulation.problem.flow.counts.newton_iterations
-        self._last = [{ANSWERS: answers, DOUBT: self._doubt_of(answers), ITERATIONS: iterations}]
+        self._last = [{ANSWERS: answers, DOUBT: _doubt_of(simulation, answers), ITERATIONS: iterations}]
         return dict(answers)
 
     def _after_step(self, time: float, deficit: float) -> None:
@@ -299,7 +293,7 @@ class _Run:
                 if unfinished:
                     self._save()
                     simulation.keep_fields_of_the_stop()  # none of a run that is resumed
-                self._write_data(folder)
+                _write_data(folder, simulation)
         summary["wall_seconds"] = {"total": clock.perf_counter() - self._start} | simulation.problem.stopwatch.seconds
         if folder is not None:
             folder.write_summary(summary, self._marched, wanted)
@@ -307,13 +301,20 @@ class _Run:
                 folder.forget_checkpoint()
         return summary
 
-    def _write_data(self, folder: RunFolder) -> None:
-        problem, recorder = self._simulation.problem, self._simulation.recorder
-        folder.write_tables(recorder.history, profile_near_wall(problem), _profiles_along(self._simulation))
-        if problem.specs.output.fields:
-            folder.write_fields(
-                problem.domain.mesh, field_snapshots(problem, recorder.snapshots.fields, self._simulation.time)
-            )
+
+def _doubt_of(simulation: Simulation, answers: Answers) -> str:
+    """Why the answers of a simulation may be off, '' where they should not be (collective)."""
+    problem = simulation.problem
+    doubt = doubt_of(simulation.recorder, answers)
+    return doubt or (few_cells(problem.specs, problem.domain, problem.medium.size) if answers else "")
+
+
+def _write_data(folder: RunFolder, simulation: Simulation) -> None:
+    """Tables and fields of a simulation (collective)."""
+    problem, recorder = simulation.problem, simulation.recorder
+    folder.write_tables(recorder.history, profile_near_wall(problem), _profiles_along(simulation))
+    if problem.specs.output.fields:
+        folder.write_fields(problem.domain.mesh, field_snapshots(problem, recorder.snapshots.fields, simulation.time))
 
 
 def _as_answers(outcome: Mapping[str, Any]) -> dict[str, Answer]:

@@ -36,7 +36,7 @@ from ..scene.thinning import scale_of, with_thinned_series
 from .air_loop_spec import AirLoopSpec, air_loop_of, first_point
 from .course import Course, followed
 from .heat_capacity_peaks import heats_where_it_melts
-from .targets import Target
+from .targets import Target, targets_of
 
 BEYOND_GIVEN = 100.0
 """Kelvins beyond all that is given, which sources, cure and a given flux may bring a wall to."""
@@ -245,7 +245,7 @@ def specs_of(scene: Scene) -> Specs:
         mesh=_mesh(scene, laws),
         flow=_flow(scene, laws, None if air_loop is None else air_loop.blower, course),
         heat=heat,
-        time=_time(scene, course, Target.of(scene, heats_where_it_melts(heat, laws.beads))),
+        time=_time(scene, course, targets_of(scene, heats_where_it_melts(heat, laws.beads))),
         course=course,
         output=Output.of(scene).with_times(scene),
         laws=laws,

@@ -143,7 +143,7 @@ class QuasiSteady(Frozen):
         if displacement is None or not self._is_driven:
             return None
         end = problem.temperature.x.array
-        missed = problem.specs.porosity.bulk_porosity * problem.total_in_bed(np.abs(displacement.missed(end))) / step
+        missed = problem.specs.porosity.bulk_porosity * problem.bed.integral(np.abs(displacement.missed(end))) / step
         flow = max(problem.balances.mass_flow, LEAST_FLOW * problem.medium.estimates.mass_flow)
         return end if missed > CORRECTED * flow else None
 
@@ -180,10 +180,10 @@ class QuasiSteady(Frozen):
         """What resists the flow along a bed as the fluid at the nodes' temperatures (K) does: of one flux all along, drag is that
         of the mean specific volume, and friction that of the mean kinematic viscosity (collective)."""
         problem = self.problem
-        fluid, volume = fluid_at(problem.specs, temperature), problem.bed_volume
+        fluid, volume = fluid_at(problem.specs, temperature), problem.bed.size
         specific_volume = 1.0 / np.broadcast_to(fluid.density, temperature.shape)
-        density = volume / problem.total_in_bed(specific_volume)
-        viscosity = density * problem.total_in_bed(fluid.viscosity * specific_volume) / volume
+        density = volume / problem.bed.integral(specific_volume)
+        viscosity = density * problem.bed.integral(fluid.viscosity * specific_volume) / volume
         return fluid._replace(density=density, viscosity=viscosity)
 
 

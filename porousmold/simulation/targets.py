@@ -57,30 +57,6 @@ class Target:
     hold: float = 0.0
     heat: Callable[[float], float] | None = None
 
-    @classmethod
-    def of(cls, scene: Scene, heats: Mapping[str, Callable[[float], float]]) -> "tuple[Target, ...]":
-        """Those of a scene, with the `heats` (J/kg, of a temperature) of places that melt."""
-        initial, sensors = scene.operation.initial_temperature, sensor_names(scene.geometry.sensors)
-        final = max(scene.operation.inlet_temperature.values, key=lambda value: abs(value - initial))
-        others = (*RESERVED_PLACES, *map(name_of, scene.layers.values()))
-        return tuple(
-            cls(
-                name=target_name(target),
-                place=target.place,
-                asks=asked_of(target),
-                limit=getattr(target, asked_of(target)),
-                is_sensor=target.place in sensors and target.place not in others,
-                initial=initial,
-                final=final,
-                hottest=max(scene.operation.inlet_temperature.values),
-                coldest=min(scene.operation.inlet_temperature.values),
-                keep=target.keep,
-                hold=target.hold or 0.0,
-                heat=heats.get(target.place),
-            )
-            for target in scene.target.list or ()
-        )
-
     @property
     def meaning(self) -> str:
         """What it asks for, in words."""
@@ -237,6 +213,30 @@ class Target:
         """Columns of the place's lowest and highest temperature."""
         kinds = ("sensor", "sensor") if self.is_sensor else ("lowest", "highest")
         return f"{kinds[0]}_{self.place}", f"{kinds[1]}_{self.place}"
+
+
+def targets_of(scene: Scene, heats: Mapping[str, Callable[[float], float]]) -> tuple[Target, ...]:
+    """Those of a scene, with the `heats` (J/kg, of a temperature) of places that melt."""
+    initial, sensors = scene.operation.initial_temperature, sensor_names(scene.geometry.sensors)
+    final = max(scene.operation.inlet_temperature.values, key=lambda value: abs(value - initial))
+    others = (*RESERVED_PLACES, *map(name_of, scene.layers.values()))
+    return tuple(
+        Target(
+            name=target_name(target),
+            place=target.place,
+            asks=asked_of(target),
+            limit=getattr(target, asked_of(target)),
+            is_sensor=target.place in sensors and target.place not in others,
+            initial=initial,
+            final=final,
+            hottest=max(scene.operation.inlet_temperature.values),
+            coldest=min(scene.operation.inlet_temperature.values),
+            keep=target.keep,
+            hold=target.hold or 0.0,
+            heat=heats.get(target.place),
+        )
+        for target in scene.target.list or ()
+    )
 
 
 def highest_until_met(times: Sequence[float], highest: Sequence[float], met: Iterable[float | None]) -> float:

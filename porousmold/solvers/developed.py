@@ -25,7 +25,7 @@ from .newton import Beside, NewtonSystem
 from .parts import Unknowns
 from .protocols import Inflow
 from .state import State
-from .station_gradients import StationGradients
+from .station_gradients import AtStations, StationGradients
 from .stations import GAUSS_DEGREE, Columns, MassFlowAlong, PressureAlong, Streamfunction
 from .steady import SteadySolver
 
@@ -87,8 +87,8 @@ class DevelopedFlow(NonlinearFlow):
             along["growth"] = self.growth
         solution, transit = State({"unknown": self.unknown} | along), equations.scales.transit_time
         solver = SteadySolver(system, Unknowns([motion], others), solution, previous, inverse_step, transit)
-        stations = push, through, self._column_of_unknown, self._mass_flow.displaced
-        self._gradients = StationGradients(equations, inflow, self._along, system, solver.sizes, *stations)
+        stations = AtStations(push, through, self._column_of_unknown, self._mass_flow.displaced)
+        self._gradients = StationGradients(equations, inflow, self._along, system, solver.sizes, stations)
         super().__init__(equations, solver, developed_state(equations, self.unknown, self.pressure))
 
     def _prepare_columns(self, equations: FlowEquations, dx: ufl.Measure) -> Value:

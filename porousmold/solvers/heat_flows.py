@@ -7,6 +7,7 @@ from dolfinx import fem
 
 from ..arrays import Floats
 from ..equations.energy import EnergyEquations
+from ..equations.heat_budget import HeatBudget
 from ..laws.functions import Value
 from ..mesh import ranks
 from ..mesh.aliases import Communicator
@@ -32,11 +33,12 @@ class HeatFlows:
         self, communicator: Communicator, equations: EnergyEquations, temperature: Value, bead_temperature: Value
     ) -> None:
         self._communicator = communicator
+        budget = HeatBudget(equations)
         forms = {
-            "by_fluid": equations.heat_input(temperature),
+            "by_fluid": budget.brought_by_fluid(temperature),
             "through_outer_wall": equations.wall.heat_through_outer_wall(temperature),
             "by_sources": equations.wall.heat_by_sources(),
-            "stored": equations.heat_displaced(temperature),
+            "stored": budget.displaced(temperature),
             "by_rev_terms": None if equations.rev is None else equations.rev.heat(temperature, bead_temperature),
             "by_beads": None
             if equations.moving_beads is None

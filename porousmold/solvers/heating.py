@@ -6,7 +6,7 @@ held during a step, at the temperature predicted for its middle, which makes the
 
 import functools
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import ufl
@@ -43,14 +43,25 @@ from .step_error import StepError
 from .transport import FrozenTransport, MonotoneCells
 
 
+@dataclass(frozen=True)
+class ErrorControl:
+    """A stage is solved to the relative `stage_error`; `stores` tells of each layer of the wall whether its temperature counts in
+    a step's error, `melting` between which temperatures (K) something melts, if it does."""
+
+    stage_error: float = STAGE_ERROR
+    stores: Sequence[bool] = ()
+    melting: tuple[float, float] | None = None
+
+
+ORDINARY = ErrorControl()
+
+
 class TransientHeat:
     """The temperatures over a domain. `equations` are its `EnergyEquations`.
 
     `unknown` holds T (fluid and wall) and T_s (beads, held where there are none), or with one temperature T alone;
-    `memory` tells for how many more steps a cell is monotone; a stage is solved to the relative `stage_error`;
-    `set_time(t)` is called before each stage to update the boundary values; `stores` tells of each layer of the wall whether its
-    temperature counts in a step's error, `melting` between which temperatures (K) something melts, if it does; `flows` are what
-    brings heat.
+    `memory` tells for how many more steps a cell is monotone; `set_time(t)` is called before each stage to update the boundary
+    values; `flows` are what brings heat.
     """
 
     def __init__(
@@ -61,18 +72,16 @@ class TransientHeat:
         set_time: Callable[[float], None],
         property_temperature: fem.Function,
         quadrature_degree: int,
-        stage_error: float = STAGE_ERROR,
-        stores: Sequence[bool] = (),
-        melting: tuple[float, float] | None = None,
+        control: ErrorControl = ORDINARY,
     ) -> None:
         self.domain, self.equations = domain, equations
-        is_thin = equations.wall.thin is not None
-        temperatures = HeatUnknowns(domain, equations.two_temperatures, initial_temperature, stores, is_thin=is_thin)
+        is_thin, melting = equations.wall.thin is not None, control.melting
+        of_run = equations.two_temperatures, initial_temperature, control.stores
+        temperatures = HeatUnknowns(domain, *of_run, is_thin=is_thin)
         self.unknown, self.space = temperatures.function, temperatures.space
         parts = temperatures.parts
-        self.bead_modes = None
-        if equations.interior is not None:
-            self.bead_modes = BeadModes(domain, equations, parts, property_temperature)
+        of_modes = domain, equations, parts, property_temperature
+        self.bead_modes = None if equations.interior is None else BeadModes(*of_modes)
         self.curing = [
             Curing(domain, tag, layer.solid.cure, layer.degree, parts[0])
             for tag, layer in zip(domain.wall_tags, equations.wall.layers, strict=False)
@@ -98,7 +107,7 @@ class TransientHeat:
         self._stored_forms = [DeferredForm(form) for form in stored]
         self.flows = HeatFlows(domain.communicator, equations, *parts)
         self.observe: Observer = silent
-        error = stage_error * (ITERATED_STAGE_ERROR / STAGE_ERROR if self._system.is_iterated else 1.0)
+        error = control.stage_error * (ITERATED_STAGE_ERROR / STAGE_ERROR if self._system.is_iterated else 1.0)
         self._stages = StageSolver(self._system, lambda: self._stage_updates, error)
 
         def set_stage_time(time: float) -> None:
@@ -164,8 +173,7 @@ class TransientHeat:
                 self.flows.supply.update()
 
         take_all = functools.partial(self._take_all, time)
-        best = self.bounded_steps.take(step, take_all, bounds, self.solution, restored)
-        flows, stored, error = best
+        flows, stored, error = self.bounded_steps.take(step, take_all, bounds, self.solution, restored)
         self.balance.add(flows, stored)
         return error
 
@@ -186,12 +194,8 @@ class TransientHeat:
 
     def save(self) -> Saved:
         """Counters, and how Newton's method has contracted."""
-        numbers = {
-            "newton_iterations": self.newton_iterations,
-            "repetitions": self.repetitions,
-            "contraction": self._stages.contraction.ratio,
-        }
-        return Saved(numbers)
+        counts = {"newton_iterations": self.newton_iterations, "repetitions": self.repetitions}
+        return Saved(counts | {"contraction": self._stages.contraction.ratio})
 
     def restore(self, numbers: SavedNumbers, array_of: ArrayOf) -> None:
         """Go on from what `save()` gave."""

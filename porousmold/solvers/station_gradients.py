@@ -14,6 +14,7 @@ an inlet with 2.9 times the outlet's pressure.
 import contextlib
 import functools
 from collections.abc import Callable, Iterator
+from typing import NamedTuple
 
 import numpy as np
 from dolfinx import fem
@@ -39,12 +40,19 @@ LARGEST_CHANGE = 0.3
 """Largest change of dp/dx in one iteration, as a part of the largest of all stations or of the scale."""
 
 
-class StationGradients:
-    """Gradients `along` the bed that a `system` of profiles, whose parts have `sizes`, depends on.
+class AtStations(NamedTuple):
+    """What belongs to the stations: `push` is the residual's derivative in their gradients and `through` the mass flow through
+    each against a test function, forms; `column_of_unknown` is the station of each unknown, `displaced()` (kg/s) what adds to
+    the mass flow upstream of them."""
 
-    `push` is the residual's derivative in them and `through` the mass flow through every station against a test function, forms;
-    `column_of_unknown` is the station of each unknown, `displaced()` (kg/s) what adds to the mass flow upstream of the stations.
-    """
+    push: Value
+    through: Value
+    column_of_unknown: Integers
+    displaced: Callable[[], Floats]
+
+
+class StationGradients:
+    """Gradients `along` the bed that a `system` of profiles, whose parts have `sizes`, depends on, with what is `at_stations`."""
 
     def __init__(
         self,
@@ -53,15 +61,12 @@ class StationGradients:
         along: PressureAlong,
         system: NewtonSystem,
         sizes: PartSizes,
-        push: Value,
-        through: Value,
-        column_of_unknown: Integers,
-        displaced: Callable[[], Floats],
+        at_stations: AtStations,
     ) -> None:
         self._equations, self._inflow, self._along, self._columns = equations, inflow, along, along.columns
         self._system, self._unknown, self._sizes = system, system.unknown, sizes
-        self._push_form, self._through = DeferredForm(push), DeferredForm(through)
-        self._column_of_unknown, self._displaced = column_of_unknown, displaced
+        self._push_form, self._through = DeferredForm(at_stations.push), DeferredForm(at_stations.through)
+        self._column_of_unknown, self._displaced = at_stations.column_of_unknown, at_stations.displaced
         self._gains = fem.Function(system.space), fem.Function(system.space)
         self._weights, self._push_of_pressure = system.new_vector(), system.new_vector()
         self.update = np.inf

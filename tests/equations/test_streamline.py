@@ -7,7 +7,7 @@ from dolfinx import fem, mesh
 from mpi4py import MPI
 
 from porousmold.equations.coordinates import Coordinates
-from porousmold.equations.streamline import LumpedAtVertices, Streamline
+from porousmold.equations.streamline import Carried, LumpedAtVertices, Streamline
 from porousmold.mesh import fenicsx
 
 from ..support import box, integral
@@ -24,9 +24,7 @@ def cell(*, advection=(5.0, 0.0), conduction=0.0, exchange=40.0, monotone=1.0, s
 
     streamline = Streamline.of(
         Coordinates(domain.mesh, False),
-        ufl.as_vector([number(value) for value in advection]),
-        number(conduction),
-        number(exchange),
+        Carried(ufl.as_vector([number(value) for value in advection]), number(conduction), number(exchange)),
         number(0.0),
         number(monotone),
         straight,
@@ -147,8 +145,8 @@ def simplices(dimension, *, conduction=0.0, exchange=40.0, monotone=1.0, seed=0,
     advection = ufl.as_vector([fem.Constant(domain, value) for value in generator.uniform(-1.0, 1.0, dimension)])
     streamline = Streamline.of(
         Coordinates(domain, False),
-        advection,
-        *(fem.Constant(domain, value) for value in (conduction, exchange, 0.0, monotone)),
+        Carried(advection, fem.Constant(domain, conduction), fem.Constant(domain, exchange)),
+        *(fem.Constant(domain, value) for value in (0.0, monotone)),
         straight=False,
         melts=melts,
     )
@@ -224,8 +222,11 @@ def test_cells_of_any_mesh_are_lumped_along_their_own_sides(angle):
     flow = np.array([5.0, 0.1]) @ turn
     streamline = Streamline.of(
         Coordinates(domain.mesh, False),
-        ufl.as_vector([fem.Constant(domain.mesh, value) for value in flow]),
-        *(fem.Constant(domain.mesh, value) for value in (0.0, 40.0, 0.0, 1.0)),
+        Carried(
+            ufl.as_vector([fem.Constant(domain.mesh, value) for value in flow]),
+            *(fem.Constant(domain.mesh, value) for value in (0.0, 40.0)),
+        ),
+        *(fem.Constant(domain.mesh, value) for value in (0.0, 1.0)),
         straight=False,
     )
     area = LENGTH * WIDTH

@@ -17,7 +17,7 @@ from porousmold.laws.cure import Cure
 from porousmold.mesh import domain as geometry
 from porousmold.mesh import fenicsx
 from porousmold.scene.features.wall import contact
-from porousmold.solvers.heating import TransientHeat
+from porousmold.solvers.heating import ErrorControl, TransientHeat
 
 from ..support import GivenFlow, flow_equations, liquid, solid
 
@@ -68,7 +68,9 @@ def wall_alone(layers, *, coefficient=None, ambient=400.0, axisymmetric=False, l
         at_nodes(geometry.BED),
         interface=Interface(domain.interface_measure(DEGREE), domain.in_bed()),
     )
-    return TransientHeat(domain, equations, 300.0, lambda time: None, equations.flow_temperature, DEGREE, 1e-9), across
+    return TransientHeat(
+        domain, equations, 300.0, lambda time: None, equations.flow_temperature, DEGREE, ErrorControl(1e-9)
+    ), across
 
 
 def through_wall(heat, across):

@@ -9,12 +9,12 @@ from porousmold.laws.drag import DRAG_LAWS
 from porousmold.laws.fluidisation import (
     CONTACT_CONSTANT,
     GRAVITY,
+    BubblingBed,
     archimedes_number,
     expanded_porosity,
     minimum_fluidisation_reynolds_number,
     modified_mean_free_path,
     terminal_reynolds_number,
-    wall_nusselt_number,
 )
 
 AIR = {"density": 1.2, "viscosity": 1.8e-5}
@@ -57,22 +57,22 @@ def test_expansion_goes_from_the_bed_at_rest_to_a_single_sphere():
 
 def test_the_coefficient_at_the_wall_has_martins_limits():
     """Small beads: what they can carry, (1-phi) Z. Large ones: what one takes up at the wall, (1-phi) Nu_w/C_K."""
-    small = wall_nusselt_number(diameter=1e-6, **(MARTIN | {"mean_free_path": 1e-12}))
+    small = BubblingBed(diameter=1e-6, **(MARTIN | {"mean_free_path": 1e-12})).wall_nusselt_number()
     free = 0.1 / (5.0 * 0.6 * 0.5)
     motion = MARTIN["bead_heat_capacity"] / (6.0 * 0.026) * math.sqrt(GRAVITY * 1e-18 * free)
     assert small == pytest.approx(0.5 * motion, rel=1e-2)
-    large = wall_nusselt_number(diameter=0.1, **(MARTIN | {"bead_conductivity": 1e9}))
+    large = BubblingBed(diameter=0.1, **(MARTIN | {"bead_conductivity": 1e9})).wall_nusselt_number()
     gap = 4e-6
     at_contact = 4.0 * ((1.0 + gap) * math.log1p(1.0 / gap) - 1.0)
     assert large == pytest.approx(0.5 * at_contact / CONTACT_CONSTANT, rel=1e-2)
-    still = wall_nusselt_number(diameter=1e-3, **(MARTIN | {"porosity": 0.4, "archimedes": 1e4}))
+    still = BubblingBed(diameter=1e-3, **(MARTIN | {"porosity": 0.4, "archimedes": 1e4})).wall_nusselt_number()
     assert still == pytest.approx(0.009 * 0.7 ** (1 / 3) * 100.0)
 
 
 def test_sand_in_air_has_the_known_order_of_magnitude():
     path = modified_mean_free_path(300.0, 101325.0, 0.026, 1007.0, 287.0)
     assert 1e-7 < path < 4e-7
-    nusselt = wall_nusselt_number(diameter=5e-4, **(MARTIN | {"archimedes": 1e4, "mean_free_path": path}))
+    nusselt = BubblingBed(diameter=5e-4, **(MARTIN | {"archimedes": 1e4, "mean_free_path": path})).wall_nusselt_number()
     assert 200.0 < nusselt * 0.026 / 5e-4 < 400.0
 
 

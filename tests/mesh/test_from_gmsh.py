@@ -13,7 +13,7 @@ from porousmold.errors import InputError
 from porousmold.mesh import domain as geometry
 from porousmold.mesh.distances import distance_to_facets
 from porousmold.mesh.domain import BED, INLET, INTERFACE, OUTLET, WALL, graded_coordinates
-from porousmold.mesh.from_gmsh import from_file, require_connection, require_place
+from porousmold.mesh.from_gmsh import Finer, from_file, require_connection, require_place
 from porousmold.mesh.gmsh_model import Conventions, PlainMesh
 from porousmold.simulation.checking import first_cell
 
@@ -136,7 +136,7 @@ def test_cells_at_the_wall_fill_the_gap(kind, tmp_path):
     wanted = 2e-4
     drawn = from_file(MPI.COMM_SELF, path, dimension=dimension)
     refined = from_file(
-        MPI.COMM_SELF, path, dimension=dimension, cells_at_wall=lambda gap: graded_coordinates(gap, wanted, 1.3)
+        MPI.COMM_SELF, path, dimension=dimension, finer=Finer(lambda gap: graded_coordinates(gap, wanted, 1.3))
     )
     sizes = []
     for domain in (drawn, refined):
@@ -158,7 +158,7 @@ def test_cells_at_the_wall_fill_the_gap(kind, tmp_path):
 
 def test_a_mesh_fine_enough_at_the_wall_stays_as_it_is():
     drawn, asked = (
-        from_file(MPI.COMM_SELF, MESHES / "mold.geo", cells_at_wall=cells)
+        from_file(MPI.COMM_SELF, MESHES / "mold.geo", finer=Finer(cells))
         for cells in (None, lambda gap: graded_coordinates(gap, 2e-5, 1.3))
     )
     assert asked.mesh.topology.index_map(2).size_local == drawn.mesh.topology.index_map(2).size_local
@@ -187,7 +187,7 @@ Physical Surface("interface") = {interface()};
 def test_a_bed_between_two_walls_gets_cells_along_their_edge(tmp_path):
     path = tmp_path / "corner.geo"
     path.write_text(CORNER)
-    domain = from_file(MPI.COMM_SELF, path, dimension=3, cells_at_wall=lambda gap: graded_coordinates(gap, 2e-4, 1.3))
+    domain = from_file(MPI.COMM_SELF, path, dimension=3, finer=Finer(lambda gap: graded_coordinates(gap, 2e-4, 1.3)))
     one, dx, ds = fem.Constant(domain.mesh, 1.0), domain.cell_measure(2), domain.facet_measure(2)
     assert integral(one * dx(geometry.BED)) == pytest.approx(1.0 * 0.025 * 0.05)
     assert integral(one * ds(geometry.INLET)) == pytest.approx(0.025 * 0.05)

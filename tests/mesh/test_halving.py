@@ -6,7 +6,7 @@ from dolfinx import fem
 from mpi4py import MPI
 
 from porousmold.mesh.domain import BED, INLET, INTERFACE, OUTLET, WALL
-from porousmold.mesh.from_gmsh import from_file
+from porousmold.mesh.from_gmsh import Finer, from_file
 from porousmold.mesh.gmsh_model import PlainMesh
 from porousmold.mesh.halving import halved
 
@@ -47,7 +47,7 @@ def test_every_cell_is_four_of_its_shape(mesh):
 
 
 def test_a_file_with_halved_cells_has_its_groups():
-    plain, fine = (from_file(MPI.COMM_SELF, MESHES / "mold.geo", halvings=times) for times in (0, 2))
+    plain, fine = (from_file(MPI.COMM_SELF, MESHES / "mold.geo", finer=Finer(halvings=times)) for times in (0, 2))
     for tag in (BED, WALL):
         assert len(fine.cells(tag)) == 16 * len(plain.cells(tag))
     for tag in (INLET, OUTLET, INTERFACE):

@@ -16,7 +16,7 @@ def test_a_quantity_is_added_by_one_entry(monkeypatch):
 
     def lag(now):
         fluid, beads = now.problem.temperature, now.problem.bead_temperature
-        return now.problem.mean_in_bed(fluid) - now.problem.mean_in_bed(beads)
+        return now.problem.bed.mean(fluid) - now.problem.bed.mean(beads)
 
     entry = Quantity(r"\Delta T", "mean temperature of the fluid above that of the beads", "K", value=lag)
     monkeypatch.setattr(quantities, "QUANTITIES", {**quantities.QUANTITIES, "lag_of_beads": entry})

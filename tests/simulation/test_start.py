@@ -44,7 +44,7 @@ def test_a_step_of_the_profile_keeps_its_heat_wherever_it_lies_between_nodes(tmp
     path.write_text(f"x [m], temperature [degC]\n0, 500\n{place}, 500\n{place + 1e-6}, 25\n1, 25\n")
     problem = problem_of(Scene.load(STORE, {"operation.initial_temperature": str(path)}))
     for function in (problem.temperature, problem.bead_temperature):
-        assert problem.mean_in_bed(function) == pytest.approx(298.15 + 475.0 * (place + 5e-7), rel=1e-6)
+        assert problem.bed.mean(function) == pytest.approx(298.15 + 475.0 * (place + 5e-7), rel=1e-6)
         assert function.x.array.min() >= 298.15 - 1e-9 and function.x.array.max() <= 773.15 + 1e-9
 
 
@@ -104,7 +104,7 @@ def test_the_state_on_the_same_mesh_is_the_same_to_the_last_digits(tmp_path):
     places = problem.temperature.function_space.tabulate_dof_coordinates()
     again = state.at(places, places, of_beads=False)
     assert problem.temperature.x.array == pytest.approx(again, rel=1e-15)
-    assert problem.mean_in_bed(problem.bead_temperature) > 300.0
+    assert problem.bed.mean(problem.bead_temperature) > 300.0
     assert begun.operation.initial_temperature == pytest.approx(state.mean(None))
 
 
