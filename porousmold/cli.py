@@ -246,7 +246,7 @@ class _Parser(argparse.ArgumentParser):
 
 
 def _run(options: argparse.Namespace) -> int:
-    from .output.console import Bar, MarchProgress, log_to_console, summary_text
+    from .output.console import Bar, RunProgress, log_to_console, summary_text
     from .output.picture_process import PictureProcess
     from .scene.scene import Scene
 
@@ -270,7 +270,7 @@ def _run(options: argparse.Namespace) -> int:
     signals.listen()
     log_to_console(options.verbose, first_rank=rank == 0, file=options.log)
     bar = Bar(quiet=options.quiet or bool(rank) or options.verbose > 0)
-    progress = MarchProgress(bar, scene.operation.heating_margin, scene.operation.end_time)
+    progress = RunProgress(bar, scene.operation.heating_margin, scene.operation.end_time)
     try:
         result = run(
             scene,

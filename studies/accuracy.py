@@ -20,8 +20,8 @@ from porousmold import Scene
 from porousmold.errors import InputError, SolveError
 from porousmold.simulation.accuracy import Answer, Refinements, refinements_of, run_to_accuracy
 from porousmold.simulation.answers import HEATING_TIME, answers_of, doubt_of, hidden_directions
-from porousmold.simulation.march import Simulation
 from porousmold.simulation.specs import specs_of
+from porousmold.simulation.time_integration import Simulation
 from studies import crossed_draws, crossed_scenes
 from studies.page import Page
 from studies.random_scenes import scenes
@@ -48,7 +48,7 @@ class Runs:
     doubt: str = ""
 
     def hidden(self) -> Refinements:
-        """Directions in which coarser cells do not show the error of the last march."""
+        """Directions in which coarser cells do not show the error of the last integration."""
         return hidden_directions(self.doubt)
 
     def __call__(self, scene: Scene) -> dict[str, Answer]:
@@ -57,7 +57,7 @@ class Runs:
         try:
             self.times.append(None)
             simulation = Simulation(specs_of(scene), MPI.COMM_SELF)
-            recorder = simulation.march().recorder
+            recorder = simulation.integrate().recorder
             self.times[-1], self.doubt = recorder.heating_time, doubt_of(recorder, answers_of(recorder))
             simulation.free()
         finally:

@@ -43,9 +43,9 @@ from porousmold.mesh import fenicsx
 from porousmold.mesh.domain import BED
 from porousmold.scene.chosen_laws import Laws
 from porousmold.simulation.assembly import QUADRATURE_DEGREE, assemble
-from porousmold.simulation.march import Simulation
 from porousmold.simulation.problem import Problem
 from porousmold.simulation.specs import specs_of
+from porousmold.simulation.time_integration import Simulation
 from porousmold.solvers.flow import unknowns_outside
 from porousmold.solvers.newton import free_systems
 from porousmold.study.parameters import case_around
@@ -186,7 +186,7 @@ class Course:
             self.temperatures.append(heat.x.array.copy())
             self.flows.append(flow.x.array.copy())
 
-        self.simulation.march(note)
+        self.simulation.integrate(note)
         self.heating_time = self.simulation.recorder.heating_time
         part = (self.heating_time - self.times[-2]) / (self.times[-1] - self.times[-2])
         self.temperatures[-1] = (1.0 - part) * self.temperatures[-2] + part * self.temperatures[-1]
@@ -325,7 +325,7 @@ def difference(scene: Scene, name: str, value: float) -> float:
     """The same by two runs."""
     times = []
     for factor in (1.0 + RUN_STEP, 1.0 / (1.0 + RUN_STEP)):
-        simulation = Simulation(specs_of(with_factor(scene, name, value, factor)), MPI.COMM_SELF).march()
+        simulation = Simulation(specs_of(with_factor(scene, name, value, factor)), MPI.COMM_SELF).integrate()
         times.append(simulation.recorder.heating_time)
         simulation.free()
     return math.log(times[0] / times[1]) / (2.0 * math.log(1.0 + RUN_STEP))

@@ -25,10 +25,10 @@ GIVEN = {
 """Of the paper, but for the bead diameter (0.8 to 1 mm there) and the initial temperature, which it does not print."""
 
 
-def marched(velocity):
+def integrated(velocity):
     """Places and temperatures of the beads at the end, their velocity upwards, and what was recorded."""
     column = Column(ColumnInput(velocity=velocity, **GIVEN))
-    column.march(END_TIME)
+    column.integrate(END_TIME)
     return column.beads.places, column.beads.temperature, column.beads.velocity[0], column.rows
 
 
@@ -38,7 +38,7 @@ def main():
     parser.add_argument("--out", type=Path, default=DOCS / "bubbling-bed.png")
     out = parser.parse_args().out
     with ProcessPoolExecutor(2, mp_context=get_context("fork")) as pool:
-        runs = dict(zip(VELOCITIES, pool.map(marched, VELOCITIES), strict=True))
+        runs = dict(zip(VELOCITIES, pool.map(integrated, VELOCITIES), strict=True))
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(1, len(runs), figsize=(8.0, 6.4), layout="constrained", sharey=True)
         for panel, (velocity, (places, warm, _, _)) in zip(axes, runs.items(), strict=True):

@@ -44,14 +44,14 @@ FALL = 0.15
 """s after which the droplet has come down onto the bed."""
 
 
-def marched(case: tuple[float, dict[str, Any]]) -> dict[str, Any]:
+def integrated(case: tuple[float, dict[str, Any]]) -> dict[str, Any]:
     """What a run at a temperature (°C) with settings gives."""
     celsius, settings = case
     given = {**SIZES, **PAPER_GAS, **PAPER_BEADS, "initial_temperature": celsius + 273.15, **settings}
     column = DropletColumn(DropletInput(**given))
     start, ended = time.process_time(), ""
     try:
-        column.march(END_TIME)
+        column.integrate(END_TIME)
     except SolveError as error:
         ended = str(error)
     rows = column.rows
@@ -102,7 +102,7 @@ def main() -> None:
     if options.page_of is None:
         outcomes = []
         with ProcessPoolExecutor(options.processes, mp_context=get_context("fork")) as pool:
-            for outcome in pool.map(marched, cases):
+            for outcome in pool.map(integrated, cases):
                 outcomes.append(outcome)
                 shown = {name: value for name, value in outcome.items() if name not in ("times", "depths")}
                 print(shown, flush=True)

@@ -25,8 +25,8 @@ from unittest.mock import patch
 from mpi4py import MPI
 
 from porousmold import Scene
-from porousmold.simulation.march import Simulation
 from porousmold.simulation.specs import specs_of
+from porousmold.simulation.time_integration import Simulation
 from porousmold.solvers.sdirk import BACKWARD_EULER
 from studies.page import Page
 

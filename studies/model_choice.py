@@ -17,8 +17,8 @@ from mpi4py import MPI
 
 from porousmold import Scene
 from porousmold.errors import SolveError
-from porousmold.simulation.march import Simulation
 from porousmold.simulation.specs import specs_of
+from porousmold.simulation.time_integration import Simulation
 from porousmold.study.model_choice import BEAD_MODES, choose_model
 from studies.random_scenes import scenes
 
@@ -41,12 +41,12 @@ class Outcome:
     reason: str = ""
 
 
-def marched(scene: Scene) -> tuple[float | None, float]:
+def integrated(scene: Scene) -> tuple[float | None, float]:
     """Heating time, and seconds of CPU once the forms are compiled: those of a second run."""
     for _ in range(2):
         start = time.process_time()
         simulation = Simulation(specs_of(scene), MPI.COMM_SELF)
-        found = simulation.march().recorder.heating_time
+        found = simulation.integrate().recorder.heating_time
         seconds = time.process_time() - start
         simulation.free()
     return found, seconds
@@ -58,16 +58,16 @@ def outcome_of(task: tuple[int, float]) -> Outcome:
     scene = list(scenes(COUNT, SEED))[number].changed(OPEN)
     seconds = 0.0
 
-    def march(coarse: Scene) -> float | None:
+    def integrate(coarse: Scene) -> float | None:
         nonlocal seconds
-        found, spent = marched(coarse)
+        found, spent = integrated(coarse)
         seconds += spent
         return found
 
     try:
-        full, spent_by_full = marched(scene.changed({"model.bead_modes": BEAD_MODES}))
-        found = choose_model(scene, accuracy, march)
-        chosen, spent = marched(found.scene)
+        full, spent_by_full = integrated(scene.changed({"model.bead_modes": BEAD_MODES}))
+        found = choose_model(scene, accuracy, integrate)
+        chosen, spent = integrated(found.scene)
     except SolveError as error:
         return Outcome(reason=str(error)[:80])
     if full is None or chosen is None:

@@ -24,8 +24,8 @@ from porousmold.packing.files import read_packing, write_packing
 from porousmold.packing.fitting import model_scores, piecewise_linear, profile_fits, r_squared
 from porousmold.packing.generator import DEFAULT_FRICTION, RESTITUTION, STEPS_PER_CONTACT, Mixture, pack
 from porousmold.packing.pictures import draw_profile
-from porousmold.simulation.march import Simulation
 from porousmold.simulation.specs import specs_of
+from porousmold.simulation.time_integration import Simulation
 from studies.page import Page, yardstick
 
 HERE = Path(__file__).parent
@@ -267,7 +267,7 @@ def heating(page):
                                                                    "model.rev_terms": "consistent"}}  # fmt: skip
         base = None
         for case, changes in cases.items():
-            simulation = Simulation(specs_of(Scene.load(path, finer | changes)), MPI.COMM_WORLD).march()
+            simulation = Simulation(specs_of(Scene.load(path, finer | changes)), MPI.COMM_WORLD).integrate()
             base = base or simulation.recorder.heating_time
             imbalance = abs(simulation.problem.heat.balance.imbalance)
             seconds = simulation.recorder.heating_time

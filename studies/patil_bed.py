@@ -31,7 +31,7 @@ GIVEN = {
 """Of the paper, but for the initial temperature, which it does not print, and the height, which is 0.25 m there."""
 
 
-def marched(case):
+def integrated(case):
     """A case (velocity in m/s, end in s): the column's summary, its means over the second half, and temperatures against time."""
     velocity, end, settings = case
     column = Column(ColumnInput(velocity=velocity, **GIVEN | settings))
@@ -219,7 +219,7 @@ def main():
     options = parser.parse_args()
     settings = {"bed_height": 0.02} if options.coarse else {}
     with ProcessPoolExecutor(2, mp_context=get_context("fork")) as pool:
-        runs = list(pool.map(marched, [(velocity, options.seconds, settings) for velocity in VELOCITIES]))
+        runs = list(pool.map(integrated, [(velocity, options.seconds, settings) for velocity in VELOCITIES]))
     draw(options.out.with_suffix(".png"), runs)
     options.out.write_text(page(runs, options.seconds), encoding="utf-8")
     print(f"{sum(found['seconds'] for found in runs):.0f} CPU seconds; written to {options.out}")

@@ -26,7 +26,7 @@ JAMMED = 4.0
 
 def measured(cell):
     """Of one cell."""
-    return Shearing(cell).march()
+    return Shearing(cell).integrate()
 
 
 def main():

@@ -20,8 +20,8 @@ from porousmold import Scene
 from porousmold.errors import SolveError
 from porousmold.output.figures import STYLE, plt, save
 from porousmold.simulation.accuracy import Answer, run_to_accuracy
-from porousmold.simulation.march import Simulation
 from porousmold.simulation.specs import specs_of
+from porousmold.simulation.time_integration import Simulation
 from studies.page import yardstick
 
 HERE = Path(__file__).parent
@@ -93,10 +93,10 @@ class Point:
         self.error = max(self.error, LEAST_SHOWN)
 
 
-def marched(scene: Scene) -> tuple[float, float, int, float] | None:
+def integrated(scene: Scene) -> tuple[float, float, int, float] | None:
     """(heating time, solver seconds, unknowns, energy imbalance) of a `Scene`; None where it failed."""
     try:
-        simulation = Simulation(specs_of(scene), MPI.COMM_SELF).march()
+        simulation = Simulation(specs_of(scene), MPI.COMM_SELF).integrate()
     except SolveError:
         return None
     problem = simulation.problem
@@ -119,9 +119,9 @@ HEAD = ["| choice | heating time, s | error | solver, Y | unknowns | imbalance |
 def scene_tables(name, path, points):
     """Tables of one scene; appends a `Point` of every run to `points`."""
     reference_settings = {"solver.mesh_refinement": 2.0, "solver.step_refinement": 2.0}
-    base = marched(Scene.load(path, reference_settings))[0]
-    transient = marched(Scene.load(path, {"model.flow_update": "transient"}))
-    steady = marched(Scene.load(path))
+    base = integrated(Scene.load(path, reference_settings))[0]
+    transient = integrated(Scene.load(path, {"model.flow_update": "transient"}))
+    steady = integrated(Scene.load(path))
     lines = ["", f"## {name}", ""]
     lines += [
         f"Reference: {base:.2f} s, full flow with twice the cells in each direction and twice the steps.",
@@ -136,7 +136,7 @@ def scene_tables(name, path, points):
     ]
     for choice, settings in LADDER.items():
         unit = yardstick()
-        result = marched(Scene.load(path, settings))
+        result = integrated(Scene.load(path, settings))
         lines.append(row(choice, result, base, unit))
         print(lines[-1], flush=True)
         if result:
@@ -148,7 +148,7 @@ def scene_tables(name, path, points):
         for mesh, steps, bounds in grid:
             unit = yardstick()
             settings = {"solver.mesh_refinement": mesh, "solver.step_refinement": steps} | bounds | LADDER[choice]
-            result = marched(Scene.load(path, settings))
+            result = integrated(Scene.load(path, settings))
             without = ", without bounds" if bounds else ""
             lines.append(row(f"{choice}, mesh x {mesh:g}, steps x {steps:g}{without}", result, base, unit))
             print(lines[-1], flush=True)
@@ -160,13 +160,13 @@ def scene_tables(name, path, points):
     for accuracy in ACCURACIES:
         unit, results = yardstick(), []
 
-        def march(scene, results=results):
-            results.append(marched(scene))
+        def integrate(scene, results=results):
+            results.append(integrated(scene))
             if results[-1] is None:
                 raise SolveError("flow", 0.0, "no steady flow", "a finer mesh")
             return {"heating_time": Answer.by_itself(results[-1][0])}
 
-        estimate = run_to_accuracy(Scene.load(path, {"solver.accuracy": accuracy}), march)["heating_time"]
+        estimate = run_to_accuracy(Scene.load(path, {"solver.accuracy": accuracy}), integrate)["heating_time"]
         heating, total = results[-1][0], sum(result[1] for result in results if result) / unit
         lines.append(f"| {accuracy:g} | {heating:.1f} | {heating / base - 1:+.3%} | {estimate:.3%} | {total:.2f} |")
         print(lines[-1], flush=True)

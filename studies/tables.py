@@ -8,8 +8,8 @@ from mpi4py import MPI
 from scipy.optimize import brentq
 
 from porousmold import Scene
-from porousmold.simulation.march import Simulation
 from porousmold.simulation.specs import specs_of
+from porousmold.simulation.time_integration import Simulation
 from studies.page import Page
 
 HERE = Path(__file__).parent
@@ -28,8 +28,8 @@ def refined(scene, mesh, steps):
 
 
 def heated(scene):
-    """(simulation after its march, seconds of flow and energy)."""
-    simulation = Simulation(specs_of(scene), MPI.COMM_WORLD).march()
+    """(simulation after its integration, seconds of flow and energy)."""
+    simulation = Simulation(specs_of(scene), MPI.COMM_WORLD).integrate()
     return simulation, simulation.problem.stopwatch.seconds["flow"] + simulation.problem.stopwatch.seconds["energy"]
 
 

@@ -1,7 +1,7 @@
 """A tracer in the fluid of a bed: when it comes through, beside the bed's residence time.
 
-It is also the example of a second transported quantity: a form of what is stored and of what leaves, and `solvers.sdirk` to march
-it. Run: python -m studies.tracer [SCENE] (seconds; the aluminium mold where no scene is named).
+It is also the example of a second transported quantity: a form of what is stored and of what leaves, and `solvers.sdirk` to
+integrate it. Run: python -m studies.tracer [SCENE] (seconds; the aluminium mold where no scene is named).
 """
 
 import argparse
@@ -17,8 +17,8 @@ from porousmold.equations.streamline import Carried, Streamline
 from porousmold.mesh import fenicsx, ranks
 from porousmold.mesh.deferred_forms import DeferredForm
 from porousmold.mesh.domain import BED
-from porousmold.simulation.march import Simulation
 from porousmold.simulation.specs import specs_of
+from porousmold.simulation.time_integration import Simulation
 from porousmold.solvers.newton import NewtonSystem
 from porousmold.solvers.sdirk import BACKWARD_EULER, STAGES, Sdirk
 from porousmold.solvers.stages import StageSolver
@@ -27,7 +27,7 @@ HERE = Path(__file__).parent
 DIFFUSIVITY = 2e-5
 """Of the tracer in the fluid, m2/s; mixing by the beads, 0.5 u d along the flow, comes on top."""
 STEPS, DURATION = 800, 5.0
-"""Of the march, and its length in residence times."""
+"""Of the integration, and its length in residence times."""
 ERROR = 1e-10
 
 
@@ -75,7 +75,7 @@ class Tracer:
         return ranks.integral(self._communicator, self._out.form)
 
     def step(self, time, step, *, first=False):
-        """March; gives what is stored more (kg), and what has left (kg)."""
+        """Integrate; gives what is stored more (kg), and what has left (kg)."""
         left = []
         gained = self._steps.take(
             time, step, BACKWARD_EULER if first else STAGES, lambda weight: left.append(weight * self.leaving())

@@ -27,8 +27,8 @@ from porousmold.mesh import domain as geometry
 from porousmold.mesh import fenicsx
 from porousmold.scene.scene import Scene
 from porousmold.simulation.assembly import assemble
-from porousmold.simulation.march import Simulation
 from porousmold.simulation.specs import specs_of
+from porousmold.simulation.time_integration import Simulation
 
 STUDIES = Path(__file__).parent.parent / "studies"
 MESHES = STUDIES.parent / "meshes"
@@ -82,7 +82,7 @@ def problem_of(scene, communicator=MPI.COMM_SELF):
 
 
 def simulation_of(scene, communicator=MPI.COMM_SELF):
-    """A scene ready to be marched."""
+    """A scene ready to be integrated."""
     return Simulation(specs_of(scene), communicator)
 
 

@@ -19,7 +19,7 @@ from .support import ALUMINIUM, COARSE, coarse_scene, problem_of, simulation_of
 @pytest.fixture(scope="module")
 def aluminium():
     """The shipped mold, default mesh and steps."""
-    return simulation_of(Scene.load(ALUMINIUM), MPI.COMM_SELF).march()
+    return simulation_of(Scene.load(ALUMINIUM), MPI.COMM_SELF).integrate()
 
 
 def test_heating_time_within_0_4_percent(aluminium):
@@ -94,7 +94,7 @@ def test_at_least_second_order_in_time(monkeypatch):
     def heated(cap):
         changes = {"solver.largest_step": cap, "solver.first_step": cap / 40.0, "solver.axial_cells": 18}
         changes |= {"model.turbulence": "none", "solver.flow_tolerance": 1e-5}
-        simulation = simulation_of(Scene.load(ALUMINIUM, COARSE | changes), MPI.COMM_SELF).march()
+        simulation = simulation_of(Scene.load(ALUMINIUM, COARSE | changes), MPI.COMM_SELF).integrate()
         return simulation.recorder.heating_time
 
     coarse, middle, fine = (heated(cap) for cap in (120.0, 60.0, 30.0))
@@ -118,7 +118,7 @@ def test_at_least_second_order_in_space(flow, refinements, monkeypatch):
         changes = {"solver.mesh_refinement": refinement, "solver.largest_step": 20.0, "solver.first_step": 0.5}
         changes |= {"model.turbulence": "none", "bed.porosity_model": "constant", "operation.end_time": 600.0}
         changes["model.flow"] = flow
-        history = simulation_of(Scene.load(ALUMINIUM, changes), MPI.COMM_SELF).march().recorder.history
+        history = simulation_of(Scene.load(ALUMINIUM, changes), MPI.COMM_SELF).integrate().recorder.history
         found.append([history[name][-1] for name in ("mass_flow", "heat_stored", "temperature_bed_side_L/2")])
     coarse, fine = np.abs(np.diff(found, axis=0))
     orders = np.log2(coarse / fine)
@@ -141,7 +141,7 @@ def test_wide_pipe_approaches_the_planar_mold():
             {"bed.bead_diameter": "5 mm", "solver.axial_cells": 6, "model.turbulence": "none", "wall.thickness": "1 mm"}
         ).as_tables()
         tables["geometry"] = {"kind": kind, "length": 0.3, name: width}
-        return simulation_of(Scene(tables), MPI.COMM_SELF).march().recorder.heating_time
+        return simulation_of(Scene(tables), MPI.COMM_SELF).integrate().recorder.heating_time
 
     differences = [abs(heated("pipe", width) / heated("mold", width) - 1.0) for width in (0.1, 0.4)]
     assert differences[1] < 0.5 * differences[0]

@@ -15,21 +15,21 @@ ENERGIES = ("one-temperature", "two-temperature")
 FINE = {"solver.cell_growth": 1.33, "solver.largest_step": None}
 
 
-def marched(*given):
-    """A coarse scene, laminar (seconds), after its march."""
-    return simulation_of(coarse_scene({"model.turbulence": "none", "solver.axial_cells": 18}, *given)).march()
+def integrated(*given):
+    """A coarse scene, laminar (seconds), after its integration."""
+    return simulation_of(coarse_scene({"model.turbulence": "none", "solver.axial_cells": 18}, *given)).integrate()
 
 
 @pytest.fixture(scope="module")
 def full():
     """The coarse mold with everything on."""
-    return marched()
+    return integrated()
 
 
 def test_thin_aluminium_skin_is_the_resolved_one(monkeypatch):
     """Bi = h t / lambda = 0.001: no gradient through 3 mm of aluminium. Its cells are gone."""
     monkeypatch.setattr(transport, "OVERSHOOT", float("inf"))  # monotone cells differ from run to run
-    full, thin = marched(), marched({"model.wall": "thin"})
+    full, thin = integrated(), integrated({"model.wall": "thin"})
     assert thin.recorder.heating_time == pytest.approx(full.recorder.heating_time, rel=3e-4)
     assert thin.problem.heat.unknowns < full.problem.heat.unknowns
     assert not thin.problem.domain.has_wall
@@ -44,7 +44,7 @@ def test_thin_wall_stores_what_a_resolved_one_does():
         "operation.ambient_temperature": 296.15,
         "operation.heating_margin": 6.0,
     }
-    resolved, thin = marched(PIPE, changes), marched(PIPE, {"model.wall": "thin", **changes})
+    resolved, thin = integrated(PIPE, changes), integrated(PIPE, {"model.wall": "thin", **changes})
     for name in ("stored", "through_outer_wall", "by_fluid"):
         assert getattr(thin.problem.heat.balance, name) == pytest.approx(
             getattr(resolved.problem.heat.balance, name), rel=2e-3
@@ -54,27 +54,31 @@ def test_thin_wall_stores_what_a_resolved_one_does():
 
 def test_thin_polymer_skin_heats_too_soon():
     """Without the gradient through 3 mm of polymer the outer surface is ahead: the error of the choice, of a few percent."""
-    assert 0.94 < marched(FRP, {"model.wall": "thin"}).recorder.heating_time / marched(FRP).recorder.heating_time < 0.99
+    assert (
+        0.94
+        < integrated(FRP, {"model.wall": "thin"}).recorder.heating_time / integrated(FRP).recorder.heating_time
+        < 0.99
+    )
 
 
 def test_insulated_bed_has_no_wall_to_heat(full):
-    bed = marched({"model.wall": "insulated"})
+    bed = integrated({"model.wall": "insulated"})
     assert bed.recorder.heating_time < 0.8 * full.recorder.heating_time
     assert bed.problem.heat.balance.stored < full.problem.heat.balance.stored
     assert [list(m.specs.laws.materials(m.problem.has_wall)) for m in (bed, full)] == [
         ["fluid", "beads"],
         ["fluid", "beads", "wall"],
     ]
-    thin_air = marched({"model.wall": "thin", "wall.density": 1e-3, "wall.conductivity": 1e-3})
+    thin_air = integrated({"model.wall": "thin", "wall.density": 1e-3, "wall.conductivity": 1e-3})
     assert bed.recorder.heating_time == pytest.approx(thin_air.recorder.heating_time, rel=2e-3)
 
 
 def test_one_temperature_halves_the_unknowns(full):
-    one = marched({"model.energy": "one-temperature"})
+    one = integrated({"model.energy": "one-temperature"})
     assert one.problem.heat.unknowns < 0.6 * full.problem.heat.unknowns
     assert abs(one.problem.heat.balance.imbalance) < 1e-4
     # beads that lag behind the fluid smear the front that the wall waits for: without eddies by a fifth, on resolved walls
-    times = [marched({"model.energy": energy, **FINE}).recorder.heating_time for energy in ENERGIES]
+    times = [integrated({"model.energy": energy, **FINE}).recorder.heating_time for energy in ENERGIES]
     assert times[0] / times[1] == pytest.approx(0.80, abs=0.01)
 
 
@@ -100,8 +104,8 @@ def test_a_core_below_the_threshold_is_the_same_in_full_and_developed_flow():
 
 def test_fast_exchange_is_one_temperature():
     """The limit of local thermal equilibrium, a slow one: what is left at 1e4 times the exchange is halved at 1e5, 0.4 % then."""
-    one = marched({"model.energy": "one-temperature", **FINE}).recorder.heating_time
-    times = [marched({"model.exchange_factor": factor, **FINE}).recorder.heating_time for factor in (1e4, 1e5)]
+    one = integrated({"model.energy": "one-temperature", **FINE}).recorder.heating_time
+    times = [integrated({"model.exchange_factor": factor, **FINE}).recorder.heating_time for factor in (1e4, 1e5)]
     assert abs(times[1] - one) < 0.5 * abs(times[0] - one)
     assert times[1] == pytest.approx(one, rel=0.004)
 
@@ -109,7 +113,7 @@ def test_fast_exchange_is_one_temperature():
 def test_beads_with_an_inside():
     """Beads that conduct badly heat late, the wall behind them too; no unknown is added, and no heat is lost."""
     poor = {"bed.bead_conductivity": 0.2}
-    lumped, resistance, resolved = (marched({"model.bead_modes": modes, **poor}) for modes in (None, 0, 4))
+    lumped, resistance, resolved = (integrated({"model.bead_modes": modes, **poor}) for modes in (None, 0, 4))
     assert resolved.recorder.heating_time == pytest.approx(resistance.recorder.heating_time, rel=5e-4)
     assert 1.02 < resolved.recorder.heating_time / lumped.recorder.heating_time < 1.05
     assert resolved.problem.unknowns == lumped.problem.unknowns
@@ -122,7 +126,7 @@ def test_beads_with_an_inside():
 def test_a_repeated_step_begins_where_the_first_attempt_did():
     """Bounds that nothing can keep take a step through all its ways; from there, and from the start again, the same ends."""
     changes = {"model.flow": "plug", "model.bead_modes": 2, "operation.end_time": 200.0, "solver.axial_cells": 10}
-    heat = (simulation := marched(changes)).problem.heat
+    heat = (simulation := integrated(changes)).problem.heat
     start = simulation.problem.state.copy()
     ends, errors = [], []
     for bounds in ((300.0, 350.0), (-1e9, 1e9)) * 2:
@@ -141,7 +145,9 @@ def test_a_repeated_step_begins_where_the_first_attempt_did():
 def test_beads_that_conduct_well_are_isothermal(monkeypatch):
     monkeypatch.setattr(transport, "OVERSHOOT", float("inf"))  # monotone cells differ from run to run
     conducting = {"bed.bead_conductivity": 2000.0}
-    lumped, resolved = (marched({"model.bead_modes": modes, **conducting}).recorder.heating_time for modes in (None, 1))
+    lumped, resolved = (
+        integrated({"model.bead_modes": modes, **conducting}).recorder.heating_time for modes in (None, 1)
+    )
     assert resolved == pytest.approx(lumped, rel=1e-5)
     assert resolved != lumped
 
@@ -171,7 +177,7 @@ def test_choices_stand_in_the_result():
 
 def test_developed_flow_is_the_full_one_without_its_entrance():
     """Far fewer unknowns, the same heating time to half a percent; the mass flow is one at all stations."""
-    full, developed = (marched({"model.flow": flow}) for flow in ("full", "developed"))
+    full, developed = (integrated({"model.flow": flow}) for flow in ("full", "developed"))
     assert developed.problem.flow.unknowns < 0.4 * full.problem.flow.unknowns
     assert developed.recorder.heating_time == pytest.approx(full.recorder.heating_time, rel=5e-3)
     assert abs(developed.problem.balances.mass_imbalance) < 1e-9
@@ -193,7 +199,7 @@ def test_developed_flow_is_found_where_turbulence_dies_in_the_middle_of_the_bed(
 
 @pytest.mark.parametrize("path", [ALUMINIUM, PIPE], ids=["mold", "pipe"])
 def test_plug_flow_has_no_unknowns_and_misses_the_fast_layer_at_the_wall(path):
-    plug, developed = (marched(path, {"model.flow": flow}) for flow in ("plug", "developed"))
+    plug, developed = (integrated(path, {"model.flow": flow}) for flow in ("plug", "developed"))
     assert plug.problem.flow.unknowns == 0
     assert plug.recorder.heating_time > 1.1 * developed.recorder.heating_time
     assert abs(plug.problem.heat.balance.imbalance) < 1e-4
@@ -201,7 +207,7 @@ def test_plug_flow_has_no_unknowns_and_misses_the_fast_layer_at_the_wall(path):
 
 def test_plug_flow_takes_the_drag_of_the_bulk():
     """Macdonald's law at the bulk's porosity, at the mean density: the mass flow by hand."""
-    simulation = marched({"model.flow": "plug", "bed.porosity_model": "constant", "operation.end_time": 1.0})
+    simulation = integrated({"model.flow": "plug", "bed.porosity_model": "constant", "operation.end_time": 1.0})
     problem, specs = simulation.problem, simulation.specs
     phi, d, temperature = 0.4, specs.mesh.bead_diameter, 298.15
     laws = problem.specs.laws
@@ -223,7 +229,7 @@ def test_simpler_flows_meet_what_drives_them(flow, drive, value, bead_diameter):
     tables = coarse_scene({**changes, "bed.bead_diameter": bead_diameter}).as_tables()
     del tables["operation"]["pressure_drop"]
     tables["operation"][drive] = value
-    simulation = simulation_of(Scene(tables), MPI.COMM_SELF).march()
+    simulation = simulation_of(Scene(tables), MPI.COMM_SELF).integrate()
     inlet = float(simulation.problem.flow.pressure.x.array.max()) + 101325.0
     expected = {"mass_flow": value, "inlet_velocity": value * 0.025 * inlet / (287.055 * 363.15)}[drive]
     assert simulation.problem.balances.mass_flow == pytest.approx(expected, rel=1e-4)
@@ -240,11 +246,11 @@ def test_simpler_flows_meet_what_drives_them(flow, drive, value, bead_diameter):
 def test_a_plug_flow_that_there_is_none_of_is_told(changes, reason):
     given = {"model.flow": "plug", "model.turbulence": "none", "operation.end_time": 5.0, **changes}
     with pytest.raises(SolveError, match=reason):
-        simulation_of(coarse_scene(given), MPI.COMM_SELF).march()
+        simulation_of(coarse_scene(given), MPI.COMM_SELF).integrate()
 
 
 def test_wall_of_fixed_temperature_stays_there_and_takes_the_heat():
-    simulation = marched(
+    simulation = integrated(
         {"model.wall": "fixed-temperature", "operation.wall_temperature": 310.0, "operation.end_time": 200.0}
     )
     low, high = simulation.problem.places.extremes("bed_side")
@@ -258,8 +264,8 @@ def test_wall_of_fixed_temperature_stays_there_and_takes_the_heat():
 
 def test_coupled_transient_shows_that_the_flow_is_quasi_steady():
     """Air crosses the mold in 0.2 s: every time derivative of the flow together moves the heating time by < 0.05 %."""
-    coupled = marched({"model.flow_update": "transient"})
-    quasi_steady = marched()
+    coupled = integrated({"model.flow_update": "transient"})
+    quasi_steady = integrated()
     assert coupled.problem.heat.unknowns > quasi_steady.problem.flow.unknowns
     assert coupled.recorder.heating_time == pytest.approx(quasi_steady.recorder.heating_time, rel=5e-4)
     assert abs(coupled.problem.heat.balance.imbalance) < 1e-3
@@ -268,7 +274,7 @@ def test_coupled_transient_shows_that_the_flow_is_quasi_steady():
 def test_coupled_transient_balances_a_liquid_whose_density_changes():
     """What the bed no longer holds leaves with its heat: 8 % of that of water, heated by 65 K."""
     water = {"fluid.material": "water", "operation.pressure_drop": 500.0, "model.turbulence": "none"}
-    coupled = marched({**water, "model.flow_update": "transient"})
+    coupled = integrated({**water, "model.flow_update": "transient"})
     assert coupled.recorder.heating_time is not None and abs(coupled.problem.heat.balance.imbalance) < 1e-3
 
 
@@ -290,7 +296,7 @@ WATER = {
 def test_monotone_cells_keep_the_bounds(hard):
     """A cold start on 9 cells a metre: second order leaves the bounds by kelvins, the marked cells by less than 0.1 K."""
     coarse = {"solver.axial_cells": 9, "solver.cell_growth": 1.3, "solver.largest_step": 60.0}
-    simulation = marched(coarse | {"operation.end_time": 400.0} | hard)
+    simulation = integrated(coarse | {"operation.end_time": 400.0} | hard)
     assert simulation.problem.heat.repetitions > 0
     assert min(simulation.recorder.history["lowest_temperature"]) > 298.15 - 0.1
     assert max(simulation.recorder.history["highest_temperature"]) < 363.15 + 0.1

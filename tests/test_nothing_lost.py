@@ -118,7 +118,7 @@ def test_a_set_point_that_falls_to_the_wall_has_not_heated_it():
     """The wall is between 30 and 100 degC when the set-point, on its way down, passes its coldest point."""
     set_point = [0.0, 375.0, 495.0, 825.0, 2e4], [298.15, 423.15, 423.15, 313.15, 313.15]
     changes = {"model.flow": "plug", "model.turbulence": "none", "operation.end_time": "4 h"}
-    simulation = simulation_of(coarse_scene({**changes, "operation.inlet_temperature": set_point})).march()
+    simulation = simulation_of(coarse_scene({**changes, "operation.inlet_temperature": set_point})).integrate()
     history, time = simulation.recorder.history, simulation.recorder.heating_time
     assert time is not None and time > 1000.0
     assert history["highest_wall"][-1] < 313.15 + 2.5

@@ -24,8 +24,8 @@ def shared_folder(tmp_path):
 
 @pytest.mark.parametrize("path", [ALUMINIUM, PIPE], ids=["mold", "pipe"])
 def test_heating_time_does_not_depend_on_the_number_of_ranks(path):
-    alone = simulation_of(coarse_scene(path), MPI.COMM_SELF).march()
-    together = simulation_of(coarse_scene(path), MPI.COMM_WORLD).march()
+    alone = simulation_of(coarse_scene(path), MPI.COMM_SELF).integrate()
+    together = simulation_of(coarse_scene(path), MPI.COMM_WORLD).integrate()
     assert together.recorder.heating_time == pytest.approx(alone.recorder.heating_time, rel=1e-6)
     assert together.recorder.history["mass_flow"] == pytest.approx(alone.recorder.history["mass_flow"], rel=1e-6)
     for name in alone.recorder.history.columns:
@@ -45,7 +45,9 @@ def test_a_rank_may_have_no_part_of_the_bed():
         "model.flow": "developed",
     }
     scene = coarse_scene({"operation.end_time": 5.0, "model.turbulence": "none", **changes})
-    alone, together = (simulation_of(scene, communicator).march() for communicator in (MPI.COMM_SELF, MPI.COMM_WORLD))
+    alone, together = (
+        simulation_of(scene, communicator).integrate() for communicator in (MPI.COMM_SELF, MPI.COMM_WORLD)
+    )
     assert together.recorder.history["heat_stored"][-1] == pytest.approx(
         alone.recorder.history["heat_stored"][-1], rel=1e-6
     )
@@ -56,7 +58,9 @@ def test_a_gas_that_expands_along_the_bed_on_any_number_of_ranks():
     beads = {"bed.bead_diameter": 1e-3, "geometry.cavity_height": 0.02, "model.flow": "developed"}
     changes = {"operation.pressure_drop": None, "operation.inlet_velocity": 1.6, "operation.end_time": 20.0}
     scene = coarse_scene({"model.turbulence": "none", **beads, **changes})
-    alone, together = (simulation_of(scene, communicator).march() for communicator in (MPI.COMM_SELF, MPI.COMM_WORLD))
+    alone, together = (
+        simulation_of(scene, communicator).integrate() for communicator in (MPI.COMM_SELF, MPI.COMM_WORLD)
+    )
     assert max(alone.recorder.history["pressure_drop"]) > 1e5
     assert together.recorder.history["mass_flow"] == pytest.approx(alone.recorder.history["mass_flow"], rel=1e-9)
     assert together.problem.flow.counts.newton_iterations == alone.problem.flow.counts.newton_iterations
@@ -72,7 +76,9 @@ def test_the_walls_contact_on_any_number_of_ranks():
     scene = coarse_scene(
         {"model.closures": "measured", "operation.end_time": 300.0, "model.turbulence": "none", **changes}
     )
-    alone, together = (simulation_of(scene, communicator).march() for communicator in (MPI.COMM_SELF, MPI.COMM_WORLD))
+    alone, together = (
+        simulation_of(scene, communicator).integrate() for communicator in (MPI.COMM_SELF, MPI.COMM_WORLD)
+    )
     assert together.recorder.history["heat_stored"][-1] == pytest.approx(
         alone.recorder.history["heat_stored"][-1], rel=1e-6
     )
@@ -82,7 +88,9 @@ def test_the_walls_contact_on_any_number_of_ranks():
 def test_gmsh_mesh_on_any_number_of_ranks(closures):
     changes = {"operation.end_time": 60.0, "model.turbulence": "none", "model.closures": closures}
     scene = Scene.load(STUDIES / "mold" / "curved.toml", changes)
-    alone, together = (simulation_of(scene, communicator).march() for communicator in (MPI.COMM_SELF, MPI.COMM_WORLD))
+    alone, together = (
+        simulation_of(scene, communicator).integrate() for communicator in (MPI.COMM_SELF, MPI.COMM_WORLD)
+    )
     assert together.recorder.history["heat_stored"][-1] == pytest.approx(
         alone.recorder.history["heat_stored"][-1], rel=1e-6
     )

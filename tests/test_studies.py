@@ -121,7 +121,7 @@ def test_growth():
 
 def test_speed_against_error():
     speed = study("speed_against_error")
-    heating_time, seconds, unknowns, imbalance = speed.marched(Scene.load(ALUMINIUM, TINY))
+    heating_time, seconds, unknowns, imbalance = speed.integrated(Scene.load(ALUMINIUM, TINY))
     assert heating_time > 500.0 and seconds > 0.0 and unknowns > 100 and imbalance < 1e-3
     assert speed.row("x", None, 1.0, 1.0).count("|") == speed.HEAD[0].count("|")
 

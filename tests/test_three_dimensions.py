@@ -16,9 +16,9 @@ LAMINAR = SMALL | {"model.turbulence": "none"}
 def test_a_cavity_without_sides_heats_as_in_two_dimensions(turbulence):
     """Nothing changes across the width, so every temperature is that of the plane and the mass flow is its multiple."""
     choices = SMALL | {"model.turbulence": turbulence, "operation.end_time": 60.0, "solver.flow_tolerance": 1e-6}
-    plane = simulation_of(coarse_scene(choices), MPI.COMM_SELF).march()
+    plane = simulation_of(coarse_scene(choices), MPI.COMM_SELF).integrate()
     wide = coarse_scene({"geometry.width": 0.2, "geometry.sides": "symmetry", **choices})
-    space = simulation_of(wide, MPI.COMM_SELF).march()
+    space = simulation_of(wide, MPI.COMM_SELF).integrate()
     assert space.recorder.history["mass_flow"] == pytest.approx(
         0.1 * np.array(plane.recorder.history["mass_flow"]), rel=1e-5
     )
@@ -34,7 +34,7 @@ def test_height_and_width_may_change_places():
                 {"geometry.cavity_height": height, "geometry.width": width, "operation.end_time": 60.0, **LAMINAR}
             ),
             MPI.COMM_SELF,
-        ).march()
+        ).integrate()
         for height, width in ((0.05, 0.06), (0.06, 0.05))
     )
     assert standing.recorder.history["mass_flow"] == pytest.approx(lying.recorder.history["mass_flow"], rel=1e-3)
@@ -55,7 +55,9 @@ def test_corners_heat_last_and_pictures_are_drawn(tmp_path):
 @pytest.mark.mpi
 def test_three_dimensions_on_any_number_of_ranks():
     scene = coarse_scene({"geometry.width": 0.06, "operation.end_time": 60.0, **LAMINAR})
-    alone, together = (simulation_of(scene, communicator).march() for communicator in (MPI.COMM_SELF, MPI.COMM_WORLD))
+    alone, together = (
+        simulation_of(scene, communicator).integrate() for communicator in (MPI.COMM_SELF, MPI.COMM_WORLD)
+    )
     assert together.recorder.history["mass_flow"] == pytest.approx(alone.recorder.history["mass_flow"], rel=1e-6)
     assert together.recorder.history["heat_stored"] == pytest.approx(
         alone.recorder.history["heat_stored"], rel=1e-6, abs=1e-6

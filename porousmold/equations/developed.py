@@ -5,8 +5,8 @@ Developed: at each axial station only derivatives across the flow are kept,
     0 = -phi dp/dx + (1/w) d/dy (w phi (mu + mu_t) du/dy) + b_y (mu + mu_t) du/dy + phi rho g - drag,     w = 1 or 2 pi r,
 
 likewise for k and epsilon. The same mass flow passes every station, but for what the fluid displaces upstream as its density
-changes; dp/dx, one number a station, sees to that, and the pressure is marched with it. Left out are the entrance and the inertia
-of the gas as it expands.
+changes; dp/dx, one number a station, sees to that, and the pressure is integrated with it. Left out are the entrance and the
+inertia of the gas as it expands.
 
 Plug: the superficial mass flux is uniform over the section, and the drag of the bulk alone takes the pressure. There is
 no turbulence in it.

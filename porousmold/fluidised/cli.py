@@ -29,7 +29,7 @@ def _fluidised(options: argparse.Namespace) -> str:
 
     scene = Scene.load(options.scene, settings_of(options), allow_extensions=options.allow_extensions)
     out = Path(options.out) if options.out else Path("runs") / f"{Path(options.scene).stem}-fluidised"
-    summary, history = FluidisedBed(scene).march()
+    summary, history = FluidisedBed(scene).integrate()
     output_folder(out)
     units = {name: "s" if name == "time" else "K" for name in history}
     write_tables(out, summary, units, zip(*history.values(), strict=True))

@@ -74,7 +74,7 @@ class Column:
         given, mass = self.given, math.fsum(self.beads.masses)  # the same in whatever order they are
         return -mass * self.beads.gravity / (given.width * given.depth)
 
-    def march(self, end_time: float, progress: Callable[[float, float, str], None] | None = None) -> None:
+    def integrate(self, end_time: float, progress: Callable[[float, float, str], None] | None = None) -> None:
         """Step until `end_time` (s); progress(time, end time, text)."""
         while self.time < end_time - 0.5 * self.given.time_step:
             self.step()

@@ -26,7 +26,7 @@ FRAMES = 80
 
 
 def add_run_options(command: argparse.ArgumentParser, name: str, animation: str) -> None:
-    """What the commands that march a column have in common; `name` is that of the default folder."""
+    """What the commands that integrate a column have in common; `name` is that of the default folder."""
     command.add_argument("--time", default="1 s", metavar="VALUE", help="simulated (default 1 s)")
     command.add_argument("--seed", default="1", metavar="VALUE", help="same seed, same packing")
     command.add_argument("--out", default=f"runs/{name}", metavar="DIR", help=f"folder to write (default runs/{name})")
@@ -36,8 +36,8 @@ def add_run_options(command: argparse.ArgumentParser, name: str, animation: str)
 
 
 def ran(kind: Any, given: object, write: Callable[[Any, Path, list[Any]], str], options: argparse.Namespace) -> str:
-    """March a column of a `kind` (a class), or go on from the checkpoint in its folder, and have `write` put there what came out
-    of it, given the column, the folder and the pictures of its animation; gives its text.
+    """Integrate a column of a `kind` (a class), or go on from the checkpoint in its folder, and have `write` put there what came
+    out of it, given the column, the folder and the pictures of its animation; gives its text.
 
     Raises `InputError` for --time that is not above 0, for a checkpoint of something else, for a folder in use and, unless it is
     to be replaced, for one with the result of another column; `SolveError` after what there is has been written,
@@ -54,7 +54,7 @@ def ran(kind: Any, given: object, write: Callable[[Any, Path, list[Any]], str], 
     with lock:
         if not options.force and is_of_another(out, given):
             raise InputError("--out", str(out), "holds the result of another column: use --force to replace it")
-        return _marched(kind, given, write, options, end, out)
+        return _integrated(kind, given, write, options, end, out)
 
 
 def is_of_another(out: Path, given: object) -> bool:
@@ -68,7 +68,7 @@ def is_of_another(out: Path, given: object) -> bool:
     return bool(known != json.loads(json.dumps(asdict(given))))
 
 
-def _marched(
+def _integrated(
     kind: Any,
     given: Any,
     write: Callable[[Any, Path, list[Any]], str],
@@ -94,7 +94,7 @@ def _marched(
 
     problem = None
     try:
-        column.march(end, progress)
+        column.integrate(end, progress)
     except SolveError as error:
         if not column.rows:
             raise

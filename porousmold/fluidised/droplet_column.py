@@ -89,7 +89,7 @@ class DropletColumn:
         """Whether hardly any water is left."""
         return self.droplet.mass < GONE * self._water_at_first
 
-    def march(self, end_time: float, progress: Callable[[float, float, str], None] | None = None) -> None:
+    def integrate(self, end_time: float, progress: Callable[[float, float, str], None] | None = None) -> None:
         """Step until `end_time` (s), or until the water is gone; progress(time, end time, text)."""
         while self.time < end_time - 0.5 * self.given.time_step and not self.is_evaporated:
             self.step()

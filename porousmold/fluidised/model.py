@@ -166,7 +166,7 @@ class FluidisedBed:
         """The inlet's temperature (K) then."""
         return float(self.scene.operation.inlet_temperature(self._warmest_time))
 
-    def march(self) -> tuple[dict[str, Any], Mapping[str, Floats]]:
+    def integrate(self) -> tuple[dict[str, Any], Mapping[str, Floats]]:
         """Summary, and history (SI arrays by name) until the wall is within operation.heating_margin of the inlet's
         temperature, whose last change is behind, or operation.end_time.
 

@@ -87,8 +87,8 @@ class NodeOrders:
 
 @dataclass
 class Checkpoint:
-    """As it was read, whole on every rank: the `identity` of its run, `outcomes` of earlier marches, and `numbers` and `arrays`
-    of the last one's `Saved`."""
+    """As it was read, whole on every rank: the `identity` of its run, `outcomes` of earlier integrations, and `numbers` and
+    `arrays` of the last one's `Saved`."""
 
     identity: str
     outcomes: list[Any]

@@ -132,8 +132,9 @@ class Bar:
             self._bar.close()
 
 
-class MarchProgress:
-    """Shows a march on a `Bar` over simulated time; its end is predicted from how fast the wall approaches the inlet temperature.
+class RunProgress:
+    """Shows an integration on a `Bar` over simulated time; its end is predicted from how fast the wall approaches the inlet
+    temperature.
 
     `margin` (K) and `end_time` (s) are those of the scene.
     """

@@ -47,7 +47,7 @@ def digest_of(package: Path, rooms: tuple[str, ...]) -> str:
 def identity_of(scene: Scene, *, going_on: bool = False) -> str:
     """Text that is the same for scenes with the same values, contents of their files, laws and computing code.
 
-    With `going_on`, keys that may change in the middle of a march do not count.
+    With `going_on`, keys that may change in the middle of an integration do not count.
     """
     values: dict[str, Any] = {}
     for table, keys in KEYS.items():

@@ -82,7 +82,7 @@ def _shear(options: argparse.Namespace) -> int:
 
     try:
         for done, number in enumerate(mine):
-            shearing(number).march(_Progress(bar, [cells[own] for own in mine], done))
+            shearing(number).integrate(_Progress(bar, [cells[own] for own in mine], done))
     except (InputError, SolveError) as error:
         problem = error
     except KeyboardInterrupt:
@@ -98,7 +98,7 @@ def _shear(options: argparse.Namespace) -> int:
         if failure is not None:
             raise failure
     if world.rank == 0:
-        results = [shearing(number).march() for number in range(len(cells))]
+        results = [shearing(number).integrate() for number in range(len(cells))]
         text = _write(results, out, animate=options.animate)
         shutil.rmtree(parts, ignore_errors=True)
         if not options.quiet:

@@ -53,7 +53,7 @@ class Shearing:
         else:
             self._start()
 
-    def march(self, progress: Callable[[float, float, str], None] | None = None) -> Sheared:
+    def integrate(self, progress: Callable[[float, float, str], None] | None = None) -> Sheared:
         """Shear to the end; progress(strains done, strains in all, what). Raises `SolveError` if beads fly apart."""
         report = progress or (lambda done, total, text: None)
         warm, span = GROWTH_STRAINS + WARM_UP_STRAINS, self.cell.strains / BLOCKS

@@ -1,1 +1,1 @@
-"""One simulation: assembly of a scene into equations and solvers, the march in time, the result."""
+"""One simulation: assembly of a scene into equations and solvers, the integration in time, the result."""

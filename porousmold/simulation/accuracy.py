@@ -58,11 +58,11 @@ left at order 2."""
 FINEST_IN_DOUBT = IN_DOUBT**2
 """Refinement from which on no run is repeated."""
 MOST_WORK = 2e6
-"""Unknowns of flow and energy times time steps, beyond which no run is repeated: some 20 s of the first march (docs/growth.md),
-two minutes of the second."""
+"""Unknowns of flow and energy times time steps, beyond which no run is repeated: some 20 s of the first integration
+(docs/growth.md), two minutes of the second."""
 MOST_WORK_AGAIN = 5e5
-"""The same of the second march, beyond which there is no third of twice all cells and steps: some 40 s of that; of one of fewer
-in proportion."""
+"""The same of the second integration, beyond which there is no third of twice all cells and steps: some 40 s of that; of one of
+fewer in proportion."""
 CELLS_AND_STEPS = (
     *("mesh_refinement", "axial_refinement", "step_refinement"),
     *("axial_cells", "first_cell", "cell_growth", "wall_cells"),
@@ -120,7 +120,7 @@ ORDER_OF_SHARP_FRONTS = 4.0
 
 
 def refinements_of(scene: Scene) -> Refinements:
-    """Those that a scene is marched with."""
+    """Those that a scene is integrated with."""
     across, axial, steps = (getattr(scene.solver, f"{name}_refinement") for name in ("mesh", "axial", "step"))
     return Refinements(across * axial, across, steps)
 
@@ -147,22 +147,23 @@ LARGEST_DIFFERENCE = 3e-3
 
 
 def run_to_accuracy(
-    scene: Scene, march: Callable[[Scene], Answers], hidden: Callable[[], Refinements] = Refinements
+    scene: Scene, integrate: Callable[[Scene], Answers], hidden: Callable[[], Refinements] = Refinements
 ) -> dict[str, float] | None:
-    """March a scene as often as its `solver.accuracy` needs; gives the estimated relative errors of the last march's answers.
+    """Integrate a scene as often as its `solver.accuracy` needs; gives the estimated relative errors of the last integration's
+    answers.
 
-    `march(scene)` gives the answers that there are, or raises `SolveError`. Without an accuracy that is the scene itself, or if
-    that fails on finer cells, and no error is estimated: None. An answer that one of the runs does not have has no estimate.
-    `hidden()` has factors above 1 in the directions in which coarser runs do not show the error of the last march.
+    `integrate(scene)` gives the answers that there are, or raises `SolveError`. Without an accuracy that is the scene itself, or
+    if that fails on finer cells, and no error is estimated: None. An answer that one of the runs does not have has no estimate.
+    `hidden()` has factors above 1 in the directions in which coarser runs do not show the error of the last integration.
     Raises `SolveError` where refinement does not help.
     """
     if scene.solver.accuracy is None:
         try:
-            march(scene)
+            integrate(scene)
         except SolveError:
             if scene.geometry.kind == "mesh":
                 raise
-            march(scene.changed({"solver.mesh_refinement": FINER * scene.solver.mesh_refinement}))
+            integrate(scene.changed({"solver.mesh_refinement": FINER * scene.solver.mesh_refinement}))
         return None
     wanted, present = scene.solver.accuracy, Refinements()
     unbounded = scene.changed({"solver.keep_bounds": False})
@@ -170,7 +171,7 @@ def run_to_accuracy(
         coarse = present.times(*COARSER)
         coarser = [coarse, coarse._replace(across=present.across), coarse._replace(steps=present.steps)]
         try:
-            runs = [march(run.of(unbounded)) for run in coarser] + [march(present.of(scene))]
+            runs = [integrate(run.of(unbounded)) for run in coarser] + [integrate(present.of(scene))]
         except SolveError:  # coarse cells may have no steady flow
             if present.across >= COARSEST_OF_ALL:
                 raise
@@ -183,7 +184,7 @@ def run_to_accuracy(
     orders = Refinements(*(ORDER_OF_HIDDEN if one else ORDER for one in unseen))
     if errors and any(unseen):
         before, finer = now, present.times(*(FIRST_FACTOR if one else 1.0 for one in unseen))
-        now = march(finer.of(scene))
+        now = integrate(finer.of(scene))
         errors = {
             name: _with_hidden(one, unseen, difference(before[name], now[name]))
             for name, one in errors.items()
@@ -196,7 +197,7 @@ def run_to_accuracy(
             *(min(needed_factor(error, wanted, order), most) for error, order in zip(worst, orders, strict=True))
         )
         finer = Refinements(*(min(FINEST, one) for one in present.times(*needed)))
-        before, now = now, march(finer.of(scene))
+        before, now = now, integrate(finer.of(scene))
         factors = Refinements(*(more / one for more, one in zip(finer, present, strict=True)))
         errors = {
             name: errors_after(one, factors, difference(before[name], now[name]), orders)
@@ -217,11 +218,11 @@ def differences(other: Answers, own: Answers) -> dict[str, float]:
     return {name: difference(other[name], one) for name, one in own.items() if name in other}
 
 
-def coarser_answers(scene: Scene, fewer: Refinements, march: Callable[[Scene], Answers]) -> Answers:
+def coarser_answers(scene: Scene, fewer: Refinements, integrate: Callable[[Scene], Answers]) -> Answers:
     """Answers of a scene with fewer cells and steps and without bounds; none where coarse cells have no steady flow, or are fewer
     than are allowed."""
     try:
-        return march(refinements_of(scene).times(*fewer).of(scene.changed({"solver.keep_bounds": False})))
+        return integrate(refinements_of(scene).times(*fewer).of(scene.changed({"solver.keep_bounds": False})))
     except (SolveError, InputError):
         return {}
 
@@ -235,7 +236,7 @@ def may_be_repeated(scene: Scene, work: float, most: float = MOST_WORK) -> bool:
 
 
 def refinements_in_doubt(
-    scene: Scene, own: Answers, coarsest: Answers, march: Callable[[Scene], Answers]
+    scene: Scene, own: Answers, coarsest: Answers, integrate: Callable[[Scene], Answers]
 ) -> Refinements:
     """`IN_DOUBT` in the directions that move an answer by more than `LARGEST_DIFFERENCE`, or else most; in all where that is not
     known, and of times, which coarse steps move far: what they hide of cells is found by none of these runs."""
@@ -243,7 +244,7 @@ def refinements_in_doubt(
     if not moved or not max(moved, key=moved.__getitem__).startswith((PEAKS, AT_END)):
         return ALL_IN_DOUBT
     across, steps = (
-        coarser_answers(scene, COARSER._replace(**one), march) for one in ({"across": 1.0}, {"steps": 1.0})
+        coarser_answers(scene, COARSER._replace(**one), integrate) for one in ({"across": 1.0}, {"steps": 1.0})
     )
     parts = [
         [abs(part) / one.scale for part in by_direction(coarsest[name], across[name], steps[name], one)]

@@ -7,8 +7,8 @@ import numpy as np
 
 from ..output.quantities import quantity
 from .answers import BEYOND_THE_MARGIN, beyond_the_inlet
-from .march import Simulation
 from .specs import Specs
+from .time_integration import Simulation
 from .to_and_fro import free_column, part_to_and_fro
 from .unmet_targets import NO_CHANGE, row_of_the_last_fifth, supply_at_its_limit
 

@@ -1,4 +1,4 @@
-"""When a march ends: what was waited for is there, nothing changes any more, or the time is up."""
+"""When an integration ends: what was waited for is there, nothing changes any more, or the time is up."""
 
 import bisect
 
@@ -17,13 +17,13 @@ ROUNDING = 1e-12
 
 
 class Ending:
-    """The end of a march, told from what is recorded."""
+    """The end of an integration, told from what is recorded."""
 
     def __init__(self, specs: Specs, estimates: Estimates, recorder: Recorder) -> None:
         self._specs, self._estimates, self._recorder = specs, estimates, recorder
 
     def is_reached(self, time: float) -> bool:
-        """Whether the march ends at a time (s)."""
+        """Whether the integration ends at a time (s)."""
         course = self._specs.course
         if time >= self._specs.time.end_time * (1.0 - ROUNDING):
             return True

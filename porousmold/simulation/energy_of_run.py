@@ -6,7 +6,7 @@ import numpy as np
 
 from ..output.quantities import JOULES_A_KWH
 from .energy_use import energy_use
-from .march import Simulation
+from .time_integration import Simulation
 
 SPENT = ("fluid_heat", "pumping_work", "energy_spent", "mean_power")
 

@@ -1,7 +1,7 @@
 """How far the flow through a mesh of one's own is off by its cells, and what is to be said of it."""
 
 from ..solvers.gradient_error import gradient_error
-from .march import Simulation
+from .time_integration import Simulation
 
 FACTOR = 1.5
 """Error of the mass flow over `gradient_error`: 0.7 to 2.2 in tools fed through ports in three dimensions, 0.2 to 1.2 in a plane

@@ -19,9 +19,9 @@ from .cycles import LEAST_DIFFERENCE, SURROUNDINGS, cycles_of, extremes
 from .end_warnings import of_phases_over_at_once
 from .energy_of_run import energy_of_the_tool, imbalance_of, spent_of
 from .flow_error import mass_flow_error, of_coarse_cells
-from .march import Simulation
 from .run_warnings import of_a_store_that_empties, warnings_of
 from .specs import Specs
+from .time_integration import Simulation
 from .unmet_targets import kept_targets
 
 

@@ -1,4 +1,4 @@
-"""What is recorded of a march: the history's rows, the heating times, and snapshots of the fields."""
+"""What is recorded of an integration: the history's rows, the heating times, and snapshots of the fields."""
 
 from ..output.quantities import Columns, Moment, row_of
 from ..solvers.state import ArrayOf, Saved, SavedNumbers

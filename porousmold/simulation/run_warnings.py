@@ -21,7 +21,6 @@ from .end_warnings import (
 )
 from .energy_of_run import energy_of_the_tool, imbalance_of
 from .estimates import rayleigh_darcy
-from .march import Simulation
 from .scene_warnings import (
     first_cell,
     of_a_narrow_bed,
@@ -31,6 +30,7 @@ from .scene_warnings import (
 )
 from .snapshots import SAME_TIME
 from .specs import Specs
+from .time_integration import Simulation
 from .unmet_targets import kept_targets, of_narrow_margins, why_not_met
 
 HIGHEST_MACH_NUMBER = 0.3

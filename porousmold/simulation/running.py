@@ -1,4 +1,4 @@
-"""One run from scene to result: march, sum up, write."""
+"""One run from scene to result: integrate, sum up, write."""
 
 import math
 import time as clock
@@ -11,7 +11,7 @@ from ..errors import InputError, SolveError
 from ..mesh.aliases import Communicator
 from ..mpi import MPI
 from ..output.checkpoint import Checkpoint
-from ..output.console import Bar, MarchProgress
+from ..output.console import Bar, RunProgress
 from ..output.folder import RunFolder
 from ..output.quantities import Columns
 from ..scene.identity import identity_of
@@ -33,18 +33,18 @@ from .accuracy import (
     run_to_accuracy,
 )
 from .answers import AT_ONCE, FINGERS, MELTS, SLOW_TO_CONVERGE, answers_of, doubt_of, hidden_directions
-from .march import Simulation
 from .mesh_quality import few_cells
 from .observation import field_snapshots, profile_near_wall
 from .outcome import summarise
 from .result import Result
 from .specs import specs_of
+from .time_integration import Simulation
 
 FAILED = "failed"
 ANSWERS, DOUBT, ITERATIONS = "answers", "doubt", "flow iterations"
 MOST_ITERATIONS, ITERATIONS_OF_START = 3.0, 100
-"""Iterations of the flow of a repeat with more cells and steps, over those of the first march and the factor on its steps, and
-those beyond that: where finer cells have no steady flow, each step seeks one in vain."""
+"""Iterations of the flow of a repeat with more cells and steps, over those of the first integration and the factor on its steps,
+and those beyond that: where finer cells have no steady flow, each step seeks one in vain."""
 SOONEST_SAVING, SAVING_PART = 1.0, 0.02
 """Seconds between two checkpoints at least, and the part of the time that they may take: a run that is killed loses little."""
 ROOM, FIELDS_KEPT = 10 * 2**20, 120
@@ -81,7 +81,7 @@ def run(
     communicator = communicator or MPI.COMM_WORLD
     if isinstance(progress, bool):
         bar = Bar(quiet=not progress or communicator.rank > 0, always=True)
-        shown = MarchProgress(bar, scene.operation.heating_margin, scene.operation.end_time)
+        shown = RunProgress(bar, scene.operation.heating_margin, scene.operation.end_time)
         try:
             return run(scene, out, communicator, shown, stop, resume, force, observe or shown.phase)
         finally:
@@ -104,11 +104,11 @@ def run(
 
 
 class _Run:
-    """The marches of one run: a single one, finer ones where its answers are in doubt, or those for `solver.accuracy`.
+    """The integrations of one run: a single one, finer ones where its answers are in doubt, or those for `solver.accuracy`.
 
-    `_outcomes` holds what came of the marches before the present one: `ANSWERS`, `DOUBT` and `ITERATIONS`, or `FAILED`.
-    `_refined` is by how much the last march has more cells and steps than the first, whose answers were in `_doubt`; it is given
-    up beyond `_most_iterations` of the flow.
+    `_outcomes` holds what came of the integrations before the present one: `ANSWERS`, `DOUBT` and `ITERATIONS`, or `FAILED`.
+    `_refined` is by how much the last integration has more cells and steps than the first, whose answers were in `_doubt`; it is
+    given up beyond `_most_iterations` of the flow.
     """
 
     def __init__(
@@ -132,19 +132,19 @@ class _Run:
         self._outcomes: list[Any] = []
         self._last: list[Any] = []
         self._simulation: Simulation
-        self._marched = scene
+        self._integrated = scene
         self._doubt, self._refined, self._most_iterations = "", Refinements(), math.inf
 
     def _identity(self, outcomes: list[Any]) -> str:
-        """Of the checkpoints after such marches: several marches of one run, whose answers are compared, must be alike."""
+        """Of the checkpoints after such integrations: several of one run, whose answers are compared, must be alike."""
         is_alone = self._scene.solver.accuracy is None and all(outcome == FAILED for outcome in outcomes)
         return identity_of(self._scene, going_on=is_alone)
 
     def result(self) -> Result:
-        """March to the end, write everything, and give the `Result`."""
+        """Integrate to the end, write everything, and give the `Result`."""
         failure = interruption = errors = None
         try:
-            errors = run_to_accuracy(self._scene, self._march, self._hidden)
+            errors = run_to_accuracy(self._scene, self._integrate, self._hidden)
             if errors is None:
                 errors = self._compared()
         except SolveError as problem:
@@ -168,9 +168,9 @@ class _Run:
 
     def _compared(self) -> dict[str, float] | None:
         """Differences of the answers from those of a coarser run, where they are in doubt, else None (collective). If they are
-        large, the march is repeated on finer cells, and compared with the one before; at once on a mesh that is a file, and where
-        fingers form, which no number of repeats settles: one."""
-        scene, own, found = self._marched, _as_answers(self._last[0]), None
+        large, the integration is repeated on finer cells, and compared with the one before; at once on a mesh that is a file, and
+        where fingers form, which no number of repeats settles: one."""
+        scene, own, found = self._integrated, _as_answers(self._last[0]), None
         self._doubt = self._last[0][DOUBT]
         if not self._doubt:
             return None
@@ -178,7 +178,7 @@ class _Run:
         if scene.geometry.kind != "mesh":
             self._observe("comparing with coarser cells and steps")
             coarser = COARSER._replace(steps=1.0) if self._doubt in SLOW_TO_CONVERGE else COARSER
-            coarsest = coarser_answers(scene, coarser, self._march_aside)
+            coarsest = coarser_answers(scene, coarser, self._integrate_aside)
             found = differences(coarsest, own)
             if self._doubt not in AT_ONCE and (not found or max(found.values()) <= _confirmed_below(self._doubt)):
                 return found
@@ -187,16 +187,16 @@ class _Run:
         again = AT_ONCE.get(self._doubt, ALL_IN_DOUBT)
         factors = again
         if self._doubt not in AT_ONCE and self._doubt not in SLOW_TO_CONVERGE:
-            factors = refinements_in_doubt(scene, own, coarsest, self._march_aside)
+            factors = refinements_in_doubt(scene, own, coarsest, self._integrate_aside)
         iterations = MOST_ITERATIONS * self._last[0][ITERATIONS]
         while True:
             finer = self._refined.times(*factors)
             try:
                 self._most_iterations = iterations * finer.steps + ITERATIONS_OF_START
-                answers = self._march(finer.of(scene))
+                answers = self._integrate(finer.of(scene))
             except SolveError:  # finer cells may have no steady flow
                 self._most_iterations = math.inf
-                answers = self._march(self._refined.of(scene))
+                answers = self._integrate(self._refined.of(scene))
                 break
             found, own, self._refined, factors = differences(answers, own), answers, finer, again
             most = MOST_WORK_AGAIN * math.prod(ALL_IN_DOUBT) / math.prod(again)
@@ -206,32 +206,32 @@ class _Run:
         return found
 
     def _hidden(self) -> Refinements:
-        """Of the last march."""
+        """Of the last integration."""
         return hidden_directions(self._last[0][DOUBT])
 
     def _work(self) -> float:
-        """Unknowns times steps of the present simulation; 0 where the checkpoint is that of a later march."""
+        """Unknowns times steps of the present simulation; 0 where the checkpoint is that of a later integration."""
         if not hasattr(self, "_simulation"):
             return 0.0
         return float(sum(self._simulation.problem.unknowns.values()) * len(self._simulation.recorder.history))
 
-    def _march_aside(self, scene: Scene) -> Answers:
+    def _integrate_aside(self, scene: Scene) -> Answers:
         """Answers of a scene that leave the present simulation, and its checkpoint, as they are."""
         simulation = Simulation(specs_of(scene), self._communicator)
         try:
-            return answers_of(simulation.march(stop=self._stop).recorder)
+            return answers_of(simulation.integrate(stop=self._stop).recorder)
         finally:
             simulation.free()
 
-    def _march(self, scene: Scene) -> dict[str, Answer]:
-        """March a scene, for its answers; one that was marched before the checkpoint is only recalled."""
+    def _integrate(self, scene: Scene) -> dict[str, Answer]:
+        """Integrate a scene, for its answers; one that was integrated before the checkpoint is only recalled."""
         self._outcomes += self._last
         self._last = []
         if self._replayed:
             outcome = self._replayed.pop(0)
-            self._last, self._marched = [outcome], scene
+            self._last, self._integrated = [outcome], scene
             if outcome == FAILED:
-                raise SolveError("march", 0.0, "failed before the checkpoint", "")
+                raise SolveError("run", 0.0, "failed before the checkpoint", "")
             return _as_answers(outcome)
         self._free()
         simulation = Simulation(specs_of(scene), self._communicator, self._observe)
@@ -240,10 +240,10 @@ class _Run:
         if self._saved is not None:
             self._saved.restore(simulation)
             self._saved = None
-        self._simulation, self._marched = simulation, scene
+        self._simulation, self._integrated = simulation, scene
         self._due = clock.perf_counter() + min(self._scene.output.checkpoint_interval, SOONEST_SAVING)
         try:
-            simulation.march(self._after_step, self._stop)
+            simulation.integrate(self._after_step, self._stop)
         except SolveError:
             self._last = [FAILED]
             raise
@@ -273,7 +273,7 @@ class _Run:
     ) -> dict[str, Any]:
         """Everything that the folder is to hold; gives the summary."""
         simulation, folder, wanted = self._simulation, self._folder, self._scene.solver.accuracy
-        summary = summarise(self._marched, simulation, errors, failure, interrupted=interrupted)
+        summary = summarise(self._integrated, simulation, errors, failure, interrupted=interrupted)
         summary |= {"identity": identity_of(self._scene), "given": self._scene.given()}
         if failure is None and not interrupted:
             answers = answers_of(simulation.recorder)
@@ -285,7 +285,7 @@ class _Run:
         if wanted is None and failure is None and self._outcomes[:1] == [FAILED]:
             summary["warnings"].append(
                 "a solve failed on the mesh of the scene; this result is for mesh_refinement "
-                f"{self._marched.solver.mesh_refinement:g}"
+                f"{self._integrated.solver.mesh_refinement:g}"
             )
         unfinished = failure is not None or interrupted
         with simulation.problem.stopwatch("output"):
@@ -296,7 +296,7 @@ class _Run:
                 _write_data(folder, simulation)
         summary["wall_seconds"] = {"total": clock.perf_counter() - self._start} | simulation.problem.stopwatch.seconds
         if folder is not None:
-            folder.write_summary(summary, self._marched, wanted)
+            folder.write_summary(summary, self._integrated, wanted)
             if not unfinished:
                 folder.forget_checkpoint()
         return summary
@@ -318,7 +318,7 @@ def _write_data(folder: RunFolder, simulation: Simulation) -> None:
 
 
 def _as_answers(outcome: Mapping[str, Any]) -> dict[str, Answer]:
-    """Answers of a march, which in a checkpoint are pairs of numbers."""
+    """Answers of an integration, which in a checkpoint are pairs of numbers."""
     return {name: Answer(*pair) for name, pair in outcome[ANSWERS].items()}
 
 

@@ -1,4 +1,4 @@
-"""Fields and profiles that are kept of a march, to be written at its end."""
+"""Fields and profiles that are kept of an integration, to be written at its end."""
 
 from typing import NamedTuple
 
@@ -28,7 +28,7 @@ class Snapshot(NamedTuple):
 
 
 class Snapshots:
-    """`fields` has snapshots, spread over the march; `profiles` the temperatures along the bed at the times
+    """`fields` has snapshots, spread over the integration; `profiles` the temperatures along the bed at the times
     asked for and at the ends of phases, the first cycle's and the last two's."""
 
     def __init__(self, problem: Problem) -> None:

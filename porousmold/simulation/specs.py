@@ -177,9 +177,9 @@ class HeatSpec:
 
 @dataclass(frozen=True, kw_only=True)
 class TimeSpec:
-    """The march: its steps, what it waits for, the place to be `heated`, or `targets` until these are met, and by how much what
-    is given bends (1/s, over its scale) at which times: `kinks`. `until_steady` ends it where the temperatures are steady before
-    `end_time`."""
+    """The integration: its steps, what it waits for, the place to be `heated`, or `targets` until these are met, and by how much
+    what is given bends (1/s, over its scale) at which times: `kinks`. `until_steady` ends it where the temperatures are steady
+    before `end_time`."""
 
     steps: TimeSteps
     heated: Heated

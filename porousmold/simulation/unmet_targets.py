@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from ..output.quantities import ENERGY_GIVEN, JOULES_A_KWH, Columns
-from .march import Simulation
 from .target_history import Turn, longest_hold, lost_and_kept, narrowest, narrowest_turn
 from .targets import Target
+from .time_integration import Simulation
 
 AT_LIMIT = 0.999
 """Part of a heater's limit, or of the blower's end, from which it counts as reached."""

@@ -39,7 +39,7 @@ CONVERGED_UPDATE, MOST_ITERATIONS = 1e-8, 25
 
 
 class CoupledTransient:
-    """Takes the place of `heat` (`TransientHeat`) in the march; `flow` is the `FullFlow` it starts from.
+    """Takes the place of `heat` (`TransientHeat`) in the integration; `flow` is the `FullFlow` it starts from.
 
     After every stage both hold the coupled solution, so that what is recorded and balanced is theirs. `energy(state,
     temperature)` gives the `EnergyEquations` of a flow state and its temperature; `flow_temperature` follows T;

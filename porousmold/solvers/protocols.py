@@ -211,7 +211,7 @@ class HeatBalance:
 
 
 class Heat(Stateful, Protocol):
-    """The temperatures over a domain, marched in time."""
+    """The temperatures over a domain, integrated in time."""
 
     curing: list[Curing]
 

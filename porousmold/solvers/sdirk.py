@@ -44,7 +44,7 @@ TRAPEZOIDAL = ErrorWeights(2, -0.5, (0.5,))
 
 
 class Sdirk:
-    """Marches the unknown of a `system`, whose residual is `inverse_stage` S(U) + A(U) with 1/(gamma dt) in that constant.
+    """Integrates the unknown of a `system`, whose residual is `inverse_stage` S(U) + A(U) with 1/(gamma dt) in that constant.
 
     `stored(vector)` assembles S(U) of the present; `solver` solves a stage; `set_time(t)` is called before each stage to update
     what is given, `renew()` at the start of a step to take its coefficients; `updates()` gives what is updated beside it.

@@ -170,12 +170,12 @@ def _simplify(options: argparse.Namespace) -> int:
     first, signals = MPI.COMM_WORLD.rank == 0, StopSignals()
     bar, runs = Bar(quiet=options.quiet or not first), itertools.count(1)
 
-    def march(simpler: Scene) -> float | None:
+    def integrate(simpler: Scene) -> float | None:
         bar.show(next(runs), MOST_RUNS, "runs on coarse cells")
         return run(simpler, stop=signals.__bool__).heating_time
 
     try:
-        found = choose_model(scene, accuracy, march)
+        found = choose_model(scene, accuracy, integrate)
     except RunInterrupted:
         return INTERRUPTED
     finally:

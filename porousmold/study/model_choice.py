@@ -108,15 +108,15 @@ class _Candidate:
         return next(iter(self.settings))
 
 
-def choose_model(scene: Scene, accuracy: float, march: Callable[[Scene], float | None]) -> ModelChoice:
-    """The cheapest model of a scene within a relative `accuracy`; `march(scene)` gives a heating time (s; None where the wall is
-    not heated) or raises `SolveError`. Where the fullest model is not heated, or has no steady flow on coarse cells, nothing is
-    left out.
+def choose_model(scene: Scene, accuracy: float, integrate: Callable[[Scene], float | None]) -> ModelChoice:
+    """The cheapest model of a scene within a relative `accuracy`; `integrate(scene)` gives a heating time (s; None where the wall
+    is not heated) or raises `SolveError`. Where the fullest model is not heated, or has no steady flow on coarse cells, nothing
+    is left out.
     """
     open_keys = {candidate.key for candidate in _CANDIDATES if not scene.is_given(candidate.key)}
     full = _fullest(scene, open_keys)
     try:
-        reference = march(_coarse(full))
+        reference = integrate(_coarse(full))
     except SolveError as error:
         return ModelChoice(full, accuracy, 0.0, (), f"nothing is left out: on coarse cells {error}")
     if reference is None:
@@ -141,7 +141,7 @@ def choose_model(scene: Scene, accuracy: float, march: Callable[[Scene], float |
             choices.append(replace(refused, reason=f"{predicted.text}: expected effect about {predicted.worth:.2g}"))
             continue
         try:
-            time = march(_coarse(simpler))
+            time = integrate(_coarse(simpler))
         except SolveError:
             time = None
         if time is None:

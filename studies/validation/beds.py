@@ -22,9 +22,9 @@ from porousmold.laws.conductivity import Anisotropic, LocalBed, added, wall_coef
 from porousmold.laws.nusselt import specific_surface
 from porousmold.mesh.point_values import nodal_values
 from porousmold.simulation.assembly import assemble
-from porousmold.simulation.march import Simulation
 from porousmold.simulation.problem import Problem
 from porousmold.simulation.specs import specs_of
+from porousmold.simulation.time_integration import Simulation
 
 from .correlations import AIR, CERAMIC
 from .section import Array, Section
@@ -187,7 +187,7 @@ def run_along(re: float, n: float, settings: Settings, lengths: tuple[float, flo
     for length in lengths:
         simulation = Simulation(
             specs_of(scene(re, n, {**settings, **steady, **cells}, length=length)), MPI.COMM_SELF
-        ).march()
+        ).integrate()
         over.append(simulation.recorder.history["outlet_temperature"][-1] - 300.0)
     width, mean = n * BEAD_DIAMETER, re * AIR.viscosity / BEAD_DIAMETER
     rate = np.log(over[0] / over[1]) / (lengths[1] - lengths[0])

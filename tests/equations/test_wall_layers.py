@@ -82,7 +82,7 @@ def through_wall(heat, across):
     return values[places]
 
 
-def march(heat, end, steps):
+def integrate(heat, end, steps):
     for number in range(steps):
         heat.step(number * end / steps, end / steps)
 
@@ -94,7 +94,7 @@ def test_steady_wall_of_layers_with_a_contact_resistance(axisymmetric):
     gap = contact("gap", resistance)
     layers = [(inner, 0.2, 40, source), (gap.solid, gap.thickness, 1, None), (outside, 0.3, 60, None)]
     heat, across = wall_alone(layers, coefficient=film, axisymmetric=axisymmetric)
-    march(heat, 1e6, 10)
+    integrate(heat, 1e6, 10)
     temperatures = through_wall(heat, across)
     if axisymmetric:
         flow = source * 0.5 * (1.2**2 - 1.0)  # W per radian and metre
@@ -141,7 +141,7 @@ def test_transient_wall_of_layers_against_finite_volumes():
     gap = contact("gap", 0.4)
     layers = [(inner, 0.2, 16, None), (gap.solid, gap.thickness, 1, None), (outside, 0.1, 16, None)]
     heat, across = wall_alone(layers, coefficient=2.0)
-    march(heat, 0.6, 60)
+    integrate(heat, 0.6, 60)
     store = [float(layer.density(300.0) * layer.heat_capacity(300.0)) for layer in (inner, outside)]
     exact = slab([(5.0, store[0], 0.2, 0.4), (0.2, store[1], 0.1, 0.0)], 2.0, 400.0, np.array([0.6]))
     found = through_wall(heat, across)
@@ -162,7 +162,7 @@ def test_a_layer_conducts_along_itself_otherwise_than_through_it():
     outer = replace(heat.equations.wall.outer, ambient=ambient + 100.0 * ufl.cos(wave * place))
     equations = replace(heat.equations, wall=replace(heat.equations.wall, outer=outer))
     heat = TransientHeat(heat.domain, equations, 400.0, lambda time: None, equations.flow_temperature, DEGREE)
-    march(heat, 1e5, 10)
+    integrate(heat, 1e5, 10)
     decay = wave * np.sqrt(along / through)
     amplitude = 100.0 / (np.cosh(decay * thickness) + through * decay / film * np.sinh(decay * thickness))
     assert through_wall(heat, across)[0] - 400.0 == pytest.approx(amplitude, rel=2e-3)
@@ -173,7 +173,7 @@ def cured_alone(steps, end=40.0):
     resin = replace(solid(density=2.0), cure=RESIN)
     heat, across = wall_alone([(resin, 0.1, 2, None)])
     heat.unknown.x.array[:] = 350.0
-    march(heat, end, steps)
+    integrate(heat, end, steps)
     return heat.curing[0].extremes()[0], through_wall(heat, across)[1], heat
 
 

@@ -42,7 +42,7 @@ def stopped(out, settings, wait, numbers, *, pause=0.0, **variables):
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_within_the_march(number, tmp_path):
+def test_within_the_integration(number, tmp_path):
     status, printed, seconds = stopped(tmp_path / "out", ["solver.largest_step=0.05"], "checkpoint.h5", [number])
     assert status == 130 and "stopped at t =" in printed and "Traceback" not in printed
     assert seconds < PATIENCE

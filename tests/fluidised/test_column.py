@@ -42,7 +42,7 @@ def mean(run, name):
 @pytest.fixture(scope="module")
 def fluidised():
     run = column(0.9)
-    run.march(0.2)
+    run.integrate(0.2)
     return run
 
 
@@ -66,13 +66,13 @@ def test_heat_is_conserved_and_temperatures_stay_within_bounds(fluidised):
 
 def test_gas_of_the_beads_temperature_changes_nothing():
     run = column(0.7, inlet_temperature=293.15)
-    run.march(0.02)
+    run.integrate(0.02)
     assert np.ptp(run.gas.temperature) < 1e-8 and np.ptp(run.beads.temperature) < 1e-9
 
 
 def test_no_gas_enters_where_the_floor_is_blocked():
     run = column(0.4, blocked_width=4e-3)
-    run.march(0.01)
+    run.integrate(0.01)
     up = run.gas.velocity[0][0] * run.gas.porosity[0]
     middle = run.grid.cells[1] // 2
     assert up[middle] < 0.5 * up[[0, -1]].min()
@@ -106,7 +106,7 @@ def test_beads_that_are_held_resist_by_ergun(monkeypatch):
     monkeypatch.setattr(ColumnBeads, "move", hold)
     for step in (0.01, 0.05, 0.2):
         run = column(0.3, lattice(), relative_step=step)
-        run.march(0.004 + 20.0 * run.given.time_step)
+        run.integrate(0.004 + 20.0 * run.given.time_step)
         porosity = run.gas.porosity.ravel()
         assert np.ptp(porosity) < 1e-12
         coefficient = DRAG_LAWS["ergun"].coefficient(porosity[0], 1e-3, 1.2, 2e-5, 0.3 / porosity[0])
@@ -120,7 +120,7 @@ def test_fine_beads_at_rest_resist_by_ergun():
     sizes = {"width": 20 * d, "depth": 7 * d, "height": 40 * d, "bed_height": 25 * d, "bead_diameter": d}
     run = column(velocity, **sizes, bead_density=3200.0, bead_heat_capacity=290.0, relative_step=0.1)
     assert 9.81 * run.given.time_step > 0.3 * velocity / 0.4
-    run.march(8e-3)
+    run.integrate(8e-3)
     across = run.grid.parts[1] / run.grid.parts[1].sum()
     porosity = run.gas.porosity[1:6]  # nodes within the bed: neither on the floor nor at the free surface
     resistance = DRAG_LAWS["ergun"].coefficient(porosity, d, 1.2, 2e-5, velocity / porosity)
@@ -143,9 +143,9 @@ def test_a_dilute_suspension_settles_as_richardson_and_zaki_say():
     rng, period = np.random.default_rng(2), np.array([0.0, 4e-3])
     assert dynamics.place(rng, places, np.full(count, 0.5 * d), low, high, 0.0, period, 10_000) == count
     run = column(0.0, places, **sizes, **water)
-    run.march(0.1)
+    run.integrate(0.1)
     before = run.beads.places[:, 1].mean()
-    run.march(0.15)
+    run.integrate(0.15)
     speed = (before - run.beads.places[:, 1].mean()) / 0.05
     archimedes = archimedes_number(d, 1000.0, 2500.0, 1e-3)
     single = terminal_reynolds_number(archimedes) * 1e-3 / (1000.0 * d)
@@ -182,7 +182,7 @@ def test_a_bed_at_rest_takes_the_drag_and_the_film_that_are_chosen(monkeypatch):
     monkeypatch.setattr(ColumnBeads, "move", lambda *ignored: None)
     runs = [column(0.05, lattice(), **laws) for laws in ({}, {"drag": "di-felice", "nusselt": "henry"})]
     for run in runs:
-        run.march(2e-3)
+        run.integrate(2e-3)
     porosity, slip = runs[0].gas.porosity[0, 0], runs[0].gas.velocity[0].mean()
     laws = [SUSPENSION_DRAGS[run.given.drag](porosity, 1e-3, 1.2, 2e-5, slip) for run in runs]
     drops = [run.rows[-1]["pressure_drop"] for run in runs]
@@ -217,12 +217,12 @@ def test_bad_input_is_refused(settings, message):
 @pytest.mark.parametrize("more", [{}, {"depth": 0.9e-3, "smallest_diameter": 0.8e-3}], ids=["deep", "one layer, mixed"])
 def test_it_goes_on_from_a_checkpoint_to_the_same_numbers(tmp_path, more):
     once, first = column(0.9, **more), column(0.9, **more)
-    once.march(0.02)
-    first.march(0.01)
+    once.integrate(0.02)
+    first.integrate(0.01)
     first.save(tmp_path / "checkpoint.npz", {})
     with np.load(tmp_path / "checkpoint.npz") as saved:
         second = Column.restored(first.given, saved)
-    second.march(0.02)
+    second.integrate(0.02)
     assert second.rows == once.rows and (second.beads.places == once.beads.places).all()
 
 
@@ -335,7 +335,7 @@ def test_one_layer_of_a_mixture_floats_and_its_walls_take_its_heat():
     diameters = np.sqrt(run.beads.surfaces / np.pi)
     assert diameters.min() == pytest.approx(0.8e-3) and diameters.max() == pytest.approx(1e-3)
     assert run.beads.sauter_diameter == pytest.approx((diameters**3).sum() / (diameters**2).sum())
-    run.march(0.35)
+    run.integrate(0.35)
     late = [row["pressure_drop"] for row in run.rows if row["time"] > 0.2]  # the start lifts the whole bed
     assert np.mean(late) == pytest.approx(run.weight, rel=0.05)
     assert np.sort(np.sqrt(run.beads.surfaces / np.pi)) == pytest.approx(np.sort(diameters))

@@ -56,7 +56,7 @@ def column_of(celsius=400.0, **settings):
 def run():
     """A droplet that has come down onto a bed at 400 °C."""
     column = column_of()
-    column.march(0.15)
+    column.integrate(0.15)
     return column
 
 
@@ -197,7 +197,7 @@ def test_the_floor_carries_what_the_gas_does(run):
 def test_forces_on_a_droplet_that_rests_carry_its_weight():
     """On a bed too cold to dig in, after it has come to rest."""
     column = column_of(200.0)
-    column.march(0.4)
+    column.integrate(0.4)
     late = column.rows[len(column.rows) // 2 :]
     force = np.mean([(row["force_by_gas"] + row["force_by_beads"]) / row["weight"] for row in late])
     assert force == pytest.approx(1.0, abs=0.02)
@@ -234,7 +234,7 @@ def test_water_and_grains_give_each_other_the_same_momentum():
 
 def test_vapour_keeps_hot_grains_out():
     column = column_of(contact="film")
-    column.march(0.06)
+    column.integrate(0.06)
     assert max(row["beads_inside"] for row in column.rows) <= 2.0
     assert column.depth < 0.0
 
@@ -255,12 +255,12 @@ def test_grains_that_are_bonded_do_not_part():
 
 def test_a_run_goes_on_from_its_checkpoint_to_the_same_numbers(tmp_path):
     whole, first = column_of(), column_of()
-    whole.march(0.03)
-    first.march(0.015)
+    whole.integrate(0.03)
+    first.integrate(0.015)
     first.save(tmp_path / "checkpoint.npz", {})
     with np.load(tmp_path / "checkpoint.npz") as file:
         second = DropletColumn.restored(small(), {name: file[name] for name in file.files})
-    second.march(0.03)
+    second.integrate(0.03)
     assert second.rows == whole.rows
     assert np.array_equal(second.beads.places, whole.beads.places)
 
@@ -346,7 +346,7 @@ def test_a_droplet_digs_into_a_hot_bed_and_stays_on_a_cooler_one():
     late, highest = {}, {}
     for celsius in (200.0, 400.0):
         column = DropletColumn(given(celsius))
-        column.march(1.0)
+        column.integrate(1.0)
         rows = [row for row in column.rows if row["time"] > 0.5]
         late[celsius] = np.array([row["depth"] for row in rows]) / column.given.droplet_diameter
         highest[celsius] = (max(row["highest_bead"] for row in rows) - column.surface) / column.given.droplet_diameter

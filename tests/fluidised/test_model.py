@@ -31,7 +31,7 @@ CONSTANT = {
 
 def test_two_bodies_warm_up_as_the_exponential_of_their_matrix():
     bed = FluidisedBed(Scene.load(SCENE, CONSTANT))
-    state, (summary, history) = bed.state(0.0, 450.0), bed.march()
+    state, (summary, history) = bed.state(0.0, 450.0), bed.integrate()
     beads = math.pi * 0.075**2 * 0.4 * 0.58 * 2600.0 * 800.0
     beads += math.pi * 0.075**2 * (state.height - 0.4 * 0.58) * 0.8 * 1010.0  # the gas in the voids
     wall = math.pi * (0.15 + 0.004) * 0.004 * state.height * 7800.0 * 480.0
@@ -47,7 +47,9 @@ def test_two_bodies_warm_up_as_the_exponential_of_their_matrix():
 
 
 def test_faster_gas_expands_the_bed_and_heats_sooner():
-    slow, fast = (FluidisedBed(Scene.load(SCENE, {"operation.mass_flow": flow})).march()[0] for flow in (0.006, 0.012))
+    slow, fast = (
+        FluidisedBed(Scene.load(SCENE, {"operation.mass_flow": flow})).integrate()[0] for flow in (0.006, 0.012)
+    )
     assert fast["porosity"] > slow["porosity"] > 0.42 and fast["height"] > slow["height"] > 0.4
     assert fast["heating_time"] < slow["heating_time"]
     assert fast["pressure_drop"] == slow["pressure_drop"] == pytest.approx(0.58 * 0.4 * 9.80665 * 2600.0, rel=0.05)
@@ -56,7 +58,7 @@ def test_faster_gas_expands_the_bed_and_heats_sooner():
 def test_beads_in_a_liquid_are_lighter_by_their_buoyancy_and_store_less_heat_than_it():
     """Alumina beads in water: (1-phi)(rho_s - rho) g H = 14.9 kPa, not 20.6; the water takes most of the heat."""
     bed = FluidisedBed(Scene.load(FIELD_CASES / "16-fluidised" / "fb.toml"))
-    summary, _ = bed.march()
+    summary, _ = bed.integrate()
     assert summary["minimum_fluidisation_velocity"] == pytest.approx(0.0526, rel=2e-3)
     density = bed._laws.fluid.density(101325.0, 333.15)
     assert summary["pressure_drop"] == pytest.approx(0.585 * (3586.0 - density) * 9.80665, rel=1e-6)
@@ -85,21 +87,21 @@ def test_beads_in_a_liquid_are_lighter_by_their_buoyancy_and_store_less_heat_tha
 )
 def test_what_is_no_fluidised_bed_is_refused(settings, words):
     with pytest.raises(InputError, match=words):
-        FluidisedBed(Scene.load(SCENE, settings)).march()
+        FluidisedBed(Scene.load(SCENE, settings)).integrate()
 
 
 def test_gas_that_becomes_warm_at_once_heats_as_gas_that_is():
     """Its velocity was that of the cold gas, its density that of the warm: 54 % too much of it."""
     given = {"operation.mass_flow": None, "operation.inlet_velocity": 0.9}
     steps = {"operation.inlet_temperature": ([0.0, 1.0], [293.15, 453.15])}
-    found = [FluidisedBed(Scene.load(SCENE, given | more)).march()[0] for more in ({}, steps)]
+    found = [FluidisedBed(Scene.load(SCENE, given | more)).integrate()[0] for more in ({}, steps)]
     assert found[1]["velocity"] == pytest.approx(found[0]["velocity"], rel=1e-9)
     assert found[1]["heating_time"] == pytest.approx(found[0]["heating_time"], abs=2.0)
 
 
 def test_large_beads_are_warned_of():
     scene = Scene.load(SCENE, {"bed.bead_diameter": "5 mm", "operation.mass_flow": "0.06 kg/s"})
-    assert any("outside 0.05 to 3 mm" in text for text in FluidisedBed(scene).march()[0]["warnings"])
+    assert any("outside 0.05 to 3 mm" in text for text in FluidisedBed(scene).integrate()[0]["warnings"])
 
 
 def test_the_command_writes_result_history_and_picture(tmp_path, capsys):
@@ -140,7 +142,7 @@ DIP = ([0.0, 3000.0, 3600.0, 20000.0], ["180 degC", "180 degC", "60 degC", "60 d
 
 def wall_by_small_steps(bed, end):
     """Temperatures (K) of the wall by steps of 2 s of the same rates (Heun)."""
-    height, state = bed.march()[0]["height"], np.array([293.15, 293.15])
+    height, state = bed.integrate()[0]["height"], np.array([293.15, 293.15])
     walls = [state[1]]
     for number in range(int(end / 2.0)):
         first = bed._rates(2.0 * number, state, height)[0]
@@ -153,7 +155,7 @@ def wall_by_small_steps(bed, end):
 def test_a_ramp_that_begins_at_the_walls_temperature_does_not_count_as_heated():
     """When the wall lags by no more than 2 K behind the set-point at its end, not when that leaves it behind."""
     bed = FluidisedBed(Scene.load(SCENE, {"operation.inlet_temperature": RAMP}))
-    summary, _ = bed.march()
+    summary, _ = bed.integrate()
     walls = wall_by_small_steps(bed, 10000.0)
     reached = 2.0 * int(np.argmax(walls >= 453.15 - 2.0))
     assert summary["heating_time"] == pytest.approx(reached, abs=4.0) and reached > 3200.0
@@ -161,7 +163,7 @@ def test_a_ramp_that_begins_at_the_walls_temperature_does_not_count_as_heated():
 
 
 def test_an_inlet_that_falls_past_the_wall_heats_nothing():
-    summary, history = FluidisedBed(Scene.load(SCENE, {"operation.inlet_temperature": DIP})).march()
+    summary, history = FluidisedBed(Scene.load(SCENE, {"operation.inlet_temperature": DIP})).integrate()
     assert summary["heating_time"] > 3600.0 and history["wall_temperature"][-1] == pytest.approx(333.15, abs=2.001)
 
 
@@ -171,7 +173,7 @@ def test_nothing_is_passed_over_in_a_quiet_start(late):
     times = [0.0, late, late + 10.0, late + 600.0, late + 610.0]
     pulse = (times, ["20 degC", "20 degC", "180 degC", "180 degC", "20 degC"])
     bed = FluidisedBed(Scene.load(SCENE, {"operation.inlet_temperature": pulse, "operation.end_time": late + 610.0}))
-    summary, history = bed.march()
+    summary, history = bed.integrate()
     most = 0.009 * 1010.0 * 160.0 * 600.0
     assert 0.5 * most < summary["heat_by_fluid"] < most and abs(summary["energy_imbalance"]) < 1e-6
     walls = wall_by_small_steps(bed, late + 610.0)

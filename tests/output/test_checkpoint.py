@@ -74,12 +74,12 @@ def test_with_an_inlet_that_changes_and_steps_that_adapt(tmp_path):
     assert_same(run(scene, tmp_path / "run", MPI.COMM_SELF, resume=True), whole, 1e-10)
 
 
-def test_between_the_marches_that_accuracy_asks_for(tmp_path):
+def test_between_the_integrations_that_accuracy_asks_for(tmp_path):
     scene = coarse_scene({"solver.accuracy": 0.1, "operation.heating_margin": 50.0, **LAMINAR})
     whole = run(scene, communicator=MPI.COMM_SELF)
-    first_march = run(scene.changed({"solver.accuracy": None, "solver.mesh_refinement": 0.5, "solver.step_refinement": 0.5}),
+    first_integrate = run(scene.changed({"solver.accuracy": None, "solver.mesh_refinement": 0.5, "solver.step_refinement": 0.5}),
                       communicator=MPI.COMM_SELF)  # fmt: skip
-    interrupted(scene, tmp_path, first_march.summary["time_steps"] + 3)
+    interrupted(scene, tmp_path, first_integrate.summary["time_steps"] + 3)
     again = run(scene, tmp_path, MPI.COMM_SELF, resume=True)
     assert again.heating_time == pytest.approx(whole.heating_time, rel=1e-10)
     assert again.summary["heating_time_error"] == pytest.approx(whole.summary["heating_time_error"], rel=1e-8)

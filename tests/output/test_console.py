@@ -2,7 +2,7 @@
 
 import logging
 
-from porousmold.output.console import PART, Bar, MarchProgress, log_to_console, outer_wall_text, summary_text
+from porousmold.output.console import PART, Bar, RunProgress, log_to_console, outer_wall_text, summary_text
 from porousmold.simulation.running import run
 
 from ..support import coarse_scene, problem_of
@@ -68,7 +68,7 @@ def test_phases_are_shown_until_the_first_step():
                     heating_duration = 100.0
 
     bar = Noted()
-    progress = MarchProgress(bar, 2.0, 1000.0)
+    progress = RunProgress(bar, 2.0, 1000.0)
     progress.phase("compiling")
     progress(10.0, 60.0, Simulation)
     progress.phase("flow: iteration 1")

@@ -18,7 +18,7 @@ def material(restitution=1.0, friction=0.0, spin_decay=0.0):
     return STIFFNESS, 2.0 * zeta * math.sqrt(STIFFNESS), friction, spin_decay, dynamics.SPRING_RATIO
 
 
-def march(body, settings, dt, steps, planes=NOWHERE, size=None, period=OPEN):
+def integrate(body, settings, dt, steps, planes=NOWHERE, size=None, period=OPEN):
     """Advance `body` in place with one Verlet list that holds every pair."""
     count = len(body)
     size = np.column_stack((np.full(count, 0.5), np.ones(count))) if size is None else size
@@ -36,7 +36,7 @@ def test_bead_bounces_with_its_restitution():
     body = np.zeros((1, 9))
     body[0, 2], body[0, 5] = 0.5 + 1e-9, -20.0
     settings = material(restitution=0.5)
-    march(body, settings, 1e-6, int(1.3 * math.pi / math.sqrt(STIFFNESS) / 1e-6), FLOOR)
+    integrate(body, settings, 1e-6, int(1.3 * math.pi / math.sqrt(STIFFNESS) / 1e-6), FLOOR)
     beta = 0.5 * settings[1]
     omega = math.sqrt(STIFFNESS - beta**2)
     expected = math.exp(-beta / omega * (math.pi - math.atan(2.0 * beta * omega / (omega**2 - beta**2))))
@@ -46,7 +46,7 @@ def test_bead_bounces_with_its_restitution():
 def test_elastic_head_on_collision_swaps_velocities():
     body = np.zeros((2, 9))
     body[1, 0], body[0, 3] = 1.001, 3.0
-    march(body, material(), 2e-6, 9000)
+    integrate(body, material(), 2e-6, 9000)
     falling = -2e-6 * 9000
     assert body[:, 3] == pytest.approx([0.0, 3.0], abs=2e-4)
     assert body[:, 5] == pytest.approx(falling)
@@ -67,7 +67,7 @@ def test_oblique_collision_keeps_momentum_and_angular_momentum(friction):
 
     before, spun = momenta()
     dt, steps = 1e-6, 40_000
-    march(body, material(0.6, friction), dt, steps, size=size)
+    integrate(body, material(0.6, friction), dt, steps, size=size)
     after, angular = momenta()
     gravity = np.array([0.0, 0.0, -size[:, 1].sum() * dt * steps])
     assert after == pytest.approx(before + gravity, abs=1e-10)
@@ -85,7 +85,7 @@ def test_sliding_bead_ends_up_rolling_at_five_sevenths(friction):
     body = np.zeros((1, 9))
     body[0, 2], body[0, 3] = 0.5 - 1.0 / STIFFNESS, 1.0
     dt = 2e-4
-    march(body, material(0.5, friction), dt, int(1.5 * 2.0 / 7.0 / friction / dt), FLOOR)
+    integrate(body, material(0.5, friction), dt, int(1.5 * 2.0 / 7.0 / friction / dt), FLOOR)
     assert body[0, 3] == pytest.approx(5.0 / 7.0, rel=2e-3)
     assert body[0, 7] * 0.5 == pytest.approx(body[0, 3], rel=2e-3)
 
@@ -93,7 +93,7 @@ def test_sliding_bead_ends_up_rolling_at_five_sevenths(friction):
 def test_spin_decay_alone_slows_a_free_spin():
     body = np.zeros((1, 9))
     body[0, 6] = 1.0
-    march(body, material(spin_decay=10.0), 1e-4, 1000)
+    integrate(body, material(spin_decay=10.0), 1e-4, 1000)
     assert body[0, 6] == pytest.approx(math.exp(-1.0), rel=1e-3)
 
 

@@ -15,7 +15,7 @@ SMALL = {"distance": 8.0, "width": 6.0, "strains": 10.0, "peclet": (1.0,)}
 
 
 def sheared(fraction, rate=0.03, **settings):
-    return Shearing(ShearCell(fraction, rate, **(SMALL | settings))).march()
+    return Shearing(ShearCell(fraction, rate, **(SMALL | settings))).integrate()
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +73,7 @@ def test_same_seed_same_numbers_another_seed_other_ones():
 
 def test_a_run_that_was_killed_goes_on_to_the_same_numbers(tmp_path, monkeypatch):
     cell = ShearCell(0.5, 0.03, strains=1.0, distance=6.0, width=5.0)
-    whole = Shearing(cell, pictures=5).march()
+    whole = Shearing(cell, pictures=5).integrate()
     writes = iter(range(4))
     write = Shearing._write
 
@@ -84,11 +84,11 @@ def test_a_run_that_was_killed_goes_on_to_the_same_numbers(tmp_path, monkeypatch
 
     monkeypatch.setattr(Shearing, "_write", killed)
     with pytest.raises(KeyboardInterrupt):
-        Shearing(cell, tmp_path / "checkpoint.npz", pictures=5).march()
+        Shearing(cell, tmp_path / "checkpoint.npz", pictures=5).integrate()
     monkeypatch.undo()
     resumed = Shearing(cell, tmp_path / "checkpoint.npz", pictures=5)
     assert 0 < len(resumed._blocks) < module.BLOCKS
-    result = resumed.march()
+    result = resumed.integrate()
     for name, values in numbers(whole).items():
         np.testing.assert_array_equal(values, numbers(result)[name], err_msg=name)
     np.testing.assert_array_equal(whole.pictured, result.pictured)

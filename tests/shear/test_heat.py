@@ -82,7 +82,7 @@ def test_fluxes_are_those_through_the_walls_less_what_is_stored(walls):
     """To rounding errors, in any motion: the mean flux over the volume, with the moment of the stored heat."""
     cell = ShearCell(0.55, 0.05, peclet=(0.1, 10.0), biot=(0.0,), strains=2.0, distance=6.0, width=5.0, walls=walls)
     shearing = Shearing(cell)
-    shearing.march()
+    shearing.integrate()
     for block in shearing._blocks:
         through = block["fluxes"].sum(axis=(0, 2))
         at_walls = 0.5 * cell.distance * (block["into_beads"][:, 1] - block["into_beads"][:, 0])

@@ -35,7 +35,7 @@ def test_the_estimate_is_that_of_the_true_error(number):
     assert outcome.is_right and outcome.true <= 0.003
 
 
-class March:
+class Integration:
     """Heating times whose errors by cells along, cells across and steps fall with an order each."""
 
     def __init__(self, along, across, steps, orders=(2.0, 2.0, 3.0)):
@@ -63,18 +63,18 @@ class March:
 )
 @pytest.mark.parametrize("wanted", [1e-3, 1e-4])
 def test_each_direction_and_the_steps_are_refined_as_each_needs_it(errors, wanted):
-    march = March(*errors)
-    error = run_to_accuracy(Scene.load(ALUMINIUM, {"solver.accuracy": wanted}), march)["heating_time"]
-    settled, true = march.asked[-1], march.error(march.asked[-1])
+    integrate = Integration(*errors)
+    error = run_to_accuracy(Scene.load(ALUMINIUM, {"solver.accuracy": wanted}), integrate)["heating_time"]
+    settled, true = integrate.asked[-1], integrate.error(integrate.asked[-1])
     assert error is not None and (error <= wanted or max(settled) == FINEST)
     assert abs(true) < 1.5 * error
     for one, other in itertools.permutations(range(3), 2):
         if abs(errors[one]) > 5.0 * abs(errors[other]) and 1.0 < settled[one] < FINEST:
             assert settled[one] > settled[other]
-    assert len(march.asked) <= 6
+    assert len(integrate.asked) <= 6
 
 
-class HidesAlong(March):
+class HidesAlong(Integration):
     """The error by cells along falls at order 1, and coarser cells than the default ones do not show it."""
 
     def error(self, refinements):
@@ -82,19 +82,19 @@ class HidesAlong(March):
 
 
 def test_an_error_that_coarser_cells_hide_is_that_of_finer_ones():
-    march, scene = HidesAlong(0.015, 1e-4, 1e-4, (1.0, 2.0, 2.0)), Scene.load(ALUMINIUM, {"solver.accuracy": 3e-3})
-    assert run_to_accuracy(scene, march)["heating_time"] < 0.1 * march.error(march.asked[-1])  # certified
-    march.asked.clear()
-    error = run_to_accuracy(scene, march, lambda: Refinements(along=IN_DOUBT))["heating_time"]
-    settled = march.asked[-1]
-    assert march.error(settled) <= 3e-3 and march.error(settled) / 3.0 < error <= 3e-3
+    integrate, scene = HidesAlong(0.015, 1e-4, 1e-4, (1.0, 2.0, 2.0)), Scene.load(ALUMINIUM, {"solver.accuracy": 3e-3})
+    assert run_to_accuracy(scene, integrate)["heating_time"] < 0.1 * integrate.error(integrate.asked[-1])  # certified
+    integrate.asked.clear()
+    error = run_to_accuracy(scene, integrate, lambda: Refinements(along=IN_DOUBT))["heating_time"]
+    settled = integrate.asked[-1]
+    assert integrate.error(settled) <= 3e-3 and integrate.error(settled) / 3.0 < error <= 3e-3
     assert settled.along > 4.0 and settled.across == settled.steps == 1.0
 
 
 def test_a_default_run_that_is_good_enough_is_the_last():
-    march = March(2e-4, -1e-4, 1e-4)
-    assert run_to_accuracy(Scene.load(ALUMINIUM, {"solver.accuracy": 1e-3}), march)
-    assert len(march.asked) == 4 and march.asked[-1] == Refinements()
+    integrate = Integration(2e-4, -1e-4, 1e-4)
+    assert run_to_accuracy(Scene.load(ALUMINIUM, {"solver.accuracy": 1e-3}), integrate)
+    assert len(integrate.asked) == 4 and integrate.asked[-1] == Refinements()
 
 
 def test_estimate_is_zero_only_without_any_difference():
@@ -117,10 +117,10 @@ def test_errors_that_cancel_count_by_half_at_least():
 
 @pytest.mark.parametrize(("along", "order"), [(2e-3, OBSERVED_ORDERS.along), (-2e-3, ORDER_OF_SHARP_FRONTS)])
 def test_richardson_is_exact_at_the_orders_that_are_taken(along, order):
-    march = March(along, 1e-3, -2e-3, OBSERVED_ORDERS._replace(along=order))
+    integrate = Integration(along, 1e-3, -2e-3, OBSERVED_ORDERS._replace(along=order))
     scene = Scene.load(ALUMINIUM)
     runs = COARSER, COARSER._replace(across=1.0), COARSER._replace(steps=1.0), Refinements()
-    errors = estimated_errors(*(march(refinements.of(scene))["heating_time"] for refinements in runs))
+    errors = estimated_errors(*(integrate(refinements.of(scene))["heating_time"] for refinements in runs))
     assert errors == pytest.approx((along, 1e-3, -2e-3), rel=5e-3)
 
 
@@ -139,27 +139,27 @@ def test_the_factor_brings_each_error_to_its_share():
 def test_failed_coarse_run_is_followed_by_a_finer_one():
     refinements = []
 
-    def march(scene):
+    def integrate(scene):
         refinements.append(scene.solver.mesh_refinement)
         raise SolveError("flow", 0.0, "detail", "advice")
 
     with pytest.raises(SolveError):
-        run_to_accuracy(Scene.load(ALUMINIUM, {"solver.accuracy": 0.003}), march)
+        run_to_accuracy(Scene.load(ALUMINIUM, {"solver.accuracy": 0.003}), integrate)
     assert refinements[1] == 2.0 * refinements[0] and len(refinements) == 2
 
 
 def test_the_worst_answer_asks_for_the_refinement():
     """Two answers, one with an error by steps and one by cells: both are brought down, and an answer that a coarse run lacks
     has no estimate."""
-    cells, steps = March(0.01, 0.0, 0.0), March(0.0, 0.0, 0.02)
+    cells, steps = Integration(0.01, 0.0, 0.0), Integration(0.0, 0.0, 0.02)
 
-    def march(scene):
+    def integrate(scene):
         found = {"heating_time": cells(scene)["heating_time"], "targets.cured": steps(scene)["heating_time"]}
         if scene.solver.step_refinement >= 1.0:
             found["targets.even"] = Answer.by_itself(100.0)
         return found
 
-    errors = run_to_accuracy(Scene.load(ALUMINIUM, {"solver.accuracy": 1e-3}), march)
+    errors = run_to_accuracy(Scene.load(ALUMINIUM, {"solver.accuracy": 1e-3}), integrate)
     assert set(errors) == {"heating_time", "targets.cured"} and max(errors.values()) <= 1e-3
     settled = cells.asked[-1]
     assert settled.along > 1.5 and settled.steps > 1.5 and settled.across == 1.0

@@ -71,7 +71,7 @@ def test_energy_and_cost_are_those_up_to_the_answer_not_to_the_end_of_its_step()
 
 def test_the_flow_stays_at_the_blowers_operating_point():
     changes = {**BLOWER, "solver.flow_tolerance": 1e-3}
-    simulation = simulation_of(coarse_scene(ALUMINIUM, changes), MPI.COMM_SELF).march()
+    simulation = simulation_of(coarse_scene(ALUMINIUM, changes), MPI.COMM_SELF).integrate()
     history = simulation.recorder.history
     fluid, pressure = simulation.specs.laws.fluid, simulation.specs.flow.outlet_pressure
     blower = blower_of(coarse_scene(ALUMINIUM, changes), fluid)
@@ -174,7 +174,9 @@ def test_an_interrupted_run_goes_on_to_the_same_answer(tmp_path):
 def test_the_workshops_mold_on_any_number_of_ranks():
     changes = {"operation.end_time": 400.0, "solver.axial_cells": 6, "solver.cell_growth": 2.0}
     scene = Scene.load(STUDIES / "mold" / "workshop.toml", changes)
-    alone, together = (simulation_of(scene, communicator).march() for communicator in (MPI.COMM_SELF, MPI.COMM_WORLD))
+    alone, together = (
+        simulation_of(scene, communicator).integrate() for communicator in (MPI.COMM_SELF, MPI.COMM_WORLD)
+    )
     for name in ("heater_power", "inlet_temperature", "mass_flow", "coldest_place", "lowest_skin", "cure_part"):
         assert together.recorder.history[name] == pytest.approx(alone.recorder.history[name], rel=1e-5), name
 

@@ -22,11 +22,11 @@ from porousmold.simulation.accuracy import (
     refinements_in_doubt,
 )
 from porousmold.simulation.answers import BEGINS_LATE, FINGERS, doubt_of
-from porousmold.simulation.march import Simulation
 from porousmold.simulation.running import RunInterrupted
+from porousmold.simulation.time_integration import Simulation
 
 from ..support import STUDIES, coarse_scene
-from .test_accuracy import March, front_in_the_bed
+from .test_accuracy import Integration, front_in_the_bed
 
 
 def test_a_front_that_stands_in_the_bed_at_the_end_is_compared_with_a_coarser_run():
@@ -49,7 +49,7 @@ def test_what_is_in_doubt_is_refined_in_the_direction_of_its_error(direction):
     """Of temperatures at the end; of times coarse steps hide what cells do."""
     errors = [1e-5] * 3
     errors[direction] = 0.01
-    times, scene = March(*errors), coarse_scene()
+    times, scene = Integration(*errors), coarse_scene()
 
     def at_end(scene):
         return {f"{AT_END}outlet_temperature": answer for answer in times(scene).values()}
@@ -98,15 +98,15 @@ def test_an_answer_in_doubt_is_that_of_finer_cells():
 
 
 def test_a_run_whose_finer_cells_have_no_flow_keeps_its_answer(monkeypatch):
-    scene, march = front_in_the_bed(WITH_DEFAULT_CELLS), Simulation.march
+    scene, integrate = front_in_the_bed(WITH_DEFAULT_CELLS), Simulation.integrate
     unknowns = run(scene.changed({"solver.refine_in_doubt": False})).summary["unknowns"]["energy"]
 
     def fails_on_finer_cells(self, *arguments, **keywords):
         if self.problem.unknowns["energy"] > unknowns:
             raise SolveError("flow", 0.0, "no steady flow", "another mesh")
-        return march(self, *arguments, **keywords)
+        return integrate(self, *arguments, **keywords)
 
-    monkeypatch.setattr(Simulation, "march", fails_on_finer_cells)
+    monkeypatch.setattr(Simulation, "integrate", fails_on_finer_cells)
     result, plain = run(scene), run(scene.changed({"solver.refine_in_doubt": False}))
     assert result.summary["status"] == "done" and result.summary["end_errors"] == plain.summary["end_errors"]
     assert result["outlet_temperature"][-1] == plain["outlet_temperature"][-1]
@@ -115,7 +115,7 @@ def test_a_run_whose_finer_cells_have_no_flow_keeps_its_answer(monkeypatch):
 
 def test_a_repeat_that_takes_many_iterations_is_given_up(monkeypatch):
     """As on cells on which each step seeks a steady flow in vain: water at a Reynolds number of 1500 with k-epsilon went on for
-    hours. The answer is that of the first march."""
+    hours. The answer is that of the first integration."""
     scene = front_in_the_bed(WITH_DEFAULT_CELLS | {"model.flow": "full"})
     plain = run(scene.changed({"solver.refine_in_doubt": False}))
     assert run(scene).summary["refinements"] != plain.summary["refinements"]
@@ -126,40 +126,40 @@ def test_a_repeat_that_takes_many_iterations_is_given_up(monkeypatch):
     assert result["outlet_temperature"][-1] == plain["outlet_temperature"][-1]
 
 
-def test_a_second_march_is_resumed_but_not_for_another_end(tmp_path):
-    """What is resumed is the second march, whose answer is compared with that of the first."""
-    scene, marches = front_in_the_bed(WITH_DEFAULT_CELLS), []
+def test_a_second_integration_is_resumed_but_not_for_another_end(tmp_path):
+    """What is resumed is the second integration, whose answer is compared with that of the first."""
+    scene, integrations = front_in_the_bed(WITH_DEFAULT_CELLS), []
     whole = run(scene)
 
     def in_the_second(time, deficit, simulation):
-        marches.extend([simulation] if simulation not in marches else [])
+        integrations.extend([simulation] if simulation not in integrations else [])
         return None
 
     with pytest.raises(RunInterrupted):
-        run(scene, tmp_path / "run", progress=in_the_second, stop=lambda: len(marches) > 1)
+        run(scene, tmp_path / "run", progress=in_the_second, stop=lambda: len(integrations) > 1)
     with pytest.raises(InputError, match="--resume"):
         run(scene.changed({"operation.end_time": 150.0}), tmp_path / "run", resume=True)
-    marches.clear()
+    integrations.clear()
     resumed = run(scene, tmp_path / "run", progress=in_the_second, resume=True)
-    assert len(marches) == 1 and resumed.summary["refinements"]["along"] == 2.0
+    assert len(integrations) == 1 and resumed.summary["refinements"]["along"] == 2.0
     assert resumed["outlet_temperature"][-1] == pytest.approx(whole["outlet_temperature"][-1], abs=1e-6)
     assert resumed.summary["end_errors"] == pytest.approx(whole.summary["end_errors"], abs=1e-7)
 
 
-def test_a_second_march_that_followed_at_once_is_resumed(tmp_path, monkeypatch):
+def test_a_second_integration_that_followed_at_once_is_resumed(tmp_path, monkeypatch):
     """Coarser cells confirm the answer of the first one, whose doubt they do not settle: it is kept in the checkpoint."""
     monkeypatch.setattr(running, "doubt_of", lambda recorder, answers: BEGINS_LATE)
     monkeypatch.setattr(running, "LARGEST_DIFFERENCE", 1.0)
     monkeypatch.setattr(running, "is_still_in_doubt", lambda moved, refined: False)
-    scene, marches = front_in_the_bed(WITH_DEFAULT_CELLS), []
+    scene, integrations = front_in_the_bed(WITH_DEFAULT_CELLS), []
     whole = run(scene)
     assert whole.summary["refinements"] == {"along": 2.0, "across": 1.0, "steps": 1.0}
 
     def in_the_second(time, deficit, simulation):
-        marches.extend([simulation] if simulation not in marches else [])
+        integrations.extend([simulation] if simulation not in integrations else [])
 
     with pytest.raises(RunInterrupted):
-        run(scene, tmp_path / "run", progress=in_the_second, stop=lambda: len(marches) > 1)
+        run(scene, tmp_path / "run", progress=in_the_second, stop=lambda: len(integrations) > 1)
     monkeypatch.setattr(running, "doubt_of", lambda recorder, answers: "")
     resumed = run(scene, tmp_path / "run", resume=True)
     assert resumed.summary["refinements"] == whole.summary["refinements"]
@@ -167,7 +167,7 @@ def test_a_second_march_that_followed_at_once_is_resumed(tmp_path, monkeypatch):
 
 
 def test_fingers_are_repeated_once_whatever_moved(monkeypatch):
-    """No number of repeats settles them; the third march takes most of the time."""
+    """No number of repeats settles them; the third integration takes most of the time."""
     scene = front_in_the_bed(WITH_DEFAULT_CELLS | {"solver.mesh_refinement": None})
     monkeypatch.setattr(running, "is_still_in_doubt", lambda moved, refined: max(refined) < FINEST_IN_DOUBT)
     monkeypatch.setattr(running, "doubt_of", lambda recorder, answers: FINGERS)

@@ -25,7 +25,7 @@ CONSTANT = {
 
 def heating_time(**changes):
     settings = CONSTANT | {name.replace("__", "."): value for name, value in changes.items()}
-    simulation = simulation_of(Scene.load(ALUMINIUM, settings)).march()
+    simulation = simulation_of(Scene.load(ALUMINIUM, settings)).integrate()
     assert abs(simulation.problem.heat.balance.imbalance) < 1e-4
     return simulation.recorder.heating_time
 

@@ -12,9 +12,9 @@ from porousmold.cli import main
 from porousmold.files.xdmf import read_fields
 from porousmold.scene.features.phases import phases_of
 from porousmold.simulation.cycles import _cycle
-from porousmold.simulation.march import Simulation
 from porousmold.simulation.running import RunInterrupted
 from porousmold.simulation.specs import specs_of
+from porousmold.simulation.time_integration import Simulation
 from tests.support import FIELD_CASES, coarse_scene
 
 STORE = FIELD_CASES / "17-tes-cycle" / "tes.toml"

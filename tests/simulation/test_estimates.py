@@ -5,8 +5,8 @@ from mpi4py import MPI
 
 from porousmold import InputError, Scene, run
 from porousmold.simulation.estimates import estimate
-from porousmold.simulation.march import Simulation
 from porousmold.simulation.specs import specs_of
+from porousmold.simulation.time_integration import Simulation
 
 from ..support import STUDIES, coarse_scene
 
@@ -76,7 +76,7 @@ def test_a_front_wider_than_the_bed_does_not_lengthen_the_steps():
     def heating_time(steps):
         settings = {"model.flow": "developed", "solver.mesh_refinement": 0.4, "solver.step_refinement": steps}
         simulation = Simulation(specs_of(coarse_scene(conducting | settings)), MPI.COMM_SELF)
-        return simulation.march().recorder.heating_time
+        return simulation.integrate().recorder.heating_time
 
     assert heating_time(1.0) == pytest.approx(heating_time(4.0), rel=2e-3)
 

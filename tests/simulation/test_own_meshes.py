@@ -108,7 +108,9 @@ def test_an_extruded_mold_is_the_same_on_any_number_of_ranks(tmp_path):
     MPI.COMM_WORLD.barrier()
     mesh = {"geometry.mesh": str(folder / "spatial.geo"), "geometry.symmetry": "none", "geometry.refine_wall": True}
     scene = Scene.load(CURVED, SOON | mesh)
-    alone, together = (simulation_of(scene, communicator).march() for communicator in (MPI.COMM_SELF, MPI.COMM_WORLD))
+    alone, together = (
+        simulation_of(scene, communicator).integrate() for communicator in (MPI.COMM_SELF, MPI.COMM_WORLD)
+    )
     assert together.recorder.history["heat_stored"][-1] == pytest.approx(
         alone.recorder.history["heat_stored"][-1], rel=1e-6
     )

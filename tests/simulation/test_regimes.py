@@ -4,9 +4,9 @@ import pytest
 from mpi4py import MPI
 
 from porousmold import Scene
-from porousmold.simulation.march import Simulation
 from porousmold.simulation.regimes import turbulence_begins_at
 from porousmold.simulation.specs import specs_of
+from porousmold.simulation.time_integration import Simulation
 
 from ..support import ALUMINIUM
 from .test_answers_in_doubt import TRANSITION
@@ -14,7 +14,7 @@ from .test_answers_in_doubt import TRANSITION
 
 def begins_at(scene):
     simulation = Simulation(specs_of(scene), MPI.COMM_WORLD)
-    simulation.march()
+    simulation.integrate()
     found = turbulence_begins_at(simulation.problem)
     simulation.free()
     return found

@@ -454,9 +454,9 @@ def test_a_fault_on_one_rank_ends_them_all(tmp_path):
     """No rank waits for ever for one that has fallen out; a fault is the program's own and keeps its traceback."""
     code = (
         "import sys\nfrom mpi4py import MPI\nfrom porousmold.cli import main\n"
-        "from porousmold.simulation.march import Simulation\n"
+        "from porousmold.simulation.time_integration import Simulation\n"
         "def faulty(self, *_):\n    1 / (1 - MPI.COMM_WORLD.rank)\n    MPI.COMM_WORLD.barrier()\n"
-        "Simulation.march = faulty\n"
+        "Simulation.integrate = faulty\n"
         "sys.exit(main(sys.argv[1:]))\n"
     )
     ended = under_mpirun(2, "-c", code, "run", str(ALUMINIUM), *SETTINGS, "--out", str(tmp_path / "run"), timeout=60)

@@ -213,7 +213,7 @@ def test_the_last_state_of_a_store_is_that_of_its_end(tmp_path, turns):
 
 def test_fields_of_a_store_are_of_their_times():
     """Between snapshots many steps apart, or of two phases, a straight line was up to 160 K off."""
-    simulation = simulation_of(cycling(cycles=4).changed({"output.field_times": 10})).march()
+    simulation = simulation_of(cycling(cycles=4).changed({"output.field_times": 10})).integrate()
     history, course = simulation.recorder.history, simulation.specs.course
     times, problem, count = np.array(history["time"]), simulation.problem, 0
     for time, (temperature, *_) in field_snapshots(problem, simulation.recorder.snapshots.fields, simulation.time):

@@ -20,7 +20,7 @@ TIMES = np.linspace(0.0, 400.0, 81)
 
 
 def first_time(target, **columns):
-    """When a march along these columns meets the target."""
+    """When an integration along these columns meets the target."""
     for rows in range(1, len(TIMES) + 1):
         found = target.time({name: list(values[:rows]) for name, values in {"time": TIMES, **columns}.items()})
         if found is not None:

@@ -5,8 +5,8 @@ import pytest
 from mpi4py import MPI
 
 from porousmold.scene.scene import Scene
-from porousmold.simulation.march import Simulation
 from porousmold.simulation.specs import specs_of
+from porousmold.simulation.time_integration import Simulation
 from porousmold.solvers import field_splits, linear_solution
 
 from ..support import ALUMINIUM, STUDIES
@@ -47,7 +47,7 @@ def test_temperatures_do_not_depend_on_how_the_flow_is_solved(scene, refinement,
     coldest, iterations = [], []
     for largest in (WHOLE, BY_FIELDS):
         monkeypatch.setattr(linear_solution, "LARGEST_FACTORISED", largest)
-        problem = Simulation(specs_of(Scene.load(scene, settings)), MPI.COMM_SELF).march().problem
+        problem = Simulation(specs_of(Scene.load(scene, settings)), MPI.COMM_SELF).integrate().problem
         coldest.append(problem.places.extremes("bed")[0])
         iterations.append(problem.flow.counts.newton_iterations)
     assert coldest[0] != coldest[1] and coldest[1] == pytest.approx(coldest[0], abs=0.01)

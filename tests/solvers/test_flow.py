@@ -5,7 +5,7 @@ import pytest
 from mpi4py import MPI
 
 from porousmold import InputError, Scene, SolveError, run
-from porousmold.simulation import march
+from porousmold.simulation import time_integration
 from porousmold.simulation.initial_guess import NEAR
 from porousmold.simulation.regimes import is_also_laminar
 from porousmold.simulation.specs import specs_of
@@ -164,13 +164,13 @@ def test_what_is_left_in_a_few_nodes_does_not_grow_from_step_to_step():
 def test_what_cannot_be_found_fails_soon_and_finer_cells_are_tried(monkeypatch):
     """The run tries finer cells by itself, and ends with the failure where they do not help either."""
     meshes = []
-    original = march.Simulation.__init__
+    original = time_integration.Simulation.__init__
 
     def noted(self, specs, *arguments):
         meshes.append(specs.mesh.cells.refinement)
         original(self, specs, *arguments)
 
-    monkeypatch.setattr(march.Simulation, "__init__", noted)
+    monkeypatch.setattr(time_integration.Simulation, "__init__", noted)
     monkeypatch.setattr(steady.SteadySolver, "_converged", lambda self, update, last: False)
     monkeypatch.setattr(steady.SteadySolver.find, "__defaults__", (0.0, steady.FAST._replace(most_steps=5)))
     with pytest.raises(SolveError, match="flow"):

@@ -199,7 +199,9 @@ def test_a_narrow_mold_on_any_number_of_ranks():
     scene = coarse_scene(
         {"geometry.width": 0.15, "model.flow": "developed", "solver.mesh_refinement": 0.4, "operation.end_time": 120.0}
     )
-    alone, together = (simulation_of(scene, communicator).march() for communicator in (MPI.COMM_SELF, MPI.COMM_WORLD))
+    alone, together = (
+        simulation_of(scene, communicator).integrate() for communicator in (MPI.COMM_SELF, MPI.COMM_WORLD)
+    )
     assert together.recorder.history["mass_flow"] == pytest.approx(alone.recorder.history["mass_flow"], rel=1e-6)
     assert together.recorder.history["deficit_wall"] == pytest.approx(alone.recorder.history["deficit_wall"], abs=0.01)
 

@@ -8,8 +8,8 @@ from porousmold.errors import SolveError
 from porousmold.solvers.time_control import TimeControl
 
 
-def marched(control, error=lambda time, step: 0.0, limit=10000):
-    """(times, steps) of a march in which every step has the given error."""
+def integrated(control, error=lambda time, step: 0.0, limit=10000):
+    """(times, steps) of an integration in which every step has the given error."""
     time, times, steps = 0.0, [0.0], []
     while time < control.end_time * (1 - 1e-12) and len(steps) < limit:
         step = control.propose(time)
@@ -28,7 +28,7 @@ def marched(control, error=lambda time, step: 0.0, limit=10000):
 )
 def test_hits_every_kink_and_the_end_within_the_cap(first, growth, cap, breakpoints):
     breakpoints = tuple(sorted(breakpoints))
-    times, steps = marched(TimeControl(first, max(growth, 1.05), cap, 1000.0, breakpoints))
+    times, steps = integrated(TimeControl(first, max(growth, 1.05), cap, 1000.0, breakpoints))
     assert times[-1] == pytest.approx(1000.0)
     assert max(steps) <= max(cap, first) * (1 + 1e-9)
     assert all(min(abs(time - instant) for time in times) < 1e-6 for instant in breakpoints)
@@ -44,7 +44,7 @@ def test_quiet_steps_grow_beyond_the_cap_and_those_after_them_do_not():
 
 
 def test_ramps_geometrically_and_small_again_after_a_kink():
-    times, steps = marched(TimeControl(1.0, 2.0, 20.0, 200.0, (100.0,)))
+    times, steps = integrated(TimeControl(1.0, 2.0, 20.0, 200.0, (100.0,)))
     assert steps[:5] == [1.0, 2.0, 4.0, 8.0, 16.0]
     after = next(i for i, time in enumerate(times) if time == pytest.approx(100.0))
     assert steps[after] == 1.0
@@ -52,7 +52,7 @@ def test_ramps_geometrically_and_small_again_after_a_kink():
 
 def test_large_errors_repeat_the_step_smaller():
     control = TimeControl(1.0, 2.0, 20.0, 100.0)
-    times, steps = marched(control, error=lambda time, step: (step / (5.0 if time < 40.0 else 1.0)) ** 2)
+    times, steps = integrated(control, error=lambda time, step: (step / (5.0 if time < 40.0 else 1.0)) ** 2)
     assert control.rejected >= 1 and max(steps) <= 5.0 * (1 + 1e-9)
     assert max(step for time, step in zip(times, steps, strict=False) if time > 45.0) <= 1.0 + 1e-9
 
@@ -60,7 +60,7 @@ def test_large_errors_repeat_the_step_smaller():
 def test_steps_settle_where_the_error_is_just_allowed():
     """An error of the order 3 that grows with time: steps follow it, hardly any is repeated."""
     control = TimeControl(0.1, 2.0, 1e3, 1e3)
-    times, steps = marched(control, error=lambda time, step: (step / (10.0 + 0.02 * time)) ** 3)
+    times, steps = integrated(control, error=lambda time, step: (step / (10.0 + 0.02 * time)) ** 3)
     late = [step / (10.0 + 0.02 * time) for time, step in zip(times, steps, strict=False) if 100.0 < time < 900.0]
     assert 0.7 < min(late) <= max(late) <= 1.0 and control.rejected <= 2
 

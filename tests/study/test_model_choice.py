@@ -19,7 +19,7 @@ def chosen_of(settings, worth=WORTH, isothermal=3e-3, accuracy=0.01):
     """The `ModelChoice` of the aluminium mold where each simplification has a known worth; and the scenes that were run."""
     scenes = []
 
-    def march(scene):
+    def integrate(scene):
         scenes.append(scene)
         model = scene.model
         time = 1000.0 * (1.0 if model.bead_modes is not None else 1.0 + isothermal)
@@ -27,7 +27,7 @@ def chosen_of(settings, worth=WORTH, isothermal=3e-3, accuracy=0.01):
             time *= 1.0 + worth.get(value, 0.0)
         return time
 
-    return choose_model(Scene.load(ALUMINIUM, settings), accuracy, march), scenes
+    return choose_model(Scene.load(ALUMINIUM, settings), accuracy, integrate), scenes
 
 
 def test_what_is_worth_little_is_left_out_and_adds_up():
@@ -88,12 +88,12 @@ def test_nothing_is_left_out_without_a_comparison():
 
 
 def test_a_simplification_without_an_answer_is_not_taken():
-    def march(scene):
+    def integrate(scene):
         if scene.model.flow != "full":
             raise SolveError("flow", 0.0, "detail", "advice")
         return 1000.0
 
-    assert choose_model(Scene.load(ALUMINIUM), 0.01, march).scene.model.flow == "full"
+    assert choose_model(Scene.load(ALUMINIUM), 0.01, integrate).scene.model.flow == "full"
 
 
 def test_the_text_is_a_table_of_the_scene_and_says_why_the_rest_is_kept():

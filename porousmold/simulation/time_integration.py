@@ -34,7 +34,7 @@ BACKWARDS = 1e-3
 
 
 class Simulation:
-    """A scene on a communicator, marched in time by `march()`; `recorder` has what is recorded of it.
+    """A scene on a communicator, integrated in time by `integrate()`; `recorder` has what is recorded of it.
 
     `problem` is the discrete one, `observe(text)` gets the name of each phase. Raises `InputError` like `assemble`.
     """
@@ -58,7 +58,7 @@ class Simulation:
         """Free what PETSc holds of it; what was recorded stays (collective)."""
         free_systems(self.problem.domain.mesh)
 
-    def march(
+    def integrate(
         self,
         progress: Callable[[float, float], None] = lambda time, deficit: None,
         stop: Callable[[], bool] = lambda: False,
@@ -96,8 +96,8 @@ class Simulation:
         return self
 
     def keep_fields_of_the_stop(self) -> None:
-        """Keep the fields of a march that stopped before its end, but not of a state that is turned already for the phase to
-        come, whose flow was not found (collective)."""
+        """Keep the fields of an integration that stopped before its end, but not of a state that is turned already for the phase
+        to come, whose flow was not found (collective)."""
         if not self._turns:
             self.recorder.snapshots.finish(self.time, self._steps)
 
@@ -195,7 +195,7 @@ class Simulation:
         self.problem.medium.boundary.set_heat(self.time)
 
     def save(self) -> Saved:
-        """Everything the march goes on from."""
+        """Everything the integration goes on from."""
         problem, recorder = self.problem.save(), self.recorder.save()
         numbers = {
             "time": self.time,
