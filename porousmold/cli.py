@@ -300,6 +300,8 @@ def _run(options: argparse.Namespace) -> int:
             note = ", without fields, which that run did not write" if lacking else ""
             printed(f"done already: the folder holds the result of this scene (--force computes it again){note}")
         if not options.quiet:
+            if result.resumed_at is not None:
+                printed(f"continued from the checkpoint at t = {result.resumed_at:.6g} s")
             printed(summary_text(scene, result.summary, out, pictures))
     return DONE
 

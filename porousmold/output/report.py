@@ -224,27 +224,26 @@ def _uncertainty(folder: Path) -> list[Block]:
             for entry in found["contributions"]
         ]  # fmt: skip
         sentence, words = str(found["sentence"]), str(found["of"])
+        without = ", ".join(found["without_tolerance"])
     except (OSError, ValueError, LookupError, TypeError) as error:
         raise InputError("RUN", str(folder), f"has a damaged uncertainty.json: {error}") from error
     head = ["of", "tolerance", f"standard deviation of the {words}", "share of the variance", "remark"]
-    return [Sentence(sentence, "large"), Table(head, rows)]
+    not_varied = [Sentence(f"Not varied, as they have no tolerance here: {without}.")] if without else []
+    return [Sentence(sentence, "large"), Table(head, rows), *not_varied]
 
 
 def _optimum(folder: Path) -> list[Block]:
     """What `porousmold optimum` left in the folder: the answer."""
     try:
         found = json.loads((folder / "optimum.json").read_text(encoding="utf-8"))
-        best, limits = (
-            found["optimum"],
-            ", ".join(f"{name} below {limit:.6g}" for name, limit in found["below"].items()),
-        )
-        rows = [] if best is None else [[name, _value(value)] for name, value in best.items()]
+        best, units = found["optimum"], found["units"]
+        limits = ", ".join(f"{name} below {_shown(limit, units[name])}" for name, limit in found["below"].items())
+        shown = {} if best is None else {name: _shown(value, units[name]) for name, value in best.items()}
     except (OSError, ValueError, LookupError, TypeError, AttributeError) as error:
         raise InputError("RUN", str(folder), f"has a damaged optimum.json: {error}") from error
     under = f" with {limits}" if limits else ""
-    answer = "" if best is None else f": {best[found['minimise']]:.6g}"
-    sentence = f"Least {found['minimise']}{under}{answer or ': no case keeps the limits'}"
-    return [Sentence(sentence, "large"), *([Table(["of", "value (SI)"], rows)] if rows else [])]
+    sentence = f"Least {found['minimise']}{under}: {shown.get(found['minimise'], 'no case keeps the limits')}"
+    return [Sentence(sentence, "large"), *([Table(["of", "value"], list(shown.items()))] if shown else [])]
 
 
 def _search(folder: Path) -> list[Block]:
@@ -279,7 +278,8 @@ def _cell(value: object) -> Any:
 def _of_study(folder: Path) -> tuple[str, list[Section]]:
     entries, head = read_study(folder)
     statuses = [entry["status"] for entry in entries]
-    told = {"folder", *(["status"] if set(statuses) == {"done"} else [])}  # by the other columns, by the sentence
+    is_around = (folder / "uncertainty.json").is_file()  # cases that their names alone tell apart
+    told = {*([] if is_around else ["folder"]), *(["status"] if set(statuses) == {"done"} else [])}
     names = [name for name in (entries[0] if entries else ()) if name not in told]
     names = [name for name in names if any(entry[name] is not None for entry in entries)]
     labels = dict(zip(entries[0] if entries else (), head, strict=False))

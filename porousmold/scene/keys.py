@@ -165,6 +165,16 @@ MOST_SHOWN = 12
 """Keys of a table that a message names: a line, not a page."""
 
 
+def names_beside(schema: Schema, name: str) -> list[str]:
+    """Full names of all keys, or of those of the list's entries that a name such as wall.layer[2].thick is one of."""
+    listed = LISTED.fullmatch(name)
+    if listed is None:
+        return full_names(schema)
+    table, _, key = listed["list"].partition(".")
+    found = schema.get(table, {}).get(key or "list")
+    return [f"{listed['list']}[{listed['number']}].{entry}" for entry in found.entries] if found else full_names(schema)
+
+
 def unknown(name: str, known: Collection[str]) -> str:
     """What is said of a name that is none of the known: the one meant, if there is one, else what its table has.
 
@@ -225,9 +235,9 @@ def _checked_value(name: str, key: Key, value: Any, base: Path, where: str | Non
     if key.kind == "choice":
         if not isinstance(value, str) or value not in key.choices:
             near = difflib.get_close_matches(str(value), list(key.choices), n=1, cutoff=0.7)
-            hint = f"; did you mean {near[0]!r}?" if near else ""
+            hint = f"did you mean {near[0]!r}? " if near else ""
             other = f", or {key.else_allowed}" if key.else_allowed else ""
-            allowed = f"must be one of {', '.join(map(repr, key.choices))}{other}{hint}"
+            allowed = f"{hint}must be one of {', '.join(map(repr, key.choices))}{other}"
             raise InputError(name, value, allowed, where)
         return value
     if key.kind == "tolerance":

@@ -22,16 +22,20 @@ if TYPE_CHECKING:
 @dataclass(repr=False)
 class Result:
     """What a run gives: `summary` is the content of result.json, `history` the recorded columns as arrays with a `unit`;
-    `recalled` tells that it was done before and stood in the folder."""
+    `recalled` tells that it was done before and stood in the folder, `resumed_at` from which time (s) on it was computed where it
+    went on from a checkpoint."""
 
     summary: Summary
     history: dict[str, Recorded]
     recalled: bool = False
+    resumed_at: float | None = None
 
     @classmethod
-    def of(cls, summary: Summary, columns: Columns, *, recalled: bool = False) -> "Result":
+    def of(
+        cls, summary: Summary, columns: Columns, *, recalled: bool = False, resumed_at: float | None = None
+    ) -> "Result":
         """Of a summary and the history's columns."""
-        return cls(summary, {name: Recorded.of(name, columns[name]) for name in columns}, recalled)
+        return cls(summary, {name: Recorded.of(name, columns[name]) for name in columns}, recalled, resumed_at)
 
     def __getitem__(self, name: str) -> Recorded:
         """A column of the history, for example result["temperature_outer_L"]; its `unit` is that of its values."""

@@ -128,6 +128,7 @@ class _Run:
             allowed = "holds a checkpoint of another scene, or of other program code; start without --resume"
             raise InputError("--resume", str(folder.path), allowed)
         self._saved = saved
+        self._resumed_at: float | None = None
         self._replayed: list[Any] = list(saved.outcomes) if saved is not None else []
         self._outcomes: list[Any] = []
         self._last: list[Any] = []
@@ -160,7 +161,7 @@ class _Run:
             raise failure
         if interruption is not None:
             raise RunInterrupted(f"stopped at t = {self._simulation.time:.6g} s") from interruption
-        return Result.of(summary, self._simulation.recorder.history)
+        return Result.of(summary, self._simulation.recorder.history, resumed_at=self._resumed_at)
 
     def _free(self) -> None:
         if hasattr(self, "_simulation"):
@@ -239,7 +240,7 @@ class _Run:
             self._folder.require(ROOM + FIELDS_KEPT * 8 * sum(simulation.problem.unknowns.values()))
         if self._saved is not None:
             self._saved.restore(simulation)
-            self._saved = None
+            self._saved, self._resumed_at = None, simulation.time
         self._simulation, self._integrated = simulation, scene
         self._due = clock.perf_counter() + min(self._scene.output.checkpoint_interval, SOONEST_SAVING)
         try:

@@ -17,7 +17,7 @@ from ..files.tables import read_toml
 from ..files.units import COLDEST_WITHOUT_UNIT, given_in_si
 from ..scene.features import KEYS
 from ..scene.features.targets import target_name
-from ..scene.keys import LISTED, Settings, Tables, key_of
+from ..scene.keys import LISTED, Settings, Tables, key_of, names_beside, unknown
 from ..scene.scene import Scene
 from ..scene.tables import LISTS
 
@@ -152,7 +152,7 @@ def _settings(table: Tables, place: str, where: str) -> Settings:
             try:
                 key_of(KEYS, group)
             except KeyError:
-                raise InputError(f"{place}.{group}", None, "is not a key of a scene", where) from None
+                raise InputError(f"{place}.{group}", None, unknown(group, names_beside(KEYS, group)), where) from None
             settings[group] = content
             continue
         if group in LISTS and isinstance(content, list):

@@ -23,10 +23,10 @@ from ..arrays import Floats
 from ..errors import InputError
 from ..files.atomic_files import output_file
 from ..files.tables import read_toml
-from ..files.units import to_si
+from ..files.units import preferred_unit, to_si
 from ..mpi import MPI
 from ..scene.features import KEYS
-from ..scene.keys import key_of
+from ..scene.keys import key_of, kind_of
 from .definition import Case, Study, check_names, kind_of_record, table_of, unit_of_record, with_units
 from .quantity import check_record
 from .running import Row, run_study, setting
@@ -279,6 +279,10 @@ def write(found: Optimum, study: Study, aim: Aim, out: Path) -> list[Path]:
     content = {
         "minimise": aim.minimise,
         "below": aim.below,
+        "units": {
+            **{name: kind_of(KEYS, name) for name in study.varied},
+            **{name: kind_of_record(name) for name in study.record},
+        },
         "agreed": found.agreed,
         "optimum": entry(found.row),
         "trade_off": [entry(row) for row in found.trade_off],
@@ -313,25 +317,32 @@ def _labelled(name: str) -> str:
     return f"{name.replace('_', ' ')}, {unit_of_record(name)}".removesuffix(", 1")
 
 
-def _text(name: str, value: float | None) -> str:
-    """A record with its unit, if it has one."""
-    return "none" if value is None else f"{value:.6g} {unit_of_record(name)}".removesuffix(" 1")
+def _text(value: float | None, kind: str) -> str:
+    """A value (SI) in the unit that readers like."""
+    (shown,), unit = preferred_unit([value], kind)
+    return "none" if shown is None else f"{shown:.6g} {unit}".rstrip()
 
 
 def summary_text(found: Optimum, study: Study, aim: Aim) -> str:
     """The short readable end of a search."""
-    limits = ", ".join(f"{name} below {_text(name, limit)}" for name, limit in aim.below.items())
+
+    def record(name: str, value: float | None) -> str:
+        text = _text(value, kind_of_record(name))
+        return f"{text} {currency}".rstrip() if name == "energy.cost" else text
+
+    scenes = [case.scene for case in study.cases if case.scene is not None]
+    currency = next((scene.operation.currency for scene in scenes if scene.operation.currency), "")
+    limits = ", ".join(f"{name} below {record(name, limit)}" for name, limit in aim.below.items())
     under = f" with {limits}" if limits else ""
     if found.row is None:
         return f"no run has {aim.minimise}{under}: widen the bounds or the limit"
-    lines = [f"least {aim.minimise}{under}: {_text(aim.minimise, found.row.values[aim.minimise])}"]
-    lines += [f"  {name} {_text(name, value)}" for name, value in found.row.values.items() if name != aim.minimise]
+    lines = [f"least {aim.minimise}{under}: {record(aim.minimise, found.row.values[aim.minimise])}"]
+    lines += [f"  {name} {record(name, value)}" for name, value in found.row.values.items() if name != aim.minimise]
     for name in study.varied:
         tried = [setting(case, name) for case in study.cases if case.scene is not None]
         value = setting(found.row.case, name)
         edge = "" if min(tried) < value < max(tried) else ", at its bound"
-        unit = key_of(KEYS, name).unit
-        lines.append(f"  at {name} = {value:.6g}{f' {unit}' if unit else ''}{edge}")
+        lines.append(f"  at {name} = {_text(value, kind_of(KEYS, name))}{edge}")
     if found.row.reason:
         lines.append(f"warning: {found.row.reason}")
     if not found.agreed:

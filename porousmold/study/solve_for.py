@@ -21,7 +21,7 @@ from ..files.units import preferred_unit, to_si
 from ..scene.chosen_laws import Laws
 from ..scene.features import KEYS
 from ..scene.features.geometries import modelled_part
-from ..scene.keys import WITHOUT_UNIT, key_of, kind_of
+from ..scene.keys import WITHOUT_UNIT, key_of, kind_of, names_beside, unknown
 from ..scene.scene import Scene
 from .definition import Study, kind_of_record, unit_of_record
 from .parameters import case_around, value_of
@@ -140,7 +140,7 @@ class _Search:
         try:
             described = key_of(KEYS, key)
         except KeyError:
-            raise InputError("--key", key, "is not a key of a scene") from None
+            raise InputError("--key", key, unknown(key, names_beside(KEYS, key))) from None
         value = value_of(scene, laws, key) if described.kind not in WITHOUT_UNIT else None
         self._datum = _datum(scene, key) if described.kind == "K" else 0.0
         if scene.value(key) is None and value is None:

@@ -123,6 +123,7 @@ def test_a_longer_end_time_may_be_asked_for_but_no_other_scene(tmp_path):
     with pytest.raises(InputError, match="another scene"):
         run(scene.changed({"wall.thickness": "2 mm"}), tmp_path, MPI.COMM_SELF, resume=True)
     longer = run(scene.changed({"operation.end_time": 20.0}), tmp_path, MPI.COMM_SELF, resume=True)
+    assert longer.resumed_at == longer["time"][3] > 0.0
     assert longer.summary["end_time"] == pytest.approx(20.0)
 
 

@@ -148,10 +148,19 @@ def test_a_study_s_page_has_curves_or_a_map_and_its_optimum(tmp_path):
         ]
         (folder / "table.json").write_text(json.dumps(entries))
         (folder / "table.csv").write_text(",".join([*names, "status", "heating_time [s]", "reason", "folder"]) + "\n")
-        best = {"minimise": "heating_time", "below": {}, "agreed": True, "optimum": entries[0], "trade_off": []}
+        found = {name: entries[0][name] for name in (*names, "heating_time")}
+        best = {
+            "minimise": "heating_time",
+            "below": {"heating_time": 600.0},
+            "agreed": True,
+            "optimum": found,
+            "trade_off": [],
+        }
+        best["units"] = {"wall.thickness": "m", "operation.pressure_drop": "Pa", "heating_time": "s"}
         (folder / "optimum.json").write_text(json.dumps(best))
         page = write_report(folder).read_text()
-        assert "Least heating_time: 5" in page and f'alt="{picture}"' in page
+        assert "Least heating_time with heating_time below 10 min: 5 s<" in page and "<td>1 m</td>" in page
+        assert f'alt="{picture}"' in page
 
 
 def test_a_page_s_texts_are_escaped_and_empty_sections_left_out(tmp_path):

@@ -110,7 +110,8 @@ def test_the_mold_heats_fastest_at_the_power_there_is(tmp_path, capsys):
     path, out = tmp_path / "search.toml", tmp_path / "out"
     path.write_text(TEXT)
     assert main(["optimum", str(path), "--out", str(out)]) == 0
-    assert "least heating_time with mean_power below 3000 W" in capsys.readouterr().out
+    assert "least heating_time with mean_power below 3 kW" in (told := capsys.readouterr().out)
+    assert " min\n" in told and " kPa" in told
     content = json.loads((out / "optimum.json").read_text())
     assert content["agreed"]
     assert content["optimum"]["mean_power"] == pytest.approx(3e3, rel=0.005)

@@ -57,6 +57,19 @@ def test_targets_that_the_scene_cannot_have_are_refused(target, tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("key", "told"),
+    [
+        ("wall.thicknes", "did you mean 'wall.thickness'"),
+        ("target[1].abov", r"did you mean 'target\[1\].above'"),
+        ("operation.programme[1].temperature", r"operation.programme\[1\] has to, rate, over, hold"),
+    ],
+)
+def test_a_key_that_is_none_is_told_which_there_are(key, told, tmp_path):
+    with pytest.raises(InputError, match=told):
+        solve_for(coarse_scene(), [key], aim_of("heating_time = 20 min"), tmp_path)
+
+
+@pytest.mark.parametrize(
     "key", ["wall.thicknes", "target", "wall.layer", "model.flow", "geometry.width", "wall.layer[1].thickness"]
 )
 def test_keys_without_a_number_are_refused(key, tmp_path):
