@@ -80,6 +80,9 @@ class Estimates:
     that may be none, which `flows` tells. `driven_part` of the speed is what drives it, of `driven_gradient` (Pa/m) and
     `reynolds_number`.
 
+    `film_time` (s) is that in which heat passes the film of fluid at the wall, which beads of another temperature have no contact
+    with, into what the wall stores or, where heat comes through the wall, the bed; 0 where they have contact.
+
     `flow_duration` (s) is the least time in which the fluid brings the heat that bed and wall take up, `conduction_time` (s) the
     slowest time constant of bed and wall that are heated from their outside, infinite where they are not: `heating_duration` is
     that of both together.
@@ -88,9 +91,9 @@ class Estimates:
     the wall follows the bed, `end_length` that over which the wall's insulated end at the outlet is felt along it,
     `inlet_time` (s) that in which the inlet temperature changes, `bead_residence_time` (s) that in which moving beads cross
     the bed; `resistance_ratio` is how many times more the bed resists to the same mass flow where it holds the fluid that is
-    displaced than where it holds that which enters; `wall_cells` are those through each layer of the wall, `thick_layers` tells
-    through which no heat comes while the bed is heated. In a bed that is `uniform_across` nothing changes across the flow;
-    `beads_melt` where their heat capacity has a peak.
+    displaced than where it holds that which enters, 1 where the velocity does not depend on it; `wall_cells` are those through
+    each layer of the wall, `thick_layers` tells through which no heat comes while the bed is heated. In a bed that is
+    `uniform_across` nothing changes across the flow; `beads_melt` where their heat capacity has a peak.
     """
 
     flows: bool
@@ -106,6 +109,7 @@ class Estimates:
     bead_biot_number: float
     transfer_units: float
     jump: float
+    film_time: float
     wall_biot_number: float
     conduction_ratio: float
     radiation_ratio: float
@@ -216,6 +220,10 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
         wall_nusselt_number(reynolds) * fluid.conductivity / diameter,
         bed_heat / (advection * size.area),
     )
+    of_wall = wall.heat_capacity / (size.length * sum(around for around, _ in size.walls))
+    stored_beyond = (
+        bed.capacity if is_heated_from_outside(specs) else of_wall
+    )  # J/m2/K, behind the film of fluid at the wall
     return Estimates(
         flows=flows,
         speed=speed,
@@ -230,6 +238,7 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
         bead_biot_number=coefficient * diameter / 6.0 / conductivity,
         transfer_units=transfer_units,
         jump=jump,
+        film_time=_film_resistance(specs, core, across, exchange) * stored_beyond,
         wall_biot_number=wall.biot_number,
         conduction_ratio=_conduction_ratio(specs, core),
         radiation_ratio=_radiation_ratio(specs, core),
@@ -294,6 +303,17 @@ def _inlet_time(series: TimeSeries) -> float:
     parts, middles = changes / changes.sum(), 0.5 * (times[1:] + times[:-1])
     spread = (middles - parts @ middles) ** 2 + np.diff(times) ** 2 / 12.0
     return float(np.sqrt(parts @ spread))
+
+
+def _film_resistance(specs: Specs, core: LocalBed, of_beads: float, exchange: float) -> float:
+    """What two temperatures resist (m2 K/W) at the wall beyond one, as beads give it no heat: over the depth
+    delta = sqrt[K_f K_s/((K_f + K_s) a_v h)] heat goes over from beads that conduct `of_beads` K_s (W/m/K) to the fluid, by
+    `exchange` a_v h (W/m3/K), so that R = delta K_s/[K_f (K_f + K_s)], without eddies."""
+    law, of_fluid = specs.laws.bead_conduction, core.porosity * core.fluid_conductivity
+    if law.whole_bed:
+        return 0.0
+    together = of_fluid + of_beads
+    return float(math.sqrt(of_fluid * of_beads / (together * exchange)) * of_beads / (of_fluid * together))
 
 
 def _core(specs: Specs, fluid: "FluidProperties", speed: float, bead_conductivity: float) -> LocalBed:
@@ -365,25 +385,33 @@ def viscosity_ratio(specs: Specs) -> float:
     return max(viscosities) / min(viscosities)
 
 
-def _resistance_ratio(specs: Specs, flux: float) -> float:
-    """The largest of all temperatures that are given over that of what enters, at an intrinsic mass flux (kg/m2/s); 1 where the
-    velocity does not depend on it."""
-    if specs.flow.model.kind == "plug":
-        return 1.0
-
-    def gradient(temperature: float) -> float:
+def resistances(specs: Specs, flux: float) -> tuple[float, ...]:
+    """Of the bed (Pa/m) at an intrinsic mass flux (kg/m2/s): at the initial temperature, and at both ends of the inlet's."""
+    found = []
+    for temperature in (specs.heat.initial_temperature, *specs.heat.inlet_temperature.range):
         fluid, phi, diameter = fluid_at(specs, temperature), specs.porosity.bulk_porosity, specs.mesh.bead_diameter
         speed = flux / fluid.density
-        return float(specs.laws.drag.coefficient(phi, diameter, fluid.density, fluid.viscosity, speed) * speed)
+        found.append(float(specs.laws.drag.coefficient(phi, diameter, fluid.density, fluid.viscosity, speed) * speed))
+    return tuple(found)
 
-    entering = [gradient(temperature) for temperature in specs.heat.inlet_temperature.range]
-    return max(gradient(specs.heat.initial_temperature), *entering) / min(entering)
+
+def _resistance_ratio(specs: Specs, flux: float) -> float:
+    """The largest of all temperatures that are given over that of what enters; 1 where the velocity does not depend on it."""
+    if specs.flow.model.kind == "plug" or specs.flow.model.update == "frozen":
+        return 1.0
+    at_start, *entering = resistances(specs, flux)
+    return max(at_start, *entering) / min(entering)
 
 
 def flow_change(specs: Specs, size: BedSize, before: FluidProperties, after: FluidProperties) -> float:
-    """Relative change of the mass flow that a pressure drop drives, between two states of the fluid in the whole bed."""
+    """Relative change of the mass flow that a drive brings, between two states of the fluid in the whole bed."""
+    return abs(math.log(mass_flow_ratio(specs, size, before, after)))
+
+
+def mass_flow_ratio(specs: Specs, size: BedSize, before: FluidProperties, after: FluidProperties) -> float:
+    """Mass flow that a drive brings with a state of the fluid in the whole bed, over that with the state before; 1 of none."""
     fluxes = [fluid.density * _speed(specs, size, fluid) for fluid in (before, after)]
-    return abs(math.log(fluxes[1] / fluxes[0])) if min(fluxes) > 0.0 else 0.0
+    return fluxes[1] / fluxes[0] if min(fluxes) > 0.0 else 1.0
 
 
 def _speed(specs: Specs, size: BedSize, fluid: FluidProperties) -> float:

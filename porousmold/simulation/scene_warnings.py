@@ -19,7 +19,7 @@ from ..scene.plausibility import implausible_values
 from ..scene.scene import Scene
 from ..scene.series import ProfileSeries
 from ..scene.start import Profile
-from .estimates import LEAST_JUMP, Estimates, flow_change, fluid_at
+from .estimates import LEAST_JUMP, Estimates, flow_change, fluid_at, mass_flow_ratio, resistances
 from .expansion import heat_of_expansion
 from .heat_capacity_peaks import NARROW, sharpest_change
 from .specs import Specs
@@ -56,6 +56,10 @@ LONGEST_PROFILE, SHORTEST_PROFILE = 1.5, 0.1
 FEWEST_TRANSFER_UNITS = 200.0
 """Between fluid and beads over the bed, where they count as of one temperature: a front is wider by a tenth of the bed (aluminium
 mold: 104 units, 11 % of the heating time)."""
+LARGEST_FROZEN_CHANGE = 0.01
+"""Of the mass flow, or of the resistance, that a frozen flow leaves out."""
+LARGEST_FILM = 0.01
+"""Of the heating time, in which heat passes the film of fluid at the wall that one temperature leaves out."""
 LARGEST_EXPANSION = 0.005
 """Of the heat that fluid and beads store, what a change of density displaces (VP-1 of 100 and 350 degC: 4.6 %, water of 5 and
 95 degC: 1.4 %)."""
@@ -142,9 +146,11 @@ def warnings_of_the_scene(scene: Scene, specs: Specs, estimates: Estimates, size
         if not specs.laws.bead_conduction.whole_bed and getattr(scene.bed, name):
             law = scene.model.bead_conduction
             found.append(f"bed.{name} has no effect with model.bead_conduction {law!r}")
+    is_frozen = specs.flow.model.update == "frozen"
+    found += _of_a_frozen_flow(specs, estimates, size) if is_frozen else []
     ends = specs.heat.initial_temperature, specs.heat.inlet_temperature.values[-1]
     change = math.exp(flow_change(specs, size, *(fluid_at(specs, one) for one in ends)))
-    if specs.flow.model.kind == "developed" and change > LARGEST_FLOW_CHANGE:
+    if specs.flow.model.kind == "developed" and change > LARGEST_FLOW_CHANGE and not is_frozen:
         found.append(
             f"the flow changes by a factor of {change:.2g} between the initial and the inlet temperature: developed flow leaves "
             "out what crosses the bed as it changes, some per cent of the heating time (see model.flow 'full')"
@@ -156,13 +162,7 @@ def warnings_of_the_scene(scene: Scene, specs: Specs, estimates: Estimates, size
             "fingers form between them (viscous fingering) that follow cells and steps, heating times are good to some 5 to 15 % "
             "on any mesh, and no estimated error tells"
         )
-    if not specs.heat.model.two_temperatures and estimates.flows and estimates.transfer_units < FEWEST_TRANSFER_UNITS:
-        found.append(
-            f"with one temperature the exchange between fluid and beads counts as perfect, and here it has "
-            f"{estimates.transfer_units:.2g} transfer units over the bed: a front is wider by some "
-            f"{math.sqrt(2.0 / estimates.transfer_units):.0%} of the bed, and heating longer, by more than that where "
-            "the wall takes its heat from the fluid alone (see model.energy 'two-temperature')"
-        )
+    found += _of_one_temperature(specs, estimates)
     if estimates.jump > LEAST_JUMP:
         found.append(
             f"{math.exp(-estimates.transfer_units):.0%} of a change at the inlet passes the bed as a jump of the fluid alone, "
@@ -192,6 +192,56 @@ def _of_the_interior(specs: Specs, estimates: Estimates) -> list[str]:
             "their surface inwards is not resolved"
         ]
     return []
+
+
+def _of_a_frozen_flow(specs: Specs, estimates: Estimates, size: BedSize) -> list[str]:
+    """Whether the flow that is kept from the start is another one later: of a given pressure drop, or that which drives it."""
+    if not estimates.flows:
+        return []
+    start, inlet = fluid_at(specs, specs.heat.initial_temperature), specs.heat.inlet_temperature.range
+    temperature = max(inlet, key=lambda one: flow_change(specs, size, start, fluid_at(specs, one)))
+    is_driven = specs.flow.drive == "pressure_drop"  # of a velocity, the inlet's density tells the mass flow
+    ratio = mass_flow_ratio(specs, size, start, fluid_at(specs, temperature)) if is_driven else 1.0
+    remedy = "(see model.flow_update 'quasi-steady')"
+    if abs(ratio - 1.0) > LARGEST_FROZEN_CHANGE:
+        return [
+            f"the flow is frozen as it begins: with fluid of {temperature - 273.15:.4g} °C in the bed its mass flow would be "
+            f"{ratio:.3g} times as large, and heating times are off by up to as much {remedy}"
+        ]
+    found = resistances(specs, estimates.mass_flux)
+    if max(found) > (1.0 + LARGEST_FROZEN_CHANGE) * min(found):
+        return [
+            f"the flow is frozen as it begins: the bed resists by a factor of up to {max(found) / min(found):.3g} "
+            f"more at one temperature than at another, and pressure drop and pumping work are off by up to as much {remedy}"
+        ]
+    return []
+
+
+def _of_one_temperature(specs: Specs, estimates: Estimates) -> list[str]:
+    """Whether fluid and beads count as of one temperature, and are not: along the bed, or at the wall."""
+    heat, found = specs.heat, []
+    if heat.model.two_temperatures:
+        return []
+    if estimates.flows and estimates.transfer_units < FEWEST_TRANSFER_UNITS:
+        found.append(
+            f"here it has {estimates.transfer_units:.2g} transfer units over the bed: a front is wider by some "
+            f"{math.sqrt(2.0 / estimates.transfer_units):.0%} of the bed"
+        )
+    low, high = heat.given_bounds
+    part = estimates.film_time / estimates.heating_duration
+    if math.isinf(estimates.conduction_time):  # the wall follows the bed, until it is within the margin
+        part *= math.sqrt(math.log(max((high - low) / specs.time.heated.margin, math.e)))
+    if part > LARGEST_FILM:
+        found.append(
+            "by model.bead_conduction beads give no heat to the wall, which the fluid beside it resists to: that takes of the "
+            f"order of {part:.1%} of the heating time"
+        )
+    if not found:
+        return []
+    return [
+        f"with one temperature the exchange between fluid and beads counts as perfect; {'; '.join(found)}; heating takes "
+        "longer by as much (see model.energy 'two-temperature')"
+    ]
 
 
 def _of_expansion(specs: Specs, estimates: Estimates) -> list[str]:

@@ -454,3 +454,47 @@ def test_what_the_heater_lacks_is_not_called_a_loss_of_the_wall():
     given |= {"operation.ambient_temperature": 298.15}
     text = next(one for one in run(coarse_scene(PLUG, given)).summary["warnings"] if one.startswith("not heated"))
     assert "the heater is at its limit" in text and "balance" not in text
+
+
+PLUG = {"model.turbulence": "none", "model.flow": "plug"}
+
+
+def test_a_frozen_flow_is_told_by_how_much_it_is_off():
+    """The mass flow at the end is that of the start times what the warning says, its time off by half of that or more; of a given
+    mass flow the pressure drop is off. Where nothing changes nothing is said."""
+    driven = coarse_scene({"model.turbulence": "none", "model.flow": "developed"})
+    followed, frozen = (run(driven.changed({"model.flow_update": one})) for one in ("quasi-steady", "frozen"))
+    (told,) = [text for text in frozen.warnings if "frozen" in text]
+    ratio = followed["mass_flow"][-1] / frozen["mass_flow"][-1]
+    assert float(re.search(r"would be ([\d.]+) times", told)[1]) == pytest.approx(ratio, rel=0.01)
+    assert 1.0 < followed.heating_time / frozen.heating_time < 1.0 / ratio
+    given = driven.changed({"operation.pressure_drop": None, "operation.mass_flow": 0.04})
+    followed, frozen = (run(given.changed({"model.flow_update": one})) for one in ("quasi-steady", "frozen"))
+    (told,) = [text for text in frozen.warnings if "frozen" in text]
+    drops = [one["pressure_drop"][-1] for one in (followed, frozen)]
+    assert float(re.search(r"factor of up to ([\d.]+) more", told)[1]) == pytest.approx(drops[0] / drops[1], rel=0.05)
+    assert followed.heating_time == pytest.approx(frozen.heating_time, rel=2e-3)
+    same = {"model.flow_update": "frozen", "operation.initial_temperature": 363.0, "operation.heating_margin": 0.01}
+    for quiet in (driven.changed(same), driven):
+        assert not any("frozen" in text for text in check(quiet, MPI.COMM_SELF).warnings)
+
+
+@pytest.mark.parametrize(
+    ("settings", "at_least"),
+    [
+        ({"bed.bead_diameter": 5e-4, "operation.pressure_drop": 1e5}, 0.02),
+        ({"bed.bead_diameter": 1e-3, "operation.pressure_drop": 6e4}, 0.05),
+        ({"bed.bead_diameter": 1e-3, "operation.pressure_drop": 1e3, "fluid.material": "water"}, 0.01),
+    ],
+)
+def test_the_film_at_the_wall_that_one_temperature_leaves_out_is_told(settings, at_least):
+    """Beads that give no heat to the wall: two temperatures take longer by what is told, within a factor of four. Closures that
+    let beads and wall share their conduction have no such film."""
+    scene = coarse_scene(PLUG | settings)
+    one, two = (run(scene.changed({"model.energy": f"{number}-temperature"})) for number in ("one", "two"))
+    longer = two.heating_time / one.heating_time - 1.0
+    (told,) = [text for text in one.warnings if "one temperature" in text]
+    assert longer > at_least
+    assert 0.25 < float(re.search(r"of the order of ([\d.]+)%", told)[1]) / 100.0 / longer < 4.0
+    sharing = scene.changed({"model.energy": "one-temperature", "model.closures": "measured"})
+    assert not any("gives no heat" in text or "give no heat" in text for text in check(sharing, MPI.COMM_SELF).warnings)
