@@ -6,6 +6,7 @@ the phases, or where all have one temperature of that and the bed's at the start
 is passed.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -28,6 +29,10 @@ NOTHING = 1e-9
 """Of the heat of a cycle, below which none was put in."""
 AT_REST = 1e-9
 """Of the largest mass flow, below which one is a rounding error."""
+FULL = 1.02
+"""Utilisation up to which the density of a fluid that expands explains what is beyond 1."""
+OUTSIDE = 0.01
+"""Of the temperature difference of the phases, by which a store may begin beyond their temperatures."""
 POINTS, WEIGHTS = np.polynomial.legendre.leggauss(8)  # type: ignore[no-untyped-call]
 
 
@@ -69,7 +74,11 @@ def cycles_of(
         phases.append(content)
     count = len(course.phases)
     whole = [phases[first : first + count] for first in range(0, len(phases) - count + 1, count)]
-    return [_cycle(number, part, columns, given["storable"]) for number, part in enumerate(whole, start=1)]
+    cycles = [_cycle(number, part, columns, given["storable"]) for number, part in enumerate(whole, start=1)]
+    apart = max(low - columns["lowest_temperature"][0], columns["highest_temperature"][0] - high)
+    if cycles and apart > OUTSIDE * (high - low):  # it stores what lies beyond the phases' temperatures, too
+        cycles[0]["utilisation"] = None
+    return cycles
 
 
 def extremes(course: Course, history: Columns) -> tuple[float, float]:
@@ -142,6 +151,7 @@ def _cycle(number: int, phases: list[dict[str, Any]], columns: Mapping[str, Floa
     is_cold = sum(phase["heat"] for phase in phases if phase["exergy"] > 0.0) < 0.0
     charged, discharged = (heat_out, heat_in) if is_cold else (heat_in, heat_out)
     levels = [float(stored[0]), *(phase["heat_stored"] for phase in phases)]
+    utilisation = (max(levels) - min(levels)) / storable if storable else math.inf
     is_charged = charged > NOTHING * max(discharged, storable, *(abs(level) for level in levels))
     return {
         "cycle": number,
@@ -154,6 +164,6 @@ def _cycle(number: int, phases: list[dict[str, Any]], columns: Mapping[str, Floa
         "pumping_work": work,
         "energy_efficiency": discharged / charged if is_charged else None,
         "exergy_efficiency": exergy_out / (exergy_in + work) if is_charged and exergy_in > 0.0 else None,
-        "utilisation": (max(levels) - min(levels)) / storable if storable else None,
+        "utilisation": utilisation if utilisation <= FULL else None,
         "phases": phases,
     }

@@ -415,6 +415,17 @@ def test_utilisation_counts_the_fluid_that_stores():
     assert 0.5 < cycle["utilisation"] <= 1.01
 
 
+def test_a_store_that_begins_beyond_its_phases_has_no_utilisation_then():
+    """What it takes up from 25 degC on is no part of what it stores between the phases' 500 and 550 K."""
+    given = [
+        {"mass_flow": 0.05, "temperature": 550.0, "duration": "8 h"},
+        {"mass_flow": -0.05, "temperature": 500.0, "duration": "8 h"},
+    ]
+    first, second = computed(store(given, cycles=2)).summary["cycles"]
+    assert first["utilisation"] is None and first["heat_in"] > 0.0
+    assert 0.2 < second["utilisation"] <= 1.01
+
+
 @pytest.mark.parametrize(("side", "limit"), [("above", HOT), ("above", 900.0), ("below", COLD)])
 def test_an_outlet_temperature_that_is_never_reached_is_refused(side, limit):
     given = [{"mass_flow": 0.01, "temperature": HOT, f"until_outlet_{side}": limit}]
