@@ -334,7 +334,7 @@ def _checked_series(name: str, key: Key, value: object, base: Path, where: str |
         series = TimeSeries.constant(given_in_si(name, value, key.kind, where))
     values = np.reshape(series.values, (len(series.times), -1))
     for row, number in ((values.min(axis=1).argmin(), values.min()), (values.max(axis=1).argmax(), values.max())):
-        given = f"{number:g} {key.unit}".rstrip() if series.source else None
+        given = f"{number:g} {key.unit}".rstrip() if series.source else value
         place = f"{series.source}, at {series.times[row]:g} s" if series.source else where
         _check_bounds(name, float(number), key, place, given)
     return series

@@ -172,8 +172,10 @@ class Scene:
             raise InputError(full_name, None, f"is missing; {key_of(KEYS, full_name).meaning}", self.source)
 
     def refuse(self, full_name: str, allowed: str, *, value: object = ...) -> NoReturn:
-        """Raise the `InputError` of a key and its value, or another one that is shown instead."""
-        raise InputError(full_name, self.value(full_name) if value is ... else value, allowed, self.source)
+        """Raise the `InputError` of a key and its value, as it is given where that is a text, or another one that is shown."""
+        if value is ...:
+            value = self.given()[full_name] if self.has_unit(full_name) else self.value(full_name)
+        raise InputError(full_name, value, allowed, self.source)
 
     @property
     def has_no_stations(self) -> bool:

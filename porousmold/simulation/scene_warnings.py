@@ -56,6 +56,8 @@ LONGEST_PROFILE, SHORTEST_PROFILE = 1.5, 0.1
 FEWEST_TRANSFER_UNITS = 200.0
 """Between fluid and beads over the bed, where they count as of one temperature: a front is wider by a tenth of the bed (aluminium
 mold: 104 units, 11 % of the heating time)."""
+NOTICEABLE_RISE = 0.01
+"""Of the porosity at the wall over that of the bulk, from which on plug flow is told."""
 LARGEST_FROZEN_CHANGE = 0.01
 """Of the mass flow, or of the resistance, that a frozen flow leaves out."""
 LARGEST_FILM = 0.01
@@ -116,6 +118,13 @@ def warnings_of_the_scene(scene: Scene, specs: Specs, estimates: Estimates, size
         found.append(
             f"the beads conduct {estimates.conduction_ratio:.2g} times as much as measured for the whole bed: "
             "conduction in the bed is overestimated (see model.closures 'measured', or model.bead_conduction)"
+        )
+    at_wall = float(specs.porosity.volume(0.0, specs.mesh.bead_diameter))
+    is_faster = at_wall > specs.porosity.bulk_porosity * (1.0 + NOTICEABLE_RISE)
+    if specs.flow.model.kind == "plug" and estimates.flows and is_faster and specs.heat.wall.kind != "insulated":
+        found.append(
+            f"plug flow leaves out that the fluid flows faster beside the wall, where the porosity rises to {at_wall:.2f}, and "
+            "heats it sooner: the thesis's molds and pipe take a third longer for that (see model.flow 'developed')"
         )
     is_gas = specs.laws.fluid.density.compressible
     if scene.bed.emissivity and not is_gas:
