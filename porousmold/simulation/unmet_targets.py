@@ -14,6 +14,8 @@ from .time_integration import Simulation
 
 AT_LIMIT = 0.999
 """Part of a heater's limit, or of the blower's end, from which it counts as reached."""
+OFTEN = 1.2
+"""Times that a heater was at its limit in all, over that at the end without a break, from which on the first is told."""
 LEVERS = {
     "exhaust": "operation.recirculation returns what leaves",
     "outer_wall": "insulation, or a smaller operation.outer_coefficient",
@@ -101,10 +103,15 @@ def supply_at_its_limit(simulation: Simulation) -> list[str]:
     limit = loop.spec.supply.heater_power
     powers = np.array(history["heater_power"])
     if limit > 0.0 and np.isfinite(limit) and powers[-1] >= AT_LIMIT * limit:
-        below = np.flatnonzero(powers < AT_LIMIT * limit)
+        at_limit = powers >= AT_LIMIT * limit
+        below = np.flatnonzero(~at_limit)
         since = times[below[-1] + 1] if len(below) else 0.0
+        spent = np.diff(times, prepend=0.0)[at_limit].sum()
+        when = f"from {since / 60.0:.0f} min on"
+        if spent > OFTEN * (times[-1] - since):  # a flow that reverses, a programme
+            when = f"for {spent / times[-1]:.0%} of the time"
         found.append(
-            f"the heater is at its limit of {limit / 1e3:.3g} kW from {since / 60.0:.0f} min on, the inlet "
+            f"the heater is at its limit of {limit / 1e3:.3g} kW {when}, the inlet "
             f"{max(lacks[-1], 0.0):.1f} K below its set-point (a larger operation.heater_power)"
         )
     elif lacks[-1] > 1.0:
