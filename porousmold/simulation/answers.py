@@ -26,7 +26,9 @@ FINGERS = "a fluid that flows easily displaces one that does not"
 """The doubt that coarser cells do not settle: they may agree by accident."""
 LONGEST_ENTRANCE = 0.05
 """Part of the bed's length behind the inlet in which turbulence may begin without a word."""
-BEGINS_LATE = "turbulence grows from the inlet's and begins within the bed, where depends on the cells along the flow"
+BEGINS_LATE = (
+    "turbulence grows from the inlet's and begins within the bed: where it does depends on the cells along the flow"
+)
 """Another one: k grows exponentially there, on cells that are too coarse sooner."""
 MELTS = "beads melt at a sharp front, which the cells along the flow spread"
 """A third one: those are of first order at the front, and coarser ones hide it."""

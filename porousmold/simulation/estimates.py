@@ -81,7 +81,7 @@ class Estimates:
     `reynolds_number`.
 
     `film_time` (s) is that in which heat passes the film of fluid at the wall, which beads of another temperature have no contact
-    with, into what the wall stores or, where heat comes through the wall, the bed; 0 where they have contact.
+    with, into what the wall stores or, where the bed is heated by its wall, the bed; 0 where they have contact.
 
     `flow_duration` (s) is the least time in which the fluid brings the heat that bed and wall take up, `conduction_time` (s) the
     slowest time constant of bed and wall that are heated from their outside, infinite where they are not: `heating_duration` is
@@ -221,9 +221,8 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
         bed_heat / (advection * size.area),
     )
     of_wall = wall.heat_capacity / (size.length * sum(around for around, _ in size.walls))
-    stored_beyond = (
-        bed.capacity if is_heated_from_outside(specs) else of_wall
-    )  # J/m2/K, behind the film of fluid at the wall
+    is_by_wall = heat.is_wall_held or not flows
+    stored_beyond = bed.capacity if is_by_wall else of_wall  # J/m2/K, behind the film of fluid at the wall
     return Estimates(
         flows=flows,
         speed=speed,

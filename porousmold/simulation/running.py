@@ -33,7 +33,7 @@ from .accuracy import (
     run_to_accuracy,
 )
 from .answers import AT_ONCE, FINGERS, MELTS, SLOW_TO_CONVERGE, answers_of, doubt_of, hidden_directions
-from .mesh_quality import few_cells
+from .mesh_quality import few_cells, of_few_cells
 from .observation import field_snapshots, profile_near_wall
 from .outcome import summarise
 from .result import Result
@@ -207,8 +207,8 @@ class _Run:
         return found
 
     def _hidden(self) -> Refinements:
-        """Of the last integration."""
-        return hidden_directions(self._last[0][DOUBT])
+        """Factors above 1 in the directions in which coarser cells do not show the error of the last integration."""
+        return of_few_cells(specs_of(self._scene), hidden_directions(self._last[0][DOUBT]))
 
     def _work(self) -> float:
         """Unknowns times steps of the present simulation; 0 where the checkpoint is that of a later integration."""

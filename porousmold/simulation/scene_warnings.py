@@ -19,19 +19,18 @@ from ..scene.plausibility import implausible_values
 from ..scene.scene import Scene
 from ..scene.series import ProfileSeries
 from ..scene.start import Profile
-from .estimates import LEAST_JUMP, Estimates, flow_change, fluid_at, mass_flow_ratio, resistances
+from .estimates import LEAST_JUMP, Estimates, flow_change, fluid_at
 from .expansion import heat_of_expansion
 from .heat_capacity_peaks import NARROW, sharpest_change
+from .mesh_quality import few_straight_cells
+from .simplifications import HIGHEST_BIOT_NUMBER, is_heated_by_its_wall, of_simplifications
 from .specs import Specs
 
-HIGHEST_BIOT_NUMBER = 0.1
 SHARPEST_CHANGE = 3.0
 """Factor on a fluid's heat capacity within a narrow part of all temperature differences, up to which nothing is said: of 2 to
 8 kJ/(kg K) and back within 40 of 180 K the heat is right within 0.3 %, of 2 to 42 and back within 10 K it is 6 % off."""
 LATEST_BEGIN = 0.05
 """Part of the time of a series from the run's start to its first row without a word."""
-LONGEST_LAG = 5e-3
-"""Of the heat through a wall lumped in thickness, over the time of heating: the error of that time is some two times as large."""
 LARGEST_POROSITY_ERROR = 0.02
 COARSEST_FIRST_CELL = 3.0
 """Of what the wall needs."""
@@ -44,8 +43,8 @@ heating time; at 26 (thermal oil of 20 and 150 degC in the aluminium mold) they 
 LARGEST_RESISTANCE_RATIO = 10.0
 """Of the fluid displaced over that which enters, up to which answers do not depend on the cells: at 4 (water-glycol of -10 and
 80 degC) 0.2 % of the heating time, at 22 to 25 (thermal oil of 20 and 120, 180 degC) up to 5 %, at 60 to 320 10 to 15 %."""
-LARGEST_RADIATION = 0.2
-"""Over what the bed conducts without it: about the scatter of measured conductivities of beds."""
+LARGEST_RADIATION, LARGEST_RADIATION_ALONE = 0.2, 0.05
+"""Over what the bed conducts without it: about the scatter of measured conductivities of beds; where that alone heats it less."""
 
 
 THINNEST_CORE = 5.0
@@ -53,15 +52,8 @@ THINNEST_CORE = 5.0
 porosity that rises towards the wall)."""
 LONGEST_PROFILE, SHORTEST_PROFILE = 1.5, 0.1
 """Of a bed's length, up to which a profile along it may, and has to, tell its values without a word."""
-FEWEST_TRANSFER_UNITS = 200.0
-"""Between fluid and beads over the bed, where they count as of one temperature: a front is wider by a tenth of the bed (aluminium
-mold: 104 units, 11 % of the heating time)."""
-NOTICEABLE_RISE = 0.01
-"""Of the porosity at the wall over that of the bulk, from which on plug flow is told."""
-LARGEST_FROZEN_CHANGE = 0.01
-"""Of the mass flow, or of the resistance, that a frozen flow leaves out."""
-LARGEST_FILM = 0.01
-"""Of the heating time, in which heat passes the film of fluid at the wall that one temperature leaves out."""
+LARGEST_FILM_OF_BED = 0.2
+"""Of the time in which the bed conducts, that heat takes to pass the film at the wall."""
 LARGEST_EXPANSION = 0.005
 """Of the heat that fluid and beads store, what a change of density displaces (VP-1 of 100 and 350 degC: 4.6 %, water of 5 and
 95 degC: 1.4 %)."""
@@ -114,17 +106,19 @@ def warnings_of_the_scene(scene: Scene, specs: Specs, estimates: Estimates, size
         )
     if specs.flow.model.kind == "plug" and scene.is_given("model.turbulence") and scene.model.turbulence != "none":
         found.append("plug flow carries no turbulence: model.turbulence has no effect")
-    if estimates.conduction_ratio > HIGHEST_BEAD_CONDUCTION and scene.conductivity_profile is None:
+    resists = (
+        is_heated_by_its_wall(specs, estimates)
+        and estimates.film_time > LARGEST_FILM_OF_BED * estimates.conduction_time
+    )
+    if resists and specs.heat.model.two_temperatures:
+        found.append(
+            "by model.bead_conduction beads give no heat to the wall, which heats this bed: the fluid beside it has to carry all "
+            "of that, and heating takes several times as long as by closures that let them (model.closures 'measured')"
+        )
+    elif estimates.conduction_ratio > HIGHEST_BEAD_CONDUCTION and scene.conductivity_profile is None:
         found.append(
             f"the beads conduct {estimates.conduction_ratio:.2g} times as much as measured for the whole bed: "
             "conduction in the bed is overestimated (see model.closures 'measured', or model.bead_conduction)"
-        )
-    at_wall = float(specs.porosity.volume(0.0, specs.mesh.bead_diameter))
-    is_faster = at_wall > specs.porosity.bulk_porosity * (1.0 + NOTICEABLE_RISE)
-    if specs.flow.model.kind == "plug" and estimates.flows and is_faster and specs.heat.wall.kind != "insulated":
-        found.append(
-            f"plug flow leaves out that the fluid flows faster beside the wall, where the porosity rises to {at_wall:.2f}, and "
-            "heats it sooner: the thesis's molds and pipe take a third longer for that (see model.flow 'developed')"
         )
     is_gas = specs.laws.fluid.density.compressible
     if scene.bed.emissivity and not is_gas:
@@ -140,7 +134,8 @@ def warnings_of_the_scene(scene: Scene, specs: Specs, estimates: Estimates, size
             "model.drag 'eisfeld-schnitzlein' holds for means over the section: with a porosity that varies towards the wall it "
             "counts the wall twice (bed.porosity_model 'constant')"
         )
-    if is_gas and estimates.radiation_ratio > LARGEST_RADIATION:
+    largest = LARGEST_RADIATION_ALONE if is_heated_by_its_wall(specs, estimates) else LARGEST_RADIATION
+    if is_gas and estimates.radiation_ratio > largest:
         found.append(
             f"radiation between the beads, which bed.emissivity = 0 leaves out, would add some {estimates.radiation_ratio:.0%} "
             "to what the bed conducts across the flow where it is hottest (bed.emissivity, with model.closures 'measured')"
@@ -155,11 +150,15 @@ def warnings_of_the_scene(scene: Scene, specs: Specs, estimates: Estimates, size
         if not specs.laws.bead_conduction.whole_bed and getattr(scene.bed, name):
             law = scene.model.bead_conduction
             found.append(f"bed.{name} has no effect with model.bead_conduction {law!r}")
-    is_frozen = specs.flow.model.update == "frozen"
-    found += _of_a_frozen_flow(specs, estimates, size) if is_frozen else []
+    found += of_simplifications(scene, specs, estimates, size)
+    if few := few_straight_cells(specs, estimates).text:
+        found.append(
+            f"the scene asks for few cells (beside the default): {few}; every answer may be off by some per cent "
+            "(solver.axial_cells, solver.wall_cells, solver.mesh_refinement)"
+        )
     ends = specs.heat.initial_temperature, specs.heat.inlet_temperature.values[-1]
     change = math.exp(flow_change(specs, size, *(fluid_at(specs, one) for one in ends)))
-    if specs.flow.model.kind == "developed" and change > LARGEST_FLOW_CHANGE and not is_frozen:
+    if specs.flow.model.kind == "developed" and change > LARGEST_FLOW_CHANGE and specs.flow.model.update != "frozen":
         found.append(
             f"the flow changes by a factor of {change:.2g} between the initial and the inlet temperature: developed flow leaves "
             "out what crosses the bed as it changes, some per cent of the heating time (see model.flow 'full')"
@@ -171,16 +170,13 @@ def warnings_of_the_scene(scene: Scene, specs: Specs, estimates: Estimates, size
             "fingers form between them (viscous fingering) that follow cells and steps, heating times are good to some 5 to 15 % "
             "on any mesh, and no estimated error tells"
         )
-    found += _of_one_temperature(specs, estimates)
     if estimates.jump > LEAST_JUMP:
         found.append(
             f"{math.exp(-estimates.transfer_units):.0%} of a change at the inlet passes the bed as a jump of the fluid alone, "
             f"with {estimates.transfer_units:.2g} transfer units between fluid and beads: cells smear it, and what leaves "
             "passes a temperature within the jump earlier or later by some per cent of the time in which the fluid passes the bed"
         )
-    found += (
-        _of_positions(scene, size.length) + _of_the_porosity(scene, specs, size) + _of_a_thin_wall(specs, estimates)
-    )
+    found += _of_positions(scene, size.length) + _of_the_porosity(scene, specs, size)
     found += _of_expansion(specs, estimates) + _of_friction(specs, estimates, size) + _of_a_peak(specs)
     beads_across = specs.mesh.beads_across
     return found + (_of_the_width(beads_across) if beads_across is not None and specs.mesh.is_too_narrow else [])
@@ -201,56 +197,6 @@ def _of_the_interior(specs: Specs, estimates: Estimates) -> list[str]:
             "their surface inwards is not resolved"
         ]
     return []
-
-
-def _of_a_frozen_flow(specs: Specs, estimates: Estimates, size: BedSize) -> list[str]:
-    """Whether the flow that is kept from the start is another one later: of a given pressure drop, or that which drives it."""
-    if not estimates.flows:
-        return []
-    start, inlet = fluid_at(specs, specs.heat.initial_temperature), specs.heat.inlet_temperature.range
-    temperature = max(inlet, key=lambda one: flow_change(specs, size, start, fluid_at(specs, one)))
-    is_driven = specs.flow.drive == "pressure_drop"  # of a velocity, the inlet's density tells the mass flow
-    ratio = mass_flow_ratio(specs, size, start, fluid_at(specs, temperature)) if is_driven else 1.0
-    remedy = "(see model.flow_update 'quasi-steady')"
-    if abs(ratio - 1.0) > LARGEST_FROZEN_CHANGE:
-        return [
-            f"the flow is frozen as it begins: with fluid of {temperature - 273.15:.4g} °C in the bed its mass flow would be "
-            f"{ratio:.3g} times as large, and heating times are off by up to as much {remedy}"
-        ]
-    found = resistances(specs, estimates.mass_flux)
-    if max(found) > (1.0 + LARGEST_FROZEN_CHANGE) * min(found):
-        return [
-            f"the flow is frozen as it begins: the bed resists by a factor of up to {max(found) / min(found):.3g} "
-            f"more at one temperature than at another, and pressure drop and pumping work are off by up to as much {remedy}"
-        ]
-    return []
-
-
-def _of_one_temperature(specs: Specs, estimates: Estimates) -> list[str]:
-    """Whether fluid and beads count as of one temperature, and are not: along the bed, or at the wall."""
-    heat, found = specs.heat, []
-    if heat.model.two_temperatures:
-        return []
-    if estimates.flows and estimates.transfer_units < FEWEST_TRANSFER_UNITS:
-        found.append(
-            f"here it has {estimates.transfer_units:.2g} transfer units over the bed: a front is wider by some "
-            f"{math.sqrt(2.0 / estimates.transfer_units):.0%} of the bed"
-        )
-    low, high = heat.given_bounds
-    part = estimates.film_time / estimates.heating_duration
-    if math.isinf(estimates.conduction_time):  # the wall follows the bed, until it is within the margin
-        part *= math.sqrt(math.log(max((high - low) / specs.time.heated.margin, math.e)))
-    if part > LARGEST_FILM:
-        found.append(
-            "by model.bead_conduction beads give no heat to the wall, which the fluid beside it resists to: that takes of the "
-            f"order of {part:.1%} of the heating time"
-        )
-    if not found:
-        return []
-    return [
-        f"with one temperature the exchange between fluid and beads counts as perfect; {'; '.join(found)}; heating takes "
-        "longer by as much (see model.energy 'two-temperature')"
-    ]
 
 
 def _of_expansion(specs: Specs, estimates: Estimates) -> list[str]:
@@ -329,30 +275,6 @@ def _of_the_width(beads_across: float) -> list[str]:
     ]
 
 
-def _of_a_thin_wall(specs: Specs, estimates: Estimates) -> list[str]:
-    """Whether a wall that is lumped in its thickness s resists: outside by h s/lambda, as lag by s^2/(2 alpha) of the time."""
-    heat = specs.heat
-    if heat.wall.kind != "thin" or heat.layers[0].thickness is None:
-        return []
-    thickness, solid, temperature = heat.layers[0].thickness, heat.layers[0].solid, heat.initial_temperature
-    resistance = thickness / float(solid.conductivity(temperature))
-    hottest = max(*heat.first_temperatures, heat.inlet_temperature.range[1])
-    outside = heat.outer_wall.film(hottest) * resistance
-    capacity = float(solid.density(temperature) * solid.heat_capacity(temperature))
-    lag = 0.5 * resistance * thickness * capacity / estimates.heating_duration
-    given = 0.0
-    if heat.outer_wall.heat_flux is not None:
-        most = max(abs(value) for value in heat.outer_wall.heat_flux.range) * heat.outer_wall.heat_flux_factor
-        given = most * resistance / max(hottest - min(*heat.first_temperatures, heat.inlet_temperature.range[0]), 1.0)
-    if max(outside, given) <= HIGHEST_BIOT_NUMBER and lag <= LONGEST_LAG:
-        return []
-    beside = f", {outside:.2g} times that to the surroundings" if outside > HIGHEST_BIOT_NUMBER else ""
-    return [
-        f"the wall resists by {resistance:.2g} m2K/W{beside}, and heat takes some {lag:.0%} of the heating to pass it: "
-        "model.wall 'thin' leaves both out (see model.wall 'conjugate')"
-    ]
-
-
 def _of_the_porosity(scene: Scene, specs: Specs, size: BedSize) -> list[str]:
     """Whether spheres pour like that, of a law in a tube or a gap; a profile from a file is the user's own."""
     diameter = specs.mesh.bead_diameter
@@ -412,12 +334,12 @@ def of_a_thin_core(scene: Scene, domain: Domain) -> list[str]:
 
 def warnings_of_the_first_cell(specs: Specs, estimates: Estimates, first: float) -> list[str]:
     """Whether the bed's cells at the wall, of a height `first` (m), are too high for flow and heat there."""
-    if estimates.uniform_across or first <= COARSEST_FIRST_CELL * estimates.first_cell:
+    if estimates.uniform_across or not estimates.flows or first <= COARSEST_FIRST_CELL * estimates.first_cell:
         return []
     remedy = "see geometry.refine_wall" if specs.mesh.own.mesh is not None else "see solver.first_cell"
     is_plug = specs.flow.model.kind == "plug"
     part, results = ("the exchange of heat", "every time") if is_plug else ("the flow", "the mass flow and every time")
-    wrong = f"{part} near the wall, and with it {results}, may be far off"
+    wrong = f"{part} near the wall, and with it {results}, may be off, by half a per cent at 10 times and by 10 % at 50"
     return [f"the first cell at the wall is {first / estimates.first_cell:.0f} times too high: {wrong} ({remedy})"]
 
 
