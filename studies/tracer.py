@@ -52,7 +52,7 @@ class Tracer:
         stored = weight * cells.stored_downstream(lambda fraction: held * fraction, self.fraction, test) * energy.dx_bed
         leaving = cells.carried(flux, self.fraction, test) + cells.conducted(mixing, self.fraction, test)
         leaving = weight * leaving * energy.dx_bed
-        leaving -= weight * energy.inward_mass_flux * (1.0 - self.fraction) * test * energy.inlet
+        leaving -= weight * energy.entering_mass_flux * (1.0 - self.fraction) * test * energy.inlet
         inverse_stage = fem.Constant(domain.mesh, 1.0)
         inside = fem.locate_dofs_topological(space, domain.mesh.topology.dim, domain.cells(BED))
         outside = np.setdiff1d(np.arange(len(self.fraction.x.array)), inside)

@@ -10,7 +10,7 @@ of fluxes at the interface. As published no flux enters the wall from the beads.
 whole bed, beads at rest take the wall's temperature (`laws.conductivity`). As that conduction crosses both phases it has no REV
 term: b is (phi_V - phi_A) grad V/V, and both are 1 for the whole volume.
 
-The inlet condition is Danckwerts': - int (rho phi u.n)(h(T) - h(T_in)) v ds over the inlet, h the
+The inlet condition is Danckwerts': - int (rho phi u.n)(h(T) - h(T_in)) v ds over the inlet where fluid comes in, h the
 enthalpy. Fixing the inlet's nodes instead would heat a conducting wall through their common corner (4 % of the
 heating time with an aluminium skin). The outlet has no diffusive flux. `equations.rev_heat` has the terms with b.
 
@@ -155,6 +155,12 @@ class EnergyEquations:
         return -self.outward_mass_flux if given is None else given
 
     @property
+    def entering_mass_flux(self) -> Value:
+        """The same where it comes in, kg/m2/s; 0 where fluid turns back through the inlet, and takes its own heat along."""
+        inward = self.inward_mass_flux
+        return ufl.conditional(ufl.gt(inward, 0.0), inward, 0.0)
+
+    @property
     def fluid_storage(self) -> Value:
         """phi rho C_f at the flow's temperature, J/m3/K."""
         return self.bed.porosity * self._density * self._laws.heat_capacity(self.flow_temperature)
@@ -247,7 +253,7 @@ class EnergyEquations:
                 bead_temperature, bead_test, transport.exchange, excess, streamline
             )
         form -= weight * self.enthalpy_entering(temperature) * test * self.inlet
-        entering = self._laws.heat_capacity(temperature) * self.inward_mass_flux
+        entering = self._laws.heat_capacity(temperature) * self.entering_mass_flux
         form += weight * streamline.entered(entering, temperature, test) * self.inlet
         return form + self.wall.outflow_of_heat(temperature, test, streamline.monotone)
 
@@ -264,6 +270,6 @@ class EnergyEquations:
         return self.interface.in_bed * wall_coefficient(self.transfer.local_bed(temperature, temperature))
 
     def enthalpy_entering(self, temperature: Value) -> Value:
-        """-(rho phi u.n)(h(T_in) - h(T)): heat that the inflow brings beyond what it finds, W/m2 of inlet."""
+        """-(rho phi u.n)(h(T_in) - h(T)) of what comes in: heat that it brings beyond what it finds, W/m2 of inlet."""
         enthalpy = self._laws.heat_capacity.integral
-        return self.inward_mass_flux * (enthalpy(self.inlet_temperature) - enthalpy(temperature))
+        return self.entering_mass_flux * (enthalpy(self.inlet_temperature) - enthalpy(temperature))

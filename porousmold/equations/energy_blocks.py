@@ -66,7 +66,7 @@ def energy_blocks(
     form = equations.coordinates.nodal_weight * form * equations.nodes_bed
     if transport.touching is not None and equations.interface is not None:
         form += equations.interface.integral(of_cell(transport.touching), trial * test + bead_trial * bead_test)
-    form += equations.coordinates.weight * capacity * equations.inward_mass_flux * trial * test * equations.inlet
+    form += equations.coordinates.weight * capacity * equations.entering_mass_flux * trial * test * equations.inlet
     wall, held = equations.wall.at_nodes(), temperatures.fluid
     of_wall = inverse_time * wall.stored_heat(held, test, 1.0) + wall.outflow_of_heat(held, test, 1.0)
     return form + ufl.derivative(of_wall, temperatures.unknown, temperatures.trial) if wall.has_heat else form

@@ -1,6 +1,6 @@
 r"""The heat balance's integrals: what the fluid brings and displaces, and what fluid, beads and wall keep.
 
-brought:    int over the outlet  (rho phi u.n) [h(T_in) - h(T)]        of what leaves against what entered
+brought:    int over the outlet  (rho phi u.n) [h(T_in) - h(T)]        of what leaves, also through the inlet
 displaced:  int over the bed     q [h(T) - h(T_0)]                     of fluid that expands out of its place, q its source
 kept:       int over the bed     (1-phi) [H_s(T_s) - H_s(T_s0)]        and of the wall (`equations.wall`)
 """
@@ -23,12 +23,15 @@ class HeatBudget:
         return self.equations.flow.fluid.fluid.heat_capacity.integral(temperature)
 
     def brought_by_fluid(self, temperature: Value) -> Value:
-        """Form (scalar, W) of the heat that the fluid leaves behind: what it lacks at the outlet against T_in; of what leaves
-        beyond what comes in, as the fluid expands, less what that would have brought beyond the initial temperature."""
+        """Form (scalar, W) of the heat that the fluid leaves behind: what it lacks against T_in at the outlet, and where it
+        turns back through the inlet; of what leaves beyond what comes in, as the fluid expands, less what that would have brought
+        beyond the initial temperature."""
         equations, weight = self.equations, self.equations.coordinates.weight
         entering, source = self._enthalpy(equations.inlet_temperature), equations.flow.source_of_flux
         lost = entering - self._enthalpy(temperature)
-        form = weight * equations.outward_mass_flux * lost * equations.outlet
+        turned_back = equations.entering_mass_flux - equations.inward_mass_flux
+        form = weight * lost * equations.outward_mass_flux * equations.outlet
+        form += weight * lost * turned_back * equations.inlet
         if source is None:
             return form
         beyond = entering - self._enthalpy(equations.initial_temperature)
