@@ -221,7 +221,9 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
         bed_heat / (advection * size.area),
     )
     of_wall = wall.heat_capacity / (size.length * sum(around for around, _ in size.walls))
-    is_by_wall = heat.is_wall_held or not flows
+    by_flow = (bed_heat + wall.heat_capacity) / (carried * size.area)
+    by_conduction = math.inf if flows and not is_heated_from_outside(specs) else conduction_time(specs, bed)
+    is_by_wall = not flows or (heat.is_wall_held and by_conduction < by_flow)
     stored_beyond = bed.capacity if is_by_wall else of_wall  # J/m2/K, behind the film of fluid at the wall
     return Estimates(
         flows=flows,
@@ -253,8 +255,8 @@ def estimate(specs: Specs, size: BedSize) -> Estimates:
         uniform_across=_is_uniform_across(specs, core),
         resistance_ratio=_resistance_ratio(specs, fluid.density * speed) if flows else 1.0,
         length=size.length,
-        flow_duration=(bed_heat + wall.heat_capacity) / (carried * size.area),
-        conduction_time=math.inf if flows and not is_heated_from_outside(specs) else conduction_time(specs, bed),
+        flow_duration=by_flow,
+        conduction_time=by_conduction,
         beads_melt=melts(specs.laws.beads.heat_capacity, heat),
     )
 

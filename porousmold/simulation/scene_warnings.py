@@ -112,8 +112,8 @@ def warnings_of_the_scene(scene: Scene, specs: Specs, estimates: Estimates, size
     )
     if resists and specs.heat.model.two_temperatures:
         found.append(
-            "by model.bead_conduction beads give no heat to the wall, which heats this bed: the fluid beside it has to carry all "
-            "of that, and heating takes several times as long as by closures that let them (model.closures 'measured')"
+            "by model.bead_conduction beads give no heat to the wall, which heats or cools this bed: the fluid beside it has to "
+            "carry all of that, and it takes several times as long as by closures that let them (model.closures 'measured')"
         )
     elif estimates.conduction_ratio > HIGHEST_BEAD_CONDUCTION and scene.conductivity_profile is None:
         found.append(

@@ -37,8 +37,10 @@ def of_simplifications(scene: Scene, specs: Specs, estimates: Estimates, size: B
 
 
 def is_heated_by_its_wall(specs: Specs, estimates: Estimates) -> bool:
-    """Whether what conducts across the bed heats it, not the flow."""
-    return specs.heat.is_wall_held or (not estimates.flows and specs.heat.outer_wall.exchanges)
+    """Whether what conducts across the bed heats or cools it, not the flow."""
+    if not estimates.flows:
+        return specs.heat.is_wall_held or specs.heat.outer_wall.exchanges
+    return specs.heat.is_wall_held and estimates.conduction_time < estimates.flow_duration
 
 
 def _of_what_is_left_out(scene: Scene, specs: Specs, estimates: Estimates, size: BedSize) -> list[str]:
