@@ -29,7 +29,8 @@ class Sensors(Feature):
         KEY,
         "file",
         "CSV file `name, x [mm], y [mm]`, in three dimensions with `z [mm]`, of points where the temperature is recorded: x "
-        "along the flow, y from the middle, of a mesh of one's own the mesh's own coordinates; "
+        "along the flow, y from the middle, of a whole cavity > 0 towards [wall] and < 0 towards [opposite_wall], of pipe and "
+        "annulus from the axis; of a mesh of one's own the mesh's own coordinates; "
         "`0:300:11` for a coordinate gives 11 sensors on a line",
     )
 
