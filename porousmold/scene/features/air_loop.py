@@ -160,7 +160,8 @@ def read_curve(path: Path) -> tuple[tuple[float, ...], tuple[float, ...]]:
         raise InputError(KEY, ", ".join(columns.names), allowed, str(path))
     flows, rises = columns.in_si(0, "m^3/s"), columns.in_si(1, "Pa")
     if len(flows) < 2 or flows[0] != 0.0 or np.any(np.diff(flows) <= 0.0):
-        raise InputError(KEY, str(path), "must have volume flows that increase from 0: the first row is the pressure rise of no flow")
+        allowed = "must have volume flows that increase from 0: the first row is the pressure rise of no flow"
+        raise InputError(KEY, str(path), allowed)
     if np.any(rises[:-1] <= 0.0) or rises[-1] < 0.0 or rises[-1] >= rises[-2]:
         raise InputError(KEY, str(path), "must have pressure rises > 0 that fall in the end")
     return tuple(flows.tolist()), tuple(rises.tolist())
