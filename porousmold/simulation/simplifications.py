@@ -55,7 +55,8 @@ def _of_what_is_left_out(scene: Scene, specs: Specs, estimates: Estimates, size:
         return found
     at_wall = float(specs.porosity.volume(0.0, specs.mesh.bead_diameter))
     is_even = at_wall <= specs.porosity.bulk_porosity * (1.0 + NOTICEABLE_RISE)
-    if (is_plug or is_even) and specs.heat.wall.kind != "insulated":
+    asks_for_wall = specs.waits_for_heat or bool(specs.time.targets)  # a store gives its heat back
+    if (is_plug or is_even) and asks_for_wall and specs.heat.wall.kind != "insulated":
         what, remedy = (
             ("a porosity that is constant", "bed.porosity_model")
             if is_even
