@@ -70,8 +70,8 @@ def _of_what_is_left_out(scene: Scene, specs: Specs, estimates: Estimates, size:
     has_none = scene.model.turbulence in ("none", "k-epsilon") and scene.model.dispersion == "none"
     if has_none and is_thesis and not is_plug and reynolds > STIRRED and specs.heat.wall.kind != "insulated":
         found.append(
-            f"model.turbulence {scene.model.turbulence!r} leaves out what beads stir beside the wall at a bead Reynolds number "
-            f"of {reynolds:.3g}: the wall is heated up to a tenth too late (see model.turbulence 'damped-nakayama-kuwahara')"
+            f"what beads stir beside the wall at a bead Reynolds number of {reynolds:.3g} is left out by model.turbulence "
+            f"{scene.model.turbulence!r}: the wall is heated up to a tenth too late (see 'damped-nakayama-kuwahara')"
         )
     low, high = specs.heat.given_bounds
     fluid, pressure = specs.laws.fluid, specs.flow.outlet_pressure
