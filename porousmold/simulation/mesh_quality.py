@@ -11,7 +11,7 @@ from ..mesh.domain import Domain
 from ..scene.features.geometries import BedSize
 from .accuracy import IN_DOUBT, Refinements
 from .estimates import Estimates, estimate
-from .meshing import QUADRATURE_DEGREE, integral_over
+from .meshing import QUADRATURE_DEGREE, cells_through, integral_over
 from .specs import Specs
 
 FEW = 0.6
@@ -86,7 +86,7 @@ def few_straight_cells(specs: Specs, estimates: Estimates) -> FewCells:
         f"{given} {_through(layer.name)} ({wanted})"
         for layer, wanted in zip(layers, estimates.wall_cells, strict=False)
         if layer.thickness is not None
-        and (given := max(1, round((layer.cells or wanted) * cells.refinement))) < FEW_THROUGH * wanted
+        and (given := cells_through(layer, wanted, cells.refinement)) < FEW_THROUGH * wanted
     ]
     return FewCells(
         f"{along:.0f} along the flow ({usual})" if along < FEW_ALONG * usual * (1.0 - 1e-9) else "", ", ".join(few)

@@ -18,6 +18,7 @@ from ..mesh.aliases import Communicator, Form
 from ..mesh.domain import Domain
 from ..mesh.from_gmsh import Finer, from_file
 from ..scene.features.geometries import HALVINGS, BedSize
+from ..scene.features.wall import Layer
 from ..scene.series import ProfileSeries, TimeSeries
 from ..scene.start import Profile
 from ..solvers.protocols import Observer, silent
@@ -144,7 +145,7 @@ def straight_domain(
     size, finer = spec.size, spec.cells.refinement
     assert size is not None
     layers = [
-        layer.thickness * _through(max(1, round((layer.cells or cells) * finer)), to_surfaces=thick)
+        layer.thickness * _through(cells_through(layer, cells, finer), to_surfaces=thick)
         for layer, cells, thick in zip(
             spec.layers + spec.opposite_layers, estimates.wall_cells, estimates.thick_layers, strict=False
         )
@@ -187,6 +188,11 @@ def plane_of_stations(spec: MeshSpec, estimates: Estimates, communicator: Commun
     nodes = geometry.graded_coordinates(width, first_cell, spec.cells.growth, layer, WIDEST_CELL * width)
     across = geometry.Across.to_wall(refined(nodes, FINER_PROFILES * max(1.0, spec.cells.refinement)))
     return geometry.straight_bed(communicator, np.linspace(0.0, 1.0, stations), [across])
+
+
+def cells_through(layer: Layer, usual: int, refinement: float) -> int:
+    """How many cells a layer of the wall has, `usual` ones by default."""
+    return max(1, round((layer.cells or usual) * refinement))
 
 
 def _through(cells: int, *, to_surfaces: bool) -> Floats:

@@ -15,8 +15,7 @@ class Recorder:
 
     def __init__(self, problem: Problem) -> None:
         self.problem, self._time, self._heat = problem, problem.specs.time, problem.specs.heat
-        self._course, heated = problem.specs.course, problem.specs.time.heated
-        self._place, self._margin = heated.place, heated.margin
+        self._course, self._place = problem.specs.course, problem.specs.time.heated.place
         self.history = Columns()
         self.heating_time: float | None = None
         self.heating_time_bed_side: float | None = None
@@ -56,7 +55,8 @@ class Recorder:
         self._look_at_targets()
         if not self.problem.specs.waits_for_heat:
             return  # the wall's temperature is given, or its heat comes from elsewhere: nothing to wait for
-        of_place, of_bed_side = (HeatedPlace(name, self._heat, self._margin) for name in (self._place, "bed_side"))
+        margin = self._time.heated.margin
+        of_place, of_bed_side = (HeatedPlace(name, self._heat, margin) for name in (self._place, "bed_side"))
         self.heating_time = of_place.time(self.history, self.heating_time)
         self.heating_time_bed_side = of_bed_side.time(self.history, self.heating_time_bed_side)
 

@@ -20,7 +20,7 @@ times of walls are 2 to 11 % longer without that at 220 to 330, 0.5 % at 130."""
 LARGEST_BUOYANCY = 0.1
 """Of the drag, that the fluid's weight may change by without a word: at 6 times it the time is 6 % off."""
 NOTICEABLE_RISE = 0.01
-"""Of the porosity at the wall over that of the bulk, from which on plug flow is told."""
+"""Of the porosity at the wall over that of the bulk, up to which it counts as constant."""
 LARGEST_FROZEN_CHANGE = 0.01
 """Of the mass flow, or of the resistance, that a frozen flow leaves out."""
 LARGEST_FILM = 0.01
